@@ -78,6 +78,27 @@ def test_fields_that_are_not_known_are_passed_over(written: Record, more: dict[s
     assert record_from_json({**record_to_json(written), **more}) == written
 
 
+def test_a_record_of_schema_2_is_read() -> None:
+    atoms = {
+        "not lit(lamp_1)": Statement("lit", ("lamp_1",), positive=False),
+        "OPEN": Statement("OPEN", None),
+    }
+    step = StepReport("GO(box)", "executed", call=Statement("GO", ("box",)))
+    written = record(SubgoalVerdict(tried_actions=7), Ability.SUBGOAL_DECOMPOSITION)
+    written = replace(written, explanation=Explanation(steps=(step,), atoms=atoms))
+    old: dict[str, Any] = json.loads(json.dumps(record_to_json(written)))
+    old["attempts"] = old.pop("tried_actions")
+    old["explanation"]["steps"][0]["call"] = ["GO", ["box"], True]
+    old["explanation"]["atoms"] = {
+        "not lit(lamp_1)": ["lit", ["lamp_1"], False],
+        "OPEN": ["OPEN", None, True],
+    }
+    read = record_from_json(old)
+    assert read == written
+    assert read.explanation is not None
+    assert (read.explanation.atoms, read.explanation.steps[0].call) == (atoms, step.call)
+
+
 def test_a_record_that_was_written_without_evidence_is_read() -> None:
     old: dict[str, Any] = record_to_json(record(PLAN))
     old["error"] = {name: old["error"][name] for name in ("kind", "step", "detail")}
@@ -204,7 +225,7 @@ def test_an_explanation_is_a_field_of_the_record() -> None:
                 "added": ["NEXT_TO(me.65, bed.1)"],
                 "removed": [],
                 "hidden_changes": 0,
-                "call": ["WALK", ["bed.1"], True],
+                "call": {"name": "WALK", "arguments": ["bed.1"], "positive": True},
             }
         ],
         "goals": [

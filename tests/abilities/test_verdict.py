@@ -25,7 +25,7 @@ ERROR = ErrorReport(FaultKind.MISSING_STEP, 3, "the jar is shut", "OPEN.1", ("ja
         Verdict("left out", ERROR, ("prose",)),
         PlanVerdict(None, ERROR, (), False, True, 2, TALLIES, (True, False)),
         PlanVerdict(goals=TALLIES, counted=Counted(True, TALLIES, {FaultKind.PARSING: 2})),
-        SubgoalVerdict(category=SubgoalCategory.CORRECT, errors=(FaultKind.AFFORDANCE,), attempts=7),
+        SubgoalVerdict(category=SubgoalCategory.CORRECT, errors=(FaultKind.AFFORDANCE,), tried_actions=7),
         GoalVerdict(counts={"state": Confusion(1, 2, 3)}, missing=("on(a, b)",)),
         OperatorVerdict(success=True, planner=PlannerOutcome.SOLVED, plan=("open a",)),
     ],

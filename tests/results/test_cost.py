@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from eai.abilities.record import Origin, Record, Usage
 from eai.errors import InputError
-from eai.results.cost import PriceList, Spent, _PaperCost, _Price, paper_cost, spent
+from eai.results.cost import PriceList, Spent, _PaperCost, _Price, paper_cost, per_success, spent
 from results.verdicts import SUCCEEDED, record
 
 PRICES = """\
@@ -37,6 +37,15 @@ def test_only_answers_that_say_what_they_took_are_counted() -> None:
     assert spent(records) == Spent(2, Usage(300, 30, 4, 0.5), Usage(200, 20), 1)
     assert spent(records).tokens == 330
     assert spent(records[2:]) == Spent()
+
+
+def test_unknown_numbers_of_tokens_are_not_zero() -> None:
+    assert Usage().tokens is None
+    assert Usage(seconds=2.0) + Usage() == Usage(None, None, seconds=2.0)
+    found = spent([answer(Usage()), answer(Usage(100, 10))])
+    assert (found.answers, found.tokens) == (1, 110)
+    assert spent([answer(Usage())]).tokens is None
+    assert per_success([answer(Usage()), answer(Usage(100, 10))]) == {}
 
 
 def test_a_price_is_for_what_has_none() -> None:

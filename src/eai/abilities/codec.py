@@ -18,14 +18,21 @@ from pydantic import TypeAdapter, ValidationError
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
+from eai.abilities.explanation import Explanation, Statement
 from eai.abilities.options import misfit
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Origin, Record, Stated, TaskFeatures
 from eai.abilities.verdict import GoalTallies, Json, Verdict
 from eai.errors import InputError
 
-SCHEMA = 2
+SCHEMA = 3
 """The version of the record format."""
+
+READABLE = (2, SCHEMA)
+"""The versions that are read."""
+
+_HALVES = ("goals", "partial")
+"""Fields that count halves. All their numbers are written as floats, so that each has one type."""
 
 COMMON = ("executable", "success", "error", "additional_steps", "category", "goals", "counts", "planner")
 """The fields that stand in the record of every ability, in their order; null where it has no use for them."""
@@ -52,7 +59,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "response_sha256": sha256_of(record.response),
         "data_sha256": record.data_sha256,
         **({} if record.errata is None else {"errata": dataclass_to_json(record.errata)}),
-        **fields_of(record.verdict),
+        **_written(record.verdict),
         "repairs": list(record.repairs),
         "unanswered": record.unanswered,
         "suite_size": record.suite_size,
@@ -67,7 +74,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
     if record.origin is not None:
         written |= dataclass_to_json(record.origin)
     if record.explanation is not None:
-        written["explanation"] = dataclass_to_json(record.explanation)
+        written["explanation"] = _plain(record.explanation)
     return {**written, "response": record.response}
 
 
@@ -97,13 +104,13 @@ def _attempt_to_json(attempt: Attempt) -> dict[str, Json]:
     return {
         "prompt_sha256": attempt.prompt_sha256,
         "response_sha256": sha256_of(attempt.response),
-        **fields_of(attempt.verdict),
+        **_written(attempt.verdict),
         "repairs": [*attempt.answer_repairs, *attempt.verdict.repairs],
         "slipped_at": attempt.slipped_at,
         "goal_held_at": attempt.goal_held_at,
         "usage": _plain(attempt.usage),
         "answer_repairs": list(attempt.answer_repairs),
-        **({} if explanation is None else {"explanation": dataclass_to_json(explanation)}),
+        **({} if explanation is None else {"explanation": _plain(explanation)}),
         "response": attempt.response,
     }
 
@@ -126,6 +133,25 @@ def fields_of(verdict: Verdict) -> dict[str, Json]:
     }
 
 
+def _written(verdict: Verdict) -> dict[str, Json]:
+    """The fields of a verdict as a record has them: each with one type in all records."""
+    fields = fields_of(verdict)
+    return fields | {name: _converted(fields[name], float) for name in _HALVES if name in fields}
+
+
+def _converted(value: Any, convert: Callable[[float], int | float]) -> Any:
+    """A JSON value with all of its numbers converted."""
+    if isinstance(value, Mapping):
+        return {name: _converted(part, convert) for name, part in value.items()}
+    if isinstance(value, list):
+        return [_converted(part, convert) for part in value]
+    return convert(value) if type(value) in (int, float) else value
+
+
+def _whole_if_possible(number: float) -> int | float:
+    return int(number) if float(number).is_integer() else number
+
+
 def record_from_json(values: Mapping[str, Any]) -> Record:
     """The record that a JSON object is; fields that are not known are passed over.
 
@@ -142,6 +168,7 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
             "response": values.get("response") or "",
             "verdict": _verdict(values, ability, 0 if origin is None else len(origin.answer_repairs)),
             "origin": origin,
+            "explanation": _explanation(values.get("explanation")),
             "stated": _stated(values),
             "attempts": _attempts(values, ability),
         },
@@ -172,11 +199,34 @@ def _form(kind: type) -> Callable[[Any], Json]:
         return attrgetter("value")
     if issubclass(kind, str | int | float):
         return lambda value: value
+    if issubclass(kind, Statement):
+        return _statement_to_json
+    if issubclass(kind, Explanation):
+        return _explanation_to_json
     if issubclass(kind, GoalTallies):
         return lambda tallies: dict(zip(GoalTallies._fields, map(list, tallies), strict=True))
     if issubclass(kind, Mapping):
         return lambda value: {getattr(key, "value", key): _plain(part) for key, part in value.items()}
     return dataclass_to_json if is_dataclass(kind) else lambda value: [_plain(part) for part in value]
+
+
+def _explanation_to_json(explanation: Explanation) -> dict[str, Json]:
+    """An explanation, whose atoms are a list: the fields of a record do not depend on the answer."""
+    atoms = explanation.atoms
+    listed = None if atoms is None else [{"text": text, **_statement_to_json(atoms[text])} for text in atoms]
+    return {**dataclass_to_json(explanation), "atoms": listed}
+
+
+def _statement_to_json(statement: Statement) -> dict[str, Json]:
+    return {name: _plain(part) for name, part in statement._asdict().items()}
+
+
+def _explanation(value: Any) -> Any:
+    """An explanation as it is written, with its atoms by their texts."""
+    if not isinstance(value, dict) or not isinstance(value.get("atoms"), list):
+        return value
+    atoms = {atom.get("text"): {n: p for n, p in atom.items() if n != "text"} for atom in value["atoms"]}
+    return {**value, "atoms": atoms}
 
 
 def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> Verdict:
@@ -190,12 +240,15 @@ def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> V
     repairs = _read(tuple[str, ...], _present(values, "repairs"), "repairs")
     declared: type[Verdict] = declaration_of(ability).verdict
     own = {name: values[name] for name in _names(declared) if name in values}
+    own |= {name: _converted(own[name], _whole_if_possible) for name in _HALVES if name in own}
+    if "tried_actions" in _names(declared) and isinstance(values.get("attempts"), int):  # schema 2
+        own["tried_actions"] = values["attempts"]
     return _read(declared, {**own, "excluded": reason, "repairs": repairs[made_before:]})
 
 
 def _attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
     """The attempts of a record."""
-    if "attempts" in _names(declaration_of(ability).verdict):  # in subgoals they are those of the search
+    if isinstance(values.get("attempts"), int):  # schema 2: the actions that were tried for subgoals
         return ()
     found = []
     for number, own in enumerate(_read(list[dict[str, Any]], values.get("attempts") or [], "attempts")):
@@ -203,6 +256,7 @@ def _attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...
             tuple[str, ...], own.get("answer_repairs", ()), f"attempts.{number}.answer_repairs"
         )
         known = {name: own[name] for name in _names(Attempt) if name in own}
+        known["explanation"] = _explanation(own.get("explanation"))
         verdict = _verdict(own, ability, len(made_before))
         found.append(_read(Attempt, {**known, "verdict": verdict}, f"attempts.{number}"))
     return tuple(found)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 from pydantic_core import from_json
 
-from eai.abilities.codec import SCHEMA, experiment_to_json, record_from_json, record_to_json
+from eai.abilities.codec import READABLE, experiment_to_json, record_from_json, record_to_json
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json, Verdict
 from eai.data.files import files_below, require_file, write_whole
@@ -79,8 +79,8 @@ def _parse(line: str) -> Record:
     if not isinstance(values, dict):
         raise InputError("expected a JSON object")
     schema = values.get("schema")
-    if schema != SCHEMA:
-        raise InputError(f"schema {schema!r}, expected {SCHEMA}")
+    if schema not in READABLE:
+        raise InputError(f"schema {schema!r}, expected {' or '.join(map(str, READABLE))}")
     return record_from_json(values)
 
 

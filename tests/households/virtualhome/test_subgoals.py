@@ -235,7 +235,7 @@ def test_a_task_without_goals_is_excluded_or_unparseable() -> None:
 def test_the_end_of_the_search_is_told() -> None:
     scorer = virtualhome_subgoals(Protocol.STRICT, ExplorationLimits(attempts=3))(TASK)
     verdict = scorer.score(answer(*REACHED))
-    assert (verdict.search, verdict.attempts) == ("attempts", 4)
+    assert (verdict.search, verdict.tried_actions) == ("attempts", 4)
     assert any("the search was ended" in note for note in scorer.explain(answer(*REACHED)).notes)
     assert STRICT.score(answer(*REACHED)).search == "complete"
 

@@ -52,7 +52,7 @@ class SubgoalVerdict(PlanVerdict):
         errors: the kinds of all errors of the reported way to carry them out, in order.
         offences: what is wrong with names, each kind once.
         search: why the search for a way ended, or None if there was none.
-        attempts: how many actions it tried.
+        tried_actions: number of actions that the search tried.
         refined: for how many subgoals actions were executed, on the reported way.
         added_actions: how many more actions than one for each of them.
     """
@@ -62,7 +62,7 @@ class SubgoalVerdict(PlanVerdict):
     errors: tuple[FaultKind, ...] = ()
     offences: tuple[str, ...] = ()
     search: str | None = None
-    attempts: int | None = None
+    tried_actions: int | None = None
     refined: int | None = None
     added_actions: int | None = None
 

@@ -150,7 +150,7 @@ class SubgoalDecomposition(Scorer):
             goals_elsewhere=best is not branch,
             errors=kinds,
             search=outcome.end,
-            attempts=outcome.attempts,
+            tried_actions=outcome.attempts,
             refined=branch.refined,
             added_actions=len(executed(branch)) - branch.refined,
         )
