@@ -234,7 +234,7 @@ def test_an_explanation_is_json() -> None:
     wire = json.loads(json.dumps(dataclass_to_json(explanation)))
     assert wire["notes"] == ["read with repair: code_fence"]
     assert wire["steps"][1]["added"] == ["OPEN(fridge.10)"]
-    assert wire["steps"][1]["call"] == ["OPEN", ["fridge.10"], True]
+    assert wire["steps"][1]["call"] == {"name": "OPEN", "arguments": ["fridge.10"], "positive": True}
     of_goal = {"kind": "state", "goal": "OPEN(fridge.10)", "satisfied": True, "why": ""}
     assert wire["goals"] == [{**of_goal, "predicates": ["OPEN"]}]
 

@@ -185,7 +185,7 @@ def test_an_answer_with_odd_figures_of_usage_is_an_answer(ask: Callable[..., Obt
     taken = {
         name: (each.usage.input_tokens, each.usage.output_tokens) for (name, _), each in answers.given.items()
     }
-    assert taken == {**dict.fromkeys(USAGES, (0, 0)), "good": (11, 7)}
+    assert taken == {**dict.fromkeys(USAGES, (None, None)), "good": (11, 7)}
 
 
 @pytest.mark.parametrize("status", [401, 404])

@@ -167,7 +167,7 @@ def test_a_verdict_tells_goals_errors_and_effort() -> None:
     assert (verdict.executable, verdict.success, verdict.goals_satisfied) == (False, False, (True, False))
     assert verdict.goals == (Share(1, 1), Share(0, 1), Share(0, 0))
     assert [kind.value for kind in verdict.errors] == ["missing_step"]
-    assert (verdict.search, verdict.attempts, verdict.counted) == ("complete", 3, None)
+    assert (verdict.search, verdict.tried_actions, verdict.counted) == ("complete", 3, None)
 
 
 def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
