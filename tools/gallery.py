@@ -27,13 +27,14 @@ from eai.pictures.rendered import photographs_of
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs/gallery.md"
 PICTURES = ROOT / "docs/images/gallery"
-COLORS = 48
+COLORS = 128
 """So many colours are enough for a figure, and make a small file."""
 
 INTRODUCTION = """\
 # Gallery
 
-On this page you can see the figures of `eai report` and `eai analyze`, each with its command.
+On this page you can see the figures of `eai report` and `eai analyze`.
+A figure's command stands above it or above an earlier figure.
 
 All figures but the last show public answers of the paper's models under [`strict`](protocols.md).
 [Reports](reports.md) and [Analyses](analyses.md) explain the figures.
@@ -73,6 +74,14 @@ FIGURES = (
         "plots/summary-gpt-4o-2024-05-13-strict",
         "A model on one page",
         "Main results, reached goals and errors, with intervals. Ticks mark nine published models.",
+    ),
+    Figure(
+        "radar",
+        REPORT,
+        ("*/*/*",),
+        "plots/radar-strict",
+        "All abilities and worlds",
+        "The main results of 18 models, of which the nine best have colours.",
     ),
     Figure(
         "outcomes",
@@ -120,8 +129,15 @@ FIGURES = (
         (f"{PLANS_B}/*",),
         "adjusted-behavior-action_sequencing-strict",
         "Each feature, the others held fixed",
-        "Tasks with many objects have long plans. Among plans of equal length, the number of objects shows "
-        "no effect.",
+        "Among plans of equal length, the number of objects shows no effect.",
+    ),
+    Figure(
+        "flow_all",
+        "eai analyze errors scores --out errors",
+        ("*/*/*",),
+        "flow-all-strict",
+        "Errors in all abilities and worlds",
+        "Hatching marks answers with additional steps, which end no plan.",
     ),
     Figure(
         "leaves",
@@ -130,14 +146,6 @@ FIGURES = (
         "leaves-virtualhome-action_sequencing-strict",
         "Errors by the paper's taxonomy",
         "The percentage of each model's answers with each kind of error.",
-    ),
-    Figure(
-        "bands",
-        "eai analyze errors scores --out errors",
-        (f"{PLANS_B}/*",),
-        "flow-behavior-action_sequencing-strict",
-        "Errors of all models together",
-        "Success, missed goals, grammar errors and execution errors, with their kinds.",
     ),
     Figure(
         "why",
@@ -242,12 +250,13 @@ def shrink(source: Path, target: Path, colors: int = COLORS) -> None:
 
 
 def page(figures: Sequence[Figure]) -> str:
-    """The page: a section a figure."""
-    sections = [
-        f"## {each.title}\n\n{each.caption}\n\n```sh\n{each.command}\n```\n\n"
-        f"![{each.title}](images/gallery/{each.name}.png)\n"
-        for each in figures
-    ]
+    """The page: a section a figure, with its command if the figure before has another one."""
+    sections, before = [], ""
+    for each in figures:
+        command = "" if each.command == before else f"```sh\n{each.command}\n```\n\n"
+        picture = f"![{each.title}](images/gallery/{each.name}.png)\n"
+        sections.append(f"## {each.title}\n\n{each.caption}\n\n{command}{picture}")
+        before = each.command
     return "\n".join([INTRODUCTION, *sections])
 
 

@@ -17,6 +17,7 @@ from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table_specs import suite_title
 from eai.results.certainty import Cases, Interval, mean_over_names
 from eai.results.markdown import escaped, grid, table_markdown
+from eai.results.model_cards import model_cards
 from eai.results.paper_tables import PaperTable, paper_models, paper_setting, paper_table
 from eai.results.rate import NOTHING, Rate, rate_of
 from eai.results.repeats import passes_table, repeated_metric, without_epoch
@@ -120,6 +121,7 @@ def report_markdown(
         *_tables(tables),
         *_titled("Experiments", _EXPERIMENTS, experiments),
         *_titled("What the paper reports besides", _BESIDES, besides),
+        *(_cards() if with_paper else ()),
         *_strata(plain),
         *_section("How sure the numbers are", _certainty_rows(plain), _CERTAINTY, unnamed_remark(plain)),
         *_repeated(runs),
@@ -150,6 +152,14 @@ def _titled(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterato
         rules = f", protocol {table.protocol.value}" if len(alike) > 1 else ""
         yield f"### {table.title}, {title_of(table.domain)}{rules}\n"
         yield table_markdown(table.table())
+
+
+def _cards() -> Iterator[str]:
+    """The section of the paper's models."""
+    cards = model_cards()
+    yield f"## {cards.title}\n"
+    yield f"{cards.definition}\n"
+    yield table_markdown(cards)
 
 
 def _section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: str) -> Iterator[str]:

@@ -21,6 +21,7 @@ from eai.benchmark.registry import title_of
 from eai.data.files import write_whole
 from eai.data.grouping import grouped
 from eai.report import plot_summary
+from eai.report.plot_radar import draw_radar
 from eai.report.rankings import Ranking
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
@@ -114,6 +115,10 @@ def _pages(tables: Sequence[Ranking]) -> Iterator[_Plot]:
 
 
 def _figures(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
+    for protocol, of_protocol in grouped((item.key.protocol, item) for item in runs).items():
+        title = f"Main results of all abilities, protocol {protocol.value}"
+        drawn = partial(_entitled, f"{title}, percent", draw_radar, of_protocol)
+        yield f"radar-{file_name(protocol.value)}", title, drawn
     for (protocol, domain), group in grouped((item.key[:2], item) for item in runs).items():
         place = f"{title_of(domain)}, protocol {protocol.value}"
         name = file_name(f"{domain}-{protocol.value}")

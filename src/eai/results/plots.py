@@ -375,7 +375,9 @@ def _name(row: Mapping[str, Cell], levels: Sequence[str]) -> str:
     return ", ".join(parts[1:] or parts) if len(levels) > 1 else parts[0]
 
 
-def draw_band(panel: Axes, stage: float, band: tuple[float, float, float], color: str) -> None:
+def draw_band(
+    panel: Axes, stage: float, band: tuple[float, float, float], color: str, alpha: float = 0.9
+) -> None:
     """A bent band from one stage to the next.
 
     Args:
@@ -383,6 +385,7 @@ def draw_band(panel: Axes, stage: float, band: tuple[float, float, float], color
         stage: the first of the two, as a coordinate; the next is larger by one.
         band: its height there, its height at the next one, and its thickness, in percent.
         color: its colour.
+        alpha: how opaque it is, from 0 to 1.
     """
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
@@ -396,4 +399,4 @@ def draw_band(panel: Axes, stage: float, band: tuple[float, float, float], color
     points = [*there, *reversed([*back]), (left, low)]
     curve = [Path.CURVE4] * 3
     codes = [Path.MOVETO, *curve, Path.LINETO, *curve, Path.CLOSEPOLY]
-    panel.add_artist(PathPatch(Path(points, codes), facecolor=color, linewidth=0, alpha=0.9))
+    panel.add_artist(PathPatch(Path(points, codes), facecolor=color, linewidth=0, alpha=alpha))

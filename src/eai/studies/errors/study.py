@@ -43,6 +43,7 @@ from eai.results.plots import (
     value_of,
 )
 from eai.results.table import Cell, Estimate, Label, Row, Table, table_of
+from eai.studies.errors.overview import draw_flows, flow_table
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
@@ -113,6 +114,7 @@ def error_tables(
         _predicates(clauses),
         _examples(counted, examples, explorer),
         _errors(counted),
+        flow_table(counted),
     ]
 
 
@@ -279,6 +281,7 @@ def _address(explorer: Path | None, folder: Path) -> str | None:
 
 def _figures(found: Sequence[Table]) -> Figures:
     leaves, why = found[:2]
+    yield from draw_flows(found[-1])
     for suite, rows in rows_of(leaves).items():
         yield of_suite(suite, "flow", draw(rows))
         levels = ("stage", "kind", "detail")

@@ -1,0 +1,47 @@
+"""Model cards: creator, release, size and host of the paper's 18 models."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from eai.data.files import parse_toml
+from eai.results.table import Label, Row, Table, table_of
+
+_UNKNOWN = "unknown"
+
+
+def model_cards() -> Table:
+    """Return the cards of the paper's models, a row each, in the paper's order; footnotes name sources."""
+    notes = tuple([f"Size: {text}." for text in _read()["sizes"].values()])
+    return replace(_cards(), notes=notes)
+
+
+@table_of("model_cards", ("model", "creator", "identifier", "release", "parameters", "host"))
+def _cards() -> Iterator[Row]:
+    """The paper's models.
+
+    Creator, identifier, release and host are those of the paper's appendix.
+    """
+    sources = list(_read()["sizes"])
+    for card in _read()["card"]:
+        size = card.get("size")
+        marks = () if size is None else (1 + sources.index(card["size_source"]),)
+        yield (
+            card["model"],
+            card["creator"],
+            card["identifier"],
+            card["release"].isoformat(),
+            Label(size or _UNKNOWN, notes=marks),
+            card["host"],
+        )
+
+
+@cache
+def _read() -> dict[str, Any]:
+    """The content of ``model_cards.toml``."""
+    file = resources.files("eai.results") / "paper" / "model_cards.toml"
+    return parse_toml(file.read_text(encoding="utf-8"))

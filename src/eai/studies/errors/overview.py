@@ -1,0 +1,163 @@
+"""The flow of all answers, over all abilities and worlds, to what became of them."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar
+
+from eai.abilities.declaration import AnswerOutcome, label_of
+from eai.abilities.protocol import Ability, place_of
+from eai.benchmark.registry import title_of
+from eai.data.grouping import grouped
+from eai.results.lines import AnswerLine
+from eai.results.plots import INK, MUTED, OUTCOME_COLORS, PAGE, SOFT, draw_band, sheet
+from eai.results.table import Row, Table, table_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_HEIGHT = 4.4
+"""The height of the figure, in inches."""
+
+_GAP = 2.5
+"""The distance between bars, in percent of all answers."""
+
+_LINE = 3.4
+"""The height of a line of text, in percent of all answers."""
+
+_WIDTH = 0.07
+"""The width of a bar; from one column to the next is 1."""
+
+_SMALLEST = 0.3
+"""The smallest share of additional steps that is named, in percent."""
+
+
+@table_of("overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps"))
+def flow_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+    """From abilities and worlds to outcomes.
+
+    Numbers of answers of all models by outcome. `with_additional_steps`: answers among them with at least one
+    step that was not needed, which ends no plan.
+    """
+    counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
+    suites = grouped(((each.protocol, each.domain, each.ability), each) for each in counted)
+    for suite in sorted(suites, key=lambda each: (*each[:2], place_of(Ability(each[2])))):
+        given = suites[suite]
+        outcomes = grouped((each.outcome, bool(each.additional_steps)) for each in given)
+        for outcome in [each.value for each in AnswerOutcome if each.value in outcomes]:
+            yield (*suite, outcome, len(outcomes[outcome]), sum(outcomes[outcome]))
+
+
+class _Bar(NamedTuple):
+    """A bar of the figure: its upper edge and its height, in percent."""
+
+    top: float
+    height: float
+
+    @property
+    def middle(self) -> float:
+        """The height of its middle."""
+        return self.top - self.height / 2
+
+
+_Suite: TypeAlias = tuple[str, str]
+"""A world and an ability."""
+
+_Name = TypeVar("_Name")
+
+
+def draw_flows(table: Table) -> Iterator[tuple[str, Figure | None]]:
+    """Draw the flow of each protocol with answers to two suites or more, by the name of its file."""
+    for protocol, rows in grouped((str(row["protocol"]), row) for row in table.by_name()).items():
+        counts, needless = Counter[tuple[_Suite, str]](), Counter[str]()
+        for row in rows:
+            suite, outcome = (str(row["domain"]), str(row["ability"])), str(row["outcome"])
+            counts[suite, outcome] += _number(row["answers"])
+            needless[outcome] += _number(row["with_additional_steps"])
+        if len({suite for suite, _ in counts}) > 1:
+            yield f"flow-all-{protocol}", _draw(counts, needless, protocol)
+
+
+def _number(cell: object) -> int:
+    return cell if isinstance(cell, int) else 0
+
+
+def _draw(counts: Mapping[tuple[_Suite, str], int], needless: Mapping[str, int], protocol: str) -> Figure:
+    """Bars of suites at the left, of outcomes at the right, and a band for each suite and outcome."""
+    total = sum(counts.values())
+    percents = {flow: 100 * number / total for flow, number in counts.items()}
+    present = {outcome for _, outcome in counts}
+    outcomes = [str(each.value) for each in AnswerOutcome if each.value in present]
+    suites = list(dict.fromkeys(suite for suite, _ in counts))
+    left = _bars({each: sum(percents.get((each, name), 0.0) for name in outcomes) for each in suites})
+    right = _bars({name: sum(percents.get((each, name), 0.0) for each in suites) for name in outcomes})
+    figure = sheet(PAGE, _HEIGHT)
+    panel = figure.subplots()
+    panel.set_axis_off()
+    panel.set_title(f"Protocol {protocol}, percent of {total:,} answers", fontsize=8)
+    _draw_bands(panel, percents, left, right)
+    for (domain, ability), bar in left.items():
+        panel.fill_between([-_WIDTH, 0], bar.top - bar.height, bar.top, facecolor=SOFT, linewidth=0)
+        text = f"{title_of(domain)}, {label_of(ability).lower()} {bar.height:.1f}"
+        panel.text(-_WIDTH - 0.03, bar.middle, text, fontsize=6.5, ha="right", va="center", color=INK)
+    _draw_outcomes(panel, right, {name: 100 * needless[name] / total for name in outcomes})
+    panel.set_xlim(-1.0, 2.2)
+    return figure
+
+
+def _bars(heights: Mapping[_Name, float]) -> dict[_Name, _Bar]:
+    """Bars below each other, with gaps."""
+    bars, top = dict[_Name, _Bar](), 100.0
+    for name, height in heights.items():
+        bars[name] = _Bar(top, height)
+        top -= height + _GAP
+    return bars
+
+
+def _draw_bands(
+    panel: Axes,
+    percents: Mapping[tuple[_Suite, str], float],
+    left: Mapping[_Suite, _Bar],
+    right: Mapping[str, _Bar],
+) -> None:
+    starts = {suite: bar.top for suite, bar in left.items()}
+    ends = {outcome: bar.top for outcome, bar in right.items()}
+    for suite in left:
+        for outcome in right:
+            share = percents.get((suite, outcome), 0.0)
+            starts[suite] -= share
+            ends[outcome] -= share
+            if share:
+                band = starts[suite], ends[outcome], share
+                draw_band(panel, 0, band, _color(outcome), alpha=0.55)
+
+
+def _draw_outcomes(panel: Axes, bars: Mapping[str, _Bar], needless: Mapping[str, float]) -> None:
+    """The bars of outcomes with their names; the hatched part of a bar has additional steps."""
+    text_top = math.inf
+    for outcome, bar in bars.items():
+        panel.fill_between(
+            [1, 1 + _WIDTH], bar.top - bar.height, bar.top, facecolor=_color(outcome), linewidth=0
+        )
+        low, part = bar.top - bar.height, needless[outcome]
+        if part:
+            panel.fill_between(
+                *([1, 1 + _WIDTH], low, low + part),
+                facecolor="none",
+                edgecolor=INK,
+                hatch="//////",
+                linewidth=0.4,
+            )
+        text = f"{label_of(outcome).lower()} {bar.height:.1f}"
+        if part >= _SMALLEST:
+            text += f", {part:.1f} with additional steps"
+        text_top = min(bar.middle, text_top - _LINE)
+        panel.plot([1 + _WIDTH, 1.17], [bar.middle, text_top], color=MUTED, linewidth=0.6)
+        panel.text(1.19, text_top, text, fontsize=6.5, va="center", color=INK)
+
+
+def _color(outcome: str) -> str:
+    return OUTCOME_COLORS[AnswerOutcome(outcome)]
