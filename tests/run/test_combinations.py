@@ -155,3 +155,57 @@ def test_prompts_in_other_words_are_named_and_compared(data_store: Store, tmp_pa
     drawn = {path.stem for path in (tmp_path / "prompts").rglob("*.png")}
     if drawn:
         assert drawn == {"prompts", "prompts-by-eai_noisy", "prompts-by-eai_oracle"}
+
+
+@pytest.mark.parametrize("scene", ["", NOISE])
+def test_a_chain_states_goals_and_subgoals_of_the_model(
+    scene: str, data_store: Store, tmp_path: Path
+) -> None:
+    """Every task breaks the chain at one ability, or nowhere; its log is scored alike."""
+    chain = "--with pipeline.goals=own --with pipeline.subgoals=own"
+    for choice in (scene, f"{scene} {chain}"):
+        done = command(f"{RUN} {choice} --out @/runs", tmp_path)
+        assert done.status == 0, done.err
+    files = [file for file in (tmp_path / "runs" / SUITE).rglob("records.jsonl") if "subgoals" in str(file)]
+    records = [*read_records(files[0])]
+    assert len(files) == 1
+    for record in records:
+        assert record.experiment is not None
+        assert record.stated is not None
+        assert record.experiment.subgoals_from == record.experiment.goals_from == "eai_noisy"
+        assert record.stated.subgoals_success in (True, False)
+        assert bool(record.perceived) == bool(scene)
+    logs = sorted((tmp_path / "runs" / "logs").glob("*action-sequencing*.eval"))
+    again = f"score {logs[-1]} --domain behavior --ability action_sequencing --out @/again"
+    assert command(again, tmp_path).status == 0
+    scored = {each.task_id: each for each in read_records(tmp_path / "again" / "records.jsonl")}
+    assert [as_scored(scored[each.task_id]) for each in records] == [*map(as_scored, records)]
+    done = command("analyze pipeline @/runs/behavior/action_sequencing --out @/pipeline", tmp_path)
+    assert done.status == 0, done.err
+    (table,) = (tmp_path / "pipeline").rglob("chain.csv")
+    lines = [line.split(",") for line in table.read_text().splitlines()[1:]]
+    assert [line[0] for line in lines] == [
+        *("goal interpretation", "subgoal decomposition", "action sequencing", "nowhere")
+    ]
+    assert sum(int(line[1]) for line in lines) == len(records)
+
+
+def test_subgoals_of_a_chain_need_goals_plans_and_our_prompts(data_store: Store, tmp_path: Path) -> None:
+    for options, why in (
+        (
+            "--with pipeline.subgoals=own",
+            "pipeline.subgoals: expected pipeline.goals, for which subgoals are",
+        ),
+        (
+            "--with pipeline.goals=own --with pipeline.subgoals=own --ability subgoal_decomposition",
+            "pipeline.subgoals: questions of action_sequencing state subgoals, others do not",
+        ),
+        (
+            "--with pipeline.goals=own --with pipeline.subgoals=own",
+            "pipeline.subgoals: published prompts state no subgoals; ask ours (--set eai)",
+        ),
+    ):
+        run = f"run --domain behavior --limit 1 --quiet --model eai/oracle {options} --out @/runs"
+        done = command(run, tmp_path)
+        assert done.status == 2
+        assert why in done.err

@@ -66,6 +66,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
     }
     if record.experiment is not None:
         stated = {} if record.stated is None else dataclass_to_json(record.stated)
+        stated = {name: value for name, value in stated.items() if value is not None}
         written["experiment"] = {**experiment_to_json(record.experiment), **stated}
     if record.perceived is not None:
         written["perceived"] = dataclass_to_json(record.perceived)

@@ -63,6 +63,7 @@ class Experiment:
         notice: whether a slip is noticed.
         until: when an attempt ends.
         goals_from: the model whose goals the questions state instead of the task's; None for the task's.
+        subgoals_from: the model whose subgoals the questions state besides; None if they state no subgoals.
         preset: the published script whose way of carrying plans out it follows; None for ours.
         prompt_name: what the prompts are called among several ways to ask; None where they have no name.
         scene: how the questions show the scene: ``image``, ``both``, ``predicted-...``, ``noisy-...``, with
@@ -85,6 +86,7 @@ class Experiment:
     notice: Notice = "detected"
     until: Until = "done"
     goals_from: str | None = None
+    subgoals_from: str | None = None
     preset: str | None = None
     prompt_name: str | None = None
     scene: str | None = None
@@ -145,7 +147,7 @@ class Experiment:
     def name(self) -> str:
         """Its kinds: ``pipeline``, ``perception``, ``replanning``, ``prompts``, ``rules`` and ``agent``."""
         kinds = {
-            "pipeline": self.goals_from is not None,
+            "pipeline": self.goals_from is not None or self.subgoals_from is not None,
             "perception": self.scene is not None,
             "replanning": self.acts,
             "prompts": self.prompt_name is not None,
@@ -157,7 +159,8 @@ class Experiment:
     @property
     def label(self) -> str:
         """A short text that distinguishes it from every other experiment; the name of its folder."""
-        parts = [*_named("goals", self.goals_from), *_named("scene", self.scene), *self._carried_out()]
+        parts = [*_named("goals", self.goals_from), *_named("subgoals", self.subgoals_from)]
+        parts += [*_named("scene", self.scene), *self._carried_out()]
         parts += [*_named("prompt", self.prompt_name), *_named("as", self.preset)]
         parts += _named("rules", self.rules)
         parts += [*_named("harness", self.harness), *_named("effort", self.effort)]

@@ -185,6 +185,8 @@ class Stated:
         stage_1_unreadable: whether that answer could not be read, so that the question stated no goals.
         stage_1_unknown: the names in it that mean nothing, which the question passed on as they are.
         stage_1_left_out: how many of its entries are ill-formed.
+        subgoals_sha256: digest of the answer whose subgoals the question states; None if it states none.
+        subgoals_success: whether that answer is right; None if the question states no subgoals.
     """
 
     goals_sha256: str
@@ -192,6 +194,8 @@ class Stated:
     stage_1_unreadable: bool = False
     stage_1_unknown: tuple[str, ...] = ()
     stage_1_left_out: int = 0
+    subgoals_sha256: str | None = None
+    subgoals_success: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)

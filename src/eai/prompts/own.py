@@ -118,9 +118,17 @@ def _question(name: str, wording: Wording, belief: Belief, templates: Templates)
         "instruction": task.instruction,
         "objects": wording.objects(task),
         "initial": initial_text(wording, belief),
-        "goals": wording.goals(task),
+        "goals": _goals_text(wording, belief, templates),
     }
     return templates.fill(f"{name}_task.txt", values)
+
+
+def _goals_text(wording: Wording, belief: Belief, templates: Templates) -> str:
+    """The goals of a task, and the subgoals on the way to them if there are any."""
+    goals = wording.goals(belief.task)
+    if not belief.subgoals:
+        return goals
+    return f"{goals}\n\n{templates.fill('subgoals.txt', {'subgoals': chr(10).join(belief.subgoals)})}"
 
 
 def initial_text(wording: Wording, belief: Belief) -> str:

@@ -167,16 +167,19 @@ class Belief:
         answer: the answer to goal interpretation that states the goals, word for word; else empty.
         initial: what a question says of the start; ``$initial`` stands for what holds there.
         images: the pictures that go with a question.
+        subgoals: subgoals that a question states below the goals, in order.
     """
 
     task: Task
     answer: str = ""
     initial: str = TOLD
     images: tuple[Image, ...] = ()
+    subgoals: tuple[str, ...] = ()
 
     def with_goals(self, other: Belief) -> Belief:
-        """Return the belief in this scene with the goals of another belief."""
-        return replace(self, task=replace(self.task, goals=other.task.goals), answer=other.answer)
+        """Return the belief in this scene with the goals and subgoals of another belief."""
+        task, answer = replace(self.task, goals=other.task.goals), other.answer or self.answer
+        return replace(self, task=task, answer=answer, subgoals=other.subgoals or self.subgoals)
 
 
 @dataclass(frozen=True, slots=True)

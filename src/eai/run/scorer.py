@@ -48,7 +48,7 @@ from eai.results.summary import outcome, summarise
 from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS
 from eai.scoring.batch import Scoring
-from eai.scoring.epochs import STATED, majority
+from eai.scoring.epochs import STATED, SUBGOALS, majority
 from eai.scoring.runs import address_of
 from eai.scoring.trials import record_of_trial, replay
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
@@ -209,11 +209,19 @@ def with_experiment(record: Record, suite: Suite, about: Mapping[str, Any], epoc
         marked = scenes.marked(marked)
     if experiment.goals_from is None:
         return marked
-    from eai.studies.pipeline.stage_one import believe
+    from eai.studies.pipeline.stage_one import believe, with_subgoals
 
     stated = experiment.goals_from, {task_id: about[STATED]}
-    goals = believe(stated, suite.benchmark, suite.source)
-    return (goals if scenes is None else scenes.combined(goals)).marked(marked)
+    believed = believe(stated, suite.benchmark, suite.source)
+    if scenes is not None:
+        believed = scenes.combined(believed)
+    if experiment.subgoals_from is not None:
+        subgoals = open_suite(
+            suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
+        )
+        listed = experiment.subgoals_from, {task_id: about[SUBGOALS]}
+        believed = believed.combined(with_subgoals(believed, listed, subgoals))
+    return believed.marked(marked)
 
 
 Logged: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]

@@ -83,6 +83,10 @@ STATED = "stated"
 """The field of a question's metadata that has the answer whose goals it states instead of the task's."""
 
 
+SUBGOALS = "subgoals"
+"""The field of a question's metadata that has the answer whose subgoals it states."""
+
+
 @dataclass(frozen=True, slots=True)
 class Believed:
     """The beliefs that questions state in the place of the facts: goals in a pipeline, or perceived scenes.

@@ -90,6 +90,11 @@ class Stage:
         return earlier.combined(self.believe(self, endpoint, suite))
 
     @property
+    def begin(self) -> Stage:
+        """The first of this stage and all before it."""
+        return self if self.before is None else self.before.begin
+
+    @property
     def all_outcomes(self) -> list[SuiteResult]:
         """The results of the questions of this stage and of all before it."""
         return [*(() if self.before is None else self.before.all_outcomes), *self.outcomes]
@@ -224,5 +229,5 @@ class _Combination(Variation):
         for each in sorted(self.chosen, key=lambda each: each.states != "scene"):
             stage = each.stage(library, wanted, ask)
             if stage is not None:
-                stage.before, last = last, stage
+                stage.begin.before, last = last, stage
         return last

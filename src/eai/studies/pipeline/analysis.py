@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
 from pathlib import Path
 
 from eai.abilities.declaration import declaration_of
+from eai.abilities.experiment import Experiment
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record, Stated
@@ -48,6 +48,9 @@ _NOT_SHOWN = ("p", "only modular", "only pipeline")
 
 _KINDS = ("exactly right", "all, and others", "some missing", "no answer")
 """How right the goals are that a question states."""
+
+_GOALS = "goals"
+"""The kind of a pipeline that states goals and no subgoals."""
 
 _COMPARED = ("modular", "pipeline", "difference", "p")
 _PAPER = ("paper modular", "paper pipeline")
@@ -88,6 +91,14 @@ class _Pair:
         return SuiteKey(record.protocol.value, record.domain, record.ability.value)
 
     @property
+    def chain(self) -> str:
+        """The kind of the pipeline: whether subgoals are stated too, and what else its run varies."""
+        experiment = self.pipeline[0].experiment or Experiment()
+        rest = experiment.without("goals_from", "subgoals_from")
+        kind = _GOALS if experiment.subgoals_from is None else "goals and subgoals"
+        return kind if rest is None else f"{kind}, {rest.label}"
+
+    @property
     def metric(self) -> str:
         """The metric of success."""
         return next(iter(declaration_of(self.modular[0].ability).main))
@@ -100,7 +111,26 @@ class _Pair:
             goals if self.reachable else goals.without([_PERFECT]),
             self._first_stage(),
         ]
+        if any(record.stated and record.stated.subgoals_sha256 for record in self.pipeline):
+            made.append(self._breaks())
         return [*made, self._missed()] if self.asked else made
+
+    @table_of("chain", ("breaks at", "tasks", "share", "success"))
+    def _breaks(self) -> Iterator[Row]:
+        """Where the chain breaks.
+
+        Tasks by the first ability whose answer fails: stated goals miss a goal of the task, subgoals fail
+        when they are carried out, or the plan fails. `success`: the plan is right all the same.
+        """
+        records = self._shared(self.pipeline)
+        successes = {case.task: case for case in self._cases(records)}
+        places = {each.task_id: _break_of(each, successes[each.task_id]) for each in records}
+        for place in (*_LINKS, "nowhere"):
+            shares = [
+                Case(each.task_id, name_of(each), of_all(places[each.task_id] == place)) for each in records
+            ]
+            here = [successes[each.task_id] for each in records if places[each.task_id] == place]
+            yield place, len(here), Estimate.of(shares), Estimate.of(here)
 
     @table_of("stages", ("metric", *_COMPARED, *_PAPER))
     def _stages(self) -> Iterator[Row]:
@@ -215,6 +245,21 @@ class _Pair:
         return [record for record in side if record.task_id in tasks]
 
 
+_LINKS = ("goal interpretation", "subgoal decomposition", "action sequencing")
+"""The abilities of a chain, in order."""
+
+
+def _break_of(record: Record, success: Case) -> str:
+    """The first ability of a chain whose answer fails."""
+    stated = record.stated
+    fails = (
+        stated is None or bool(stated.goal_counts[2]),
+        stated is None or not stated.subgoals_success,
+        not success.share.numerator,
+    )
+    return next((link for link, is_broken in zip(_LINKS, fails, strict=True) if is_broken), "nowhere")
+
+
 def _compared(one: Cases, other: Cases) -> tuple[Estimate, Estimate, Estimate]:
     """Two rates, and their difference in points."""
     return Estimate.of(one), Estimate.of(other), Estimate.of_difference(one, other)
@@ -260,15 +305,15 @@ def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[A
     found = [_opened(*pair, records.source, goals, search=search) for pair in pairs]
     if not found:
         raise InputError("expected a pipeline beside a plain run of its model, domain, ability and protocol")
-    for suite, group in groupby(found, key=lambda each: each.suite):
-        pipelines = [*group]
+    for (suite, chain), pipelines in grouped(((each.suite, each.chain), each) for each in found).items():
         for each in pipelines:
             record = each.pipeline[0]
             label = "" if record.experiment is None else record.experiment.label
             folder = f"{suite.file_name}/{file_name(record.model)}/{label}" if len(found) > 1 else ""
             yield _analysis(each, f"{record.model}, {label}", folder)
         if len(pipelines) > 1:
-            yield _analysis(pooled(pipelines), f"{len(pipelines)} pipelines", suite.file_name)
+            folder = f"{suite.file_name}/{file_name(chain)}" if chain != _GOALS else suite.file_name
+            yield _analysis(pooled(pipelines), f"{len(pipelines)} pipelines", folder)
 
 
 def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
@@ -282,7 +327,7 @@ def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
         )
     for run in sorted(piped, key=lambda run: run.key.order):
         experiment = run.key.experiment
-        other = None if experiment is None else experiment.without("goals_from")
+        other = None if experiment is None else experiment.without("goals_from", "subgoals_from")
         alone = plain.get(run.key._replace(experiment=other))
         if alone is None:
             records.note(f"left out, as it has no modular run: {run.key}")

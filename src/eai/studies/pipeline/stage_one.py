@@ -19,14 +19,14 @@ from eai.abilities.notation.goal_lexicon import read_stated
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Stated
 from eai.abilities.responses import file_name, read_responses
-from eai.abilities.verdict import ALL, Confusion
+from eai.abilities.verdict import ALL, Confusion, Unreadable
 from eai.benchmark.answer_files import files_of_suite
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.files import files_below
 from eai.errors import InputError
 from eai.prompts.prompt import Belief
-from eai.scoring.epochs import STATED, Believed
+from eai.scoring.epochs import STATED, SUBGOALS, Believed
 from eai.scoring.records import RECORDS, read_records
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.source import Source
@@ -187,6 +187,57 @@ def interpreted(goals: str, stage: Stage, endpoint: Endpoint, suite: Suite) -> B
     if not stage.known[key].beliefs.keys() & set(stage.wanted[suite.domain]):
         raise InputError(f"goals {goals}: none of the tasks has an answer to goal interpretation")
     return stage.known[key]
+
+
+def chained(stage: Stage, endpoint: Endpoint, suite: Suite) -> Believed:
+    """The subgoals that a model lists for its own goals, once for each model and domain.
+
+    Raises:
+        InputError: published prompts cannot state subgoals.
+    """
+    if stage.library.prompts == "official" and suite.benchmark.published_prompts is not None:
+        raise InputError("pipeline.subgoals: published prompts state no subgoals; ask ours (--set eai)")
+    key = (endpoint.model, suite.domain)
+    if key not in stage.known:
+        asked = open_suite(
+            suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
+        )
+        prompts = stage.library.open(suite.benchmark, Ability.SUBGOAL_DECOMPOSITION)
+        wanted = {i: prompts[i] for i in asked.task_ids if i in stage.wanted[suite.domain]}
+        answers = stage.answers(endpoint, wanted, asked, first=stage.before)
+        goals = None if stage.before is None else stage.before.believed(endpoint, suite)
+        stage.known[key] = with_subgoals(goals, (file_name(endpoint.model), answers), asked)
+    return stage.known[key]
+
+
+def with_subgoals(goals: Believed | None, listed: Interpretations, suite: Suite) -> Believed:
+    """The subgoals that answers list, below the goals that questions state; unreadable answers list none.
+
+    Args:
+        goals: the goals.
+        listed: a model, and its answers to subgoal decomposition.
+        suite: subgoal decomposition.
+    """
+    model, answers = listed
+    beliefs: dict[str, Belief] = {}
+    stated: dict[str, Stated] = {}
+    for task_id, answer in answers.items():
+        if goals is None or task_id not in goals.beliefs:
+            continue
+        read = suite.benchmark.subgoal_notation.read(answer)
+        subgoals = () if isinstance(read, Unreadable) else read.subgoals
+        beliefs[task_id] = replace(goals.beliefs[task_id], subgoals=subgoals)
+        success = bool(getattr(suite.score(task_id, answer), "success", False))
+        stated[task_id] = replace(
+            goals.stated[task_id], subgoals_sha256=sha256_of(answer), subgoals_success=success
+        )
+    return Believed(
+        beliefs,
+        Experiment(subgoals_from=model),
+        "there is no answer to subgoal decomposition that would state subgoals",
+        {task_id: {SUBGOALS: answers[task_id]} for task_id in beliefs},
+        stated,
+    )
 
 
 def _own(stage: Stage, endpoint: Endpoint, suite: Suite) -> Interpretations:

@@ -7,8 +7,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from pydantic import model_validator
+from typing_extensions import Self
+
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability
+from eai.errors import InputError
 from eai.studies.study import Analysis, Study
 from eai.studies.variation import Ask, Stage, Variation
 
@@ -23,9 +27,17 @@ class _Pipeline(Variation):
     Attributes:
         goals: Ask with interpreted goals: the model's own, asked for first (own), or those in a file or
             folder of answers to goal interpretation (its path).
+        subgoals: Ask for plans with the subgoals, too, that the model itself lists for these goals (own).
     """
 
     goals: str | None = None
+    subgoals: Literal["own"] | None = None
+
+    @model_validator(mode="after")
+    def _has_goals(self) -> Self:
+        if self.subgoals is not None and self.goals is None:
+            raise InputError("pipeline.subgoals: expected pipeline.goals, for which subgoals are listed")
+        return self
 
     @property
     def choice(self) -> str:
@@ -35,7 +47,7 @@ class _Pipeline(Variation):
     @property
     def heading(self) -> str:
         """Whose goals they are."""
-        return f"goals: {self.goals}"
+        return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
     @property
     def states(self) -> Literal["", "scene", "goals"]:
@@ -52,13 +64,21 @@ class _Pipeline(Variation):
 
         for each in named:
             refuse_no_stage_two(each)
-        return [each for each in FOUR if each in (named or STAGE_TWO)]
+        chosen = [each for each in FOUR if each in (named or STAGE_TWO)]
+        if self.subgoals is None:
+            return chosen
+        if Ability.ACTION_SEQUENCING not in chosen:
+            raise InputError(
+                "pipeline.subgoals: questions of action_sequencing state subgoals, others do not"
+            )
+        return [Ability.ACTION_SEQUENCING]
 
     def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage:
-        """Goal interpretation."""
-        from eai.studies.pipeline.stage_one import interpreted
+        """Goal interpretation, and subgoal decomposition for its goals if that is chosen."""
+        from eai.studies.pipeline.stage_one import chained, interpreted
 
-        return Stage(library, wanted, ask, partial(interpreted, str(self.goals)))
+        first = Stage(library, wanted, ask, partial(interpreted, str(self.goals)))
+        return first if self.subgoals is None else Stage(library, wanted, ask, chained, before=first)
 
 
 class _Choices(Options):
