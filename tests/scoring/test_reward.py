@@ -21,6 +21,7 @@ from eai.abilities.protocol import FOUR
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
+from eai.logic.formula import And, Or
 from eai.pddl.planning import PlannerOutcome
 from eai.planning.successor_generator import applicable_actions
 from eai.scoring.reward import METRICS, Reward, Shaping, reward_of
@@ -106,6 +107,14 @@ def held(task: Task) -> tuple[bool, ...]:
     return reached(task, task.initial)
 
 
+def gains(task: Task, state: State, plan: Sequence[Action]) -> bool:
+    """Whether a larger share of conditions is met in a state, after a plan, than at the start."""
+    test = GoalTest(task)
+    start = test.partial(task.initial, (), held(task))
+    end = test.partial(state, [action.operator for action in plan], reached(task, state, plan))
+    return end.numerator * start.denominator > start.numerator * end.denominator
+
+
 def a_task(draw: st.DrawFn, world: str) -> Task:
     return suite_of(world).tasks[draw(st.sampled_from(tasks_of(world)))]
 
@@ -149,6 +158,7 @@ def test_any_actions_earn_between_nothing_and_one(world: str, data: st.DataObjec
     assert all(0 <= value <= 1 for value in earned.values())
     assert earned[Shaping.SUCCESS] <= earned[Shaping.GOALS] <= earned[Shaping.PROGRESS]
     assert earned[Shaping.DIAGNOSIS] <= earned[Shaping.PROGRESS]
+    assert earned[Shaping.SUCCESS] <= earned[Shaping.PARTIAL]
     if earned[Shaping.SUCCESS]:
         assert earned[Shaping.PROGRESS] == 1
 
@@ -183,7 +193,9 @@ def test_actions_and_their_inverses_earn_nothing_however_often(world: str) -> No
                 plan = [*first, *pair * 10]
                 if reached(task, state, plan) == held(task):
                     found += 1
-                    assert set(worth(world, task_id, written(world, task, plan)).values()) == {0}
+                    earned = worth(world, task_id, written(world, task, plan))
+                    met = earned.pop(Shaping.PARTIAL)
+                    assert (set(earned.values()), met > 0) == ({0}, gains(task, state, plan))
     assert found
 
 
@@ -200,7 +212,30 @@ def test_a_long_plan_that_reaches_nothing_new_earns_nothing(world: str, data: st
         gained = zip(reached(task, then, [*plan, step]), at_start, strict=True)
         if not any(now and not before for now, before in gained):
             plan, state = [*plan, step], then
-    assert set(worth(world, task.id, written(world, task, plan)).values()) == {0}
+    earned = worth(world, task.id, written(world, task, plan))
+    assert (earned.pop(Shaping.PARTIAL) > 0) == gains(task, state, plan)
+    assert set(earned.values()) == {0}
+
+
+@pytest.mark.parametrize("world", WORLDS)
+@drawn(data=st.data())
+@FEW
+def test_partial_pays_for_the_end_and_not_for_what_was_broken_and_mended_on_the_way(
+    world: str, data: st.DataObject
+) -> None:
+    """A detour that undoes conditions and brings them back earns nothing."""
+    task = a_task(data.draw, world)
+    plan = a_walk(data.draw, world, task, data.draw(st.integers(0, 3)))
+    state = after(world, task.initial, plan)
+    before = worth(world, task.id, written(world, task, plan))[Shaping.PARTIAL]
+    pairs = there_and_back(world, task, state)
+    if not pairs:
+        return
+    detour = [*plan, *data.draw(st.sampled_from(pairs)) * data.draw(st.integers(1, 5))]
+    if reached(task, state, detour) == reached(task, state, plan):
+        assert worth(world, task.id, written(world, task, detour))[Shaping.PARTIAL] == before
+    first = worth(world, task.id, written(world, task, plan[:1]))[Shaping.PARTIAL]
+    assert first == 0 or gains(task, after(world, task.initial, plan[:1]), plan[:1])
 
 
 @pytest.mark.parametrize("world", WORLDS)
@@ -222,6 +257,26 @@ def test_padding_never_pays(world: str, data: st.DataObject) -> None:
         value <= before[shaping]
         for shaping, value in worth(world, task.id, written(world, task, padded)).items()
     )
+
+
+def test_a_condition_of_one_option_for_that_of_another_earns_nothing() -> None:
+    """Either box in the shed and lit lamps beside it: as many conditions are met as at the start."""
+    red, blue, shed, lamp = map(Constant, ("red", "blue", "shed", "lamp"))
+    either = Or(
+        (And((toy.at(red, shed), toy.holding(red), toy.lit(lamp))), And((toy.at(blue, shed), toy.lit(lamp))))
+    )
+    task = make_task("either", "Tidy.", toy.initial(), either)
+    paid = Reward(eai.open(Benchmark("toy", toy.DOMAIN, given(task)), "action_sequencing"), Shaping.PARTIAL)
+
+    def earned(*steps: tuple[str, str]) -> float | None:
+        return paid("either", json.dumps([{"action": name, "object": thing} for name, thing in steps]))
+
+    carried = (("GO", "shed"), ("LIFT", "blue"), ("GO", "hall"))  # the one condition that is met is undone
+    assert earned(*carried) == 0
+    swapped = (*carried, ("DROP", "blue"), ("LIFT", "red"), ("GO", "shed"))  # 2 of 3 for 1 of 2
+    assert earned(*swapped) == pytest.approx(1 / 3)
+    assert earned(*swapped, ("DROP", "red")) == 0
+    assert earned(*swapped, ("PRESS", "lamp")) == 1
 
 
 @pytest.mark.parametrize("world", HOUSEHOLDS)

@@ -9,7 +9,16 @@ import pytest
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import Confusion, ErrorReport, Merit, PlanVerdict, Verdict, gain
+from eai.abilities.verdict import (
+    Confusion,
+    ErrorReport,
+    Merit,
+    PlanVerdict,
+    Share,
+    Verdict,
+    gain,
+    gain_of_conditions,
+)
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.scoring.reward import METRICS, Shaping, merit, metrics_of, worth
@@ -44,6 +53,28 @@ def test_what_is_gained_is_what_did_not_hold(
     reached: Sequence[bool], at_start: Sequence[bool], gained: float | None
 ) -> None:
     assert gain(reached, at_start) == gained
+
+
+@pytest.mark.parametrize(
+    ("partial", "at_start", "of_goals", "gained"),
+    [
+        ((0, 5), (0, 5), 0, 0),
+        ((2, 5), (0, 5), 0, 2 / 5),
+        ((5, 5), (0, 5), 1, 1),
+        ((2, 5), (2, 5), 0, 0),  # met at the start
+        ((3, 5), (2, 5), 0, 1 / 3),
+        ((1, 5), (2, 5), 0, 0),  # never less than nothing
+        ((0, 2), (1, 2), 0, 0),  # nothing was carried out
+        ((1, 2), (2, 4), 0, 0),  # a condition of one option for that of another
+        ((3, 4), (1, 2), 0, 1 / 2),
+        ((1, 1), (1, 1), 1 / 2, 1 / 2),  # more objects than a goal counts, at the start
+        ((5, 5), (0, 5), 1 / 2, 1 / 2),  # and at the end
+    ],
+)
+def test_the_gain_in_partial_success_is_a_share_of_what_can_be_gained(
+    partial: tuple[int, int], at_start: tuple[int, int], of_goals: float, gained: float
+) -> None:
+    assert gain_of_conditions(Share(*partial), Share(*at_start), of_goals) == pytest.approx(gained)
 
 
 def ran(
@@ -145,10 +176,14 @@ def test_what_is_carried_out_is_paid_for_what_it_gains(
 def paid(earned: Merit | None) -> Worth | None:
     if earned is None:
         return None
-    success, goals, progress, diagnosis = [
-        worth(earned, shaping) for shaping in Shaping if shaping is not Shaping.REPAIR
-    ]
+    success, goals, progress, diagnosis = [worth(earned, shaping) for shaping in [*Shaping][:4]]
+    assert worth(earned, Shaping.PARTIAL) == progress  # conditions are measured by `Reward`
     return success, goals, progress, diagnosis
+
+
+def test_answers_that_are_carried_out_are_paid_for_their_conditions() -> None:
+    earned = Merit(1 / 4, success=False, ended=True, faults={A: 2}, added=1, conditions=1 / 2)
+    assert worth(earned, Shaping.PARTIAL) == 1 / 4
 
 
 def stated(

@@ -90,6 +90,8 @@ class Merit:
         faults: how often each kind of fault was diagnosed; kinds that were not are left out.
         added: how many actions a search had to add to carry out subgoals. All that they earn is divided by
             one more, so that the goal copied as a subgoal is not paid for what the search did.
+        conditions: the gain in partial success, between 0 and 1; None if it was not measured, or if answers
+            are not carried out.
     """
 
     gain: float
@@ -97,6 +99,7 @@ class Merit:
     ended: bool
     faults: Mapping[FaultKind, int]
     added: int = 0
+    conditions: float | None = None
 
 
 def gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
@@ -111,6 +114,25 @@ def gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
     held = sum(at_start)
     to_gain = len(at_start) - held
     return max(0, sum(reached) - held) / to_gain if to_gain else None
+
+
+def gain_of_conditions(partial: Share, at_start: Share, of_goals: float) -> float:
+    """Return the gain in partial success, as a share of the possible gain.
+
+    The conditions of one option can all be met although a goal is missed: if more than exactly two cups are
+    on the table. Then, and if it is so at the start, the gain of goals is the gain.
+
+    Args:
+        partial: the conditions met at the end in the best option, of how many; 0 if nothing was carried out.
+        at_start: the same if nothing is done.
+        of_goals: the gain of goals.
+    """
+    met, total = partial
+    met_at_start, total_at_start = at_start
+    to_gain = total_at_start - met_at_start
+    if not to_gain or (met == total and of_goals < 1):
+        return of_goals
+    return max(0.0, (met * total_at_start - met_at_start * total) / (total * to_gain))
 
 
 def merit_of_actions(

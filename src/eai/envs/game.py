@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache, partial
 from itertools import groupby
 from operator import itemgetter
@@ -19,7 +19,17 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import exception_text
 from eai.abilities.task import Task
-from eai.abilities.verdict import ASK, REFUSE, ErrorReport, Merit, is_question, merit_of_actions, refusal_in
+from eai.abilities.verdict import (
+    ASK,
+    REFUSE,
+    ErrorReport,
+    Merit,
+    Share,
+    gain_of_conditions,
+    is_question,
+    merit_of_actions,
+    refusal_in,
+)
 from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark
 from eai.data.grouping import grouped
@@ -290,6 +300,12 @@ class Stage:
         self.opening = _opening(task, wording, rules)
 
     @cached_property
+    def met_at_start(self) -> Share:
+        """The partial success of an episode without actions."""
+        initial, goals = self.task.initial, self.goals
+        return goals.partial(initial, (), goals.reached(initial, ()))
+
+    @cached_property
     def reference(self) -> Reference:
         """The shortest plan known, and commands that win in this view."""
         from eai.envs.agents import reference_of
@@ -457,7 +473,12 @@ class Game:
         if self.task.missing:  # what is reached on the way to goals that cannot be
             return None
         ended = self._failed or self._is_undeclared(is_last=is_last)
-        return merit_of_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
+        earned = merit_of_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
+        if earned is None or self._rules.reward is not Shaping.PARTIAL:
+            return earned
+        partial = self.stage.goals.partial(self.state, self.taken, self.reached)
+        gained = gain_of_conditions(partial, self.stage.met_at_start, earned.gain)
+        return replace(earned, conditions=gained)
 
     def _is_undeclared(self, *, is_last: bool) -> bool:
         """Whether it lacks the `DONE` that it is to end with."""

@@ -45,8 +45,8 @@ class Rules(Options):
             give too), or scene (all).
         observe: How much of the world is shown: full, or partial: what the agent can see, as the domain
             declares it. Then actions may name only what has been seen.
-        reward: What is paid for: success, goals, progress, diagnosis or repair, as by eai.Reward. A turn pays
-            by how much it changes what the episode is worth.
+        reward: What is paid for: success, goals, progress, diagnosis, repair or partial, as by eai.Reward. A
+            turn pays by how much it changes what the episode is worth.
         gamma: The discount: a turn pays this share of what the episode is worth after it, less all of before.
         until: When an episode ends: goal (in the first state in which all goals are reached), or done (when
             the agent writes DONE, as a plan ends).

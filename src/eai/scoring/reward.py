@@ -4,6 +4,7 @@ Shapings are functions of what a verdict says. All that an answer is worth lies 
 hold of every answer (``docs/training.md`` has the definitions, and what they keep a policy from learning):
 
     success <= goals <= progress        diagnosis <= progress        a success is paid as much as its progress
+    success <= partial
 
 Episodes are paid by the same definitions: a turn pays by how much it changes what its episode is worth.
 """
@@ -22,7 +23,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability, member
 from eai.abilities.scorer import PlanScorer, exception_text
-from eai.abilities.verdict import ErrorReport, Merit, PlanVerdict, Verdict
+from eai.abilities.verdict import ErrorReport, Merit, PlanVerdict, Share, Verdict, gain_of_conditions
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import EaiError, InputError
 from eai.pddl.planning import PlannerChoice
@@ -45,6 +46,8 @@ class Shaping(str, Enum):
     """``progress`` divided by one more than the number of faults that were diagnosed."""
     REPAIR = "repair"
     """The nearness to success, of plans only: by how few edits they would succeed."""
+    PARTIAL = "partial"
+    """The gain in partial success, up to the error that ended the answer; for other answers ``progress``."""
 
 
 def worth(earned: Merit, shaping: Shaping) -> float:
@@ -64,6 +67,8 @@ def worth(earned: Merit, shaping: Shaping) -> float:
             by_itself = earned.gain / (1 + sum(earned.faults.values()))
         case Shaping.REPAIR:
             raise ValueError("how near a plan is to success is not told by its merits")
+        case Shaping.PARTIAL:
+            by_itself = earned.gain if earned.conditions is None else earned.conditions
         case _:
             assert_never(shaping)
     return by_itself / (1 + earned.added)
@@ -121,8 +126,8 @@ class Reward:
 
     Args:
         suite: the tasks. Under another protocol than ``strict`` what is promised of rewards need not hold.
-        shaping: what an answer is paid for: ``success``, ``goals``, ``progress``, ``diagnosis`` or, of plans
-            under ``strict``, ``repair``.
+        shaping: what an answer is paid for: ``success``, ``goals``, ``progress``, ``diagnosis``, ``partial``
+            or, of plans under ``strict``, ``repair``.
         limit: the longest answer that is read, in characters; what is longer is unreadable, so that no text
             takes long. Separate a model's reasoning from its answer first.
 
@@ -141,6 +146,7 @@ class Reward:
             raise InputError(f"answers to {suite.ability.value} are not paid: its verdicts have no merit")
         self.limit = limit
         self._at_start = cache(self._reached_at_start)
+        self._met_at_start = cache(self._partial_at_start)
 
     def __reduce__(self) -> tuple[Callable[..., Reward], tuple[Suite, Shaping]]:
         return partial(Reward, limit=self.limit), (self.suite, self.shaping)
@@ -197,15 +203,24 @@ class Reward:
         if not self.suite.has_plans:
             return merit(verdict)
         earned = merit(verdict, self._at_start(task_id))
-        is_vain = (
-            isinstance(verdict, PlanVerdict) and not verdict.declines and self.suite.tasks[task_id].missing
-        )
-        return replace(earned, gain=0.0, success=False) if earned is not None and is_vain else earned
+        if earned is None or not isinstance(verdict, PlanVerdict) or verdict.declines:
+            return earned
+        if self.suite.tasks[task_id].missing:
+            return replace(earned, gain=0.0, success=False)
+        if self.shaping is not Shaping.PARTIAL or verdict.partial is None:
+            return earned
+        gained = gain_of_conditions(verdict.partial, self._met_at_start(task_id), earned.gain)
+        return replace(earned, conditions=gained)
 
     def _reached_at_start(self, task_id: str) -> tuple[bool, ...]:
         """For each goal, in order, whether it is reached where nothing is done."""
         task = self.suite.tasks[task_id]
         return GoalTest(task).reached(task.initial, ())
+
+    def _partial_at_start(self, task_id: str) -> Share:
+        """The partial success of a plan without steps."""
+        task = self.suite.tasks[task_id]
+        return GoalTest(task).partial(task.initial, (), self._at_start(task_id))
 
 
 def reward(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> float | None:

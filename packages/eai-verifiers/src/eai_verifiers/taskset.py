@@ -27,7 +27,7 @@ class HouseholdTaskConfig(vf.TaskConfig):
     """What is paid for."""
 
     shaping: Shaping = Shaping.SUCCESS
-    """``success``, ``goals``, ``progress`` or ``diagnosis``."""
+    """``success``, ``goals``, ``progress``, ``diagnosis``, ``repair`` or ``partial``."""
 
 
 class HouseholdConfig(vf.TasksetConfig):

@@ -104,14 +104,17 @@ function goals(answer) {
     items.length ? element('ul', {}, items.map((item) => element('li', {}, element('code', {}, item.goal || item),
       item.kind && element('span', { class: 'kind' }, item.kind),
       (item.remarks || []).map((remark) => element('div', { class: 'reason' }, remark))))) : element('p', { class: 'empty' }, 'none'));
-  return element('section', { class: 'goals' }, element('h3', {}, interpretation ? 'Goals' : 'Goals at the end',
-    answer.row.C ? element('span', { class: 'count' }, ` ${conditionsText(...answer.row.C)}`) : null),
+  return element('section', { class: 'goals' }, element('h3', {}, interpretation ? 'Goals' : `Goals at the end${conditions(answer)}`),
     element('div', { class: 'columns even' }, list(interpretation ? 'Found' : 'Reached', met, 'met'), list('Missed', missed, 'missed'),
       invented.length ? list('Invented', invented, 'invented') : null,
       hallucinated.length ? list('Names that do not exist', hallucinated, 'invented') : null));
 }
 
-const conditionsText = (met, total) => `${met} of ${plural(total, 'condition')}`;
+function conditions(answer) {
+  if (!answer.row.C) return '';
+  const [met, total] = answer.row.C;
+  return `: ${met} of ${plural(total, 'condition')} met`;
+}
 
 function counts(answer) {
   const rows = Object.entries(answer.row.n || {}).filter(([, row]) => row.some(Boolean));
