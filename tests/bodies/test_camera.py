@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -22,12 +23,14 @@ STATES = ("is_dusty", "is_stained", "is_soaked", "is_frozen", "is_cooked", "is_b
 
 
 @pytest.fixture(scope="module")
-def camera() -> Camera:
+def camera() -> Iterator[Camera]:
     scene = BodyScene(task_of(kitchen()))
     try:
-        return Camera(scene, (320, 240), shadows=False)
+        opened = Camera(scene, (320, 240), shadows=False)
     except EaiError as error:
         pytest.skip(str(error))
+    with opened:
+        yield opened
 
 
 def test_colours_depth_and_objects_agree(camera: Camera) -> None:
