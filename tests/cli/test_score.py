@@ -345,7 +345,9 @@ def test_a_zip_may_have_several_answers_to_a_task(eai: Command) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
-@pytest.mark.parametrize("name", ["m_outputs.json", "m_outputs.jsonl", "m_outputs.parquet", "log.eval"])
+@pytest.mark.parametrize(
+    "name", ["m_outputs.json", "m_outputs.jsonl", "m_outputs.parquet", "l.eval", "m.zip"]
+)
 def test_a_named_pipe_is_refused_at_once(eai: Command, name: str) -> None:
     os.mkfifo(name)
     printed = eai("score", name, *HERE)

@@ -202,7 +202,7 @@ def test_a_missing_value_of_a_parquet_file_is_none(tmp_path: Path) -> None:
 def test_a_named_pipe_and_a_device_are_refused_at_once(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for path, kind in ((tmp_path / "pipe", "a named pipe"), (Path("/dev/zero"), "a device")):
-        with pytest.raises(InputError, match=f"{path}: is {kind}; expected a file, or /dev/stdin"):
+        with pytest.raises(InputError, match=f"{path}: is {kind}; give a file, or pipe it into /dev/stdin"):
             content_of(path)
     with socket.socket(socket.AF_UNIX) as opened:
         opened.bind(str(tmp_path / "s"))

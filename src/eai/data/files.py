@@ -131,7 +131,7 @@ def require_file(path: Path) -> None:
     is_of_shell = stat.S_ISFIFO(mode) and _DESCRIPTOR.match(str(path)) is not None
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode) or is_of_shell):
         kind = next((name for is_kind, name in _ENDLESS if is_kind(mode)), "no regular file")
-        raise InputError(f"{path}: is {kind}; expected a file, or /dev/stdin, whose input is a pipe")
+        raise InputError(f"{path}: is {kind}; give a file, or pipe it into /dev/stdin")
 
 
 _DESCRIPTOR = re.compile(r"/dev/stdin$|/dev/fd/\d+$|/proc/(self|\d+)/fd/\d+$")

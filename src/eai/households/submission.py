@@ -13,7 +13,7 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.responses import SUFFIX, find_response_files, read_responses
 from eai.benchmark.answer_files import UNREADABLE, members_of
 from eai.benchmark.registry import FIRST, find_benchmark
-from eai.data.files import MAX_UNPACKED, write_whole
+from eai.data.files import MAX_UNPACKED, require_file, write_whole
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.households.packs import SCENE_PREFIX, task_id_of
@@ -107,6 +107,7 @@ def check_submission(path: Path, store: Store | None = None, prompts: Path | Non
         DataError: the data set cannot be obtained.
     """
     expected = submission_files(store, prompts)
+    require_file(path)
     try:
         with zipfile.ZipFile(path) as archive:
             members = {info.filename: info for info in members_of(archive) if not info.is_dir()}

@@ -334,8 +334,8 @@ def test_extreme_subgoals_have_a_verdict(subgoal: str) -> None:
 def test_forty_choices_do_not_cost_two_to_the_forty_executions() -> None:
     verdict = STRICT.score(answer(*["ONTOP(character.65, bed.20)"] * 40))
     assert verdict.search == "complete"
-    assert verdict.attempts is not None
-    assert verdict.attempts < 2_000
+    assert verdict.tried_actions is not None
+    assert verdict.tried_actions < 2_000
 
 
 @pytest.mark.parametrize("scorer", SCORERS)
