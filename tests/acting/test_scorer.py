@@ -138,6 +138,7 @@ def test_an_episode_that_does_not_replay_fails_and_is_counted(suite: Suite) -> N
         verdict = verdict_of(suite, json.dumps(changed))
         assert verdict.error is not None
         assert verdict.error.detail.startswith(f"unreplayable: {place}")
+        assert len(verdict.error.detail.splitlines()) == 1
         assert (verdict.excluded, verdict.success, verdict.executable, verdict.declared) == (
             None,
             *[False] * 3,

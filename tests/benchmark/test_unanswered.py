@@ -7,7 +7,8 @@ import pytest
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
-from eai.abilities.verdict import Confusion
+from eai.abilities.verdict import RAISED, Confusion
+from eai.acting.setting import ACTING
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
@@ -55,3 +56,37 @@ def test_gold_operators_do_not_solve_a_task_without_an_answer(data_store: Store,
     assert isinstance(verdict, OperatorVerdict)
     assert (verdict.success, verdict.planner) == (False, PlannerOutcome.INPUT_ERROR)
     assert verdict.literals == (_LITERALS if protocol is Protocol.STRICT else None)
+
+
+ODD = (
+    *("", "NaN", "1e400", "-1e400", "9" * 5000, "[1e308]", '{"a": 1e400}', "\ud800", "\x00", '"x', "DONE"),
+    *("[" * 5000, "{" * 5000, "(" * 5000, "x" * 20_000, '{"turns": [{"said": "DONE"}], "opening": "0"}'),
+    *(
+        '{"output": NaN}',
+        '{"output": []}',
+        "[null]",
+        "null",
+        '[["ON", 1e400]]',
+        '[{"action": 1, "object": 1e308}]',
+    ),
+)
+"""Texts that say nothing, or numbers that no program can take."""
+
+
+@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
+@pytest.mark.parametrize("ability", [*FOUR, ACTING], ids=str)
+def test_no_text_takes_a_task_out_of_a_denominator_or_makes_a_scorer_raise(
+    data_store: Store, domain: str, ability: Ability
+) -> None:
+    suite = open_suite(domain, ability, source=Source(data_store, planner=PlannerChoice.NONE))
+    declared = declaration_of(ability)
+    for task_id in suite.task_ids[::40]:
+        nothing = declared.contributions(suite.unanswered(task_id))
+        for text in ODD:
+            verdict = suite.score(task_id, text)
+            assert verdict.error is None or verdict.error.check != RAISED, text[:40]
+            assert verdict.excluded == suite.scorer(task_id).why_excluded(), text[:40]
+            if verdict.excluded is None:
+                found = declared.contributions(verdict)
+                for metric in declared.main:
+                    assert found[metric].denominator >= nothing[metric].denominator, (metric, text[:40])

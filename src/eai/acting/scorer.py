@@ -203,11 +203,16 @@ class _ActingScorer(Scorer):
         return Assessment(verdict, explain, look_back)
 
 
+_MAX_SHOWN = 100
+"""Largest number of characters of an observation in the reason for a failure."""
+
+
 def _difference(place: str, digest: str | None, told: str) -> str | None:
     """Return how an observation differs from the digest that an episode has of it; None if it does not."""
     if digest is None or digest == sha256_of(told):
         return None
-    return f"{place}: the observation is another one: {told[:200]}"
+    first = told.partition("\n")[0]
+    return f"{place}: the observation is another one: {first[:_MAX_SHOWN]}"
 
 
 def _step(turn: Turn, told: str, game: Game) -> StepReport:
