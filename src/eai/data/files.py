@@ -59,9 +59,9 @@ def parquet() -> Any:
 
 
 def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> Iterator[dict[str, object]]:
-    """The rows of a Parquet file, each with these columns; the file is never in memory as a whole.
+    """Yield the rows of a Parquet file, with some columns. The file is never in memory as a whole.
 
-    A text that a file holds once for many rows is in memory once.
+    Rows that share a text in the file share it in memory.
 
     Args:
         path: the file.
@@ -91,9 +91,9 @@ def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> 
 
 
 def _require_bounded(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
-    """Refuse a file of which a group of rows unpacks to too much.
+    """Refuse a file with a group of rows that unpacks to too many bytes.
 
-    Returns whether texts share their beginnings, so that each row may be much larger than its bytes.
+    Returns whether texts share their beginnings. Then a row may be much larger than its bytes in the file.
     """
     limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
     is_prefixed = False
@@ -117,7 +117,7 @@ def _values(column: Any) -> list[object]:
 
 
 def require_file(path: Path) -> None:
-    """Refuse a device, a socket or a named pipe, of which reading may never end.
+    """Refuse a device, a socket or a named pipe. Reading one may never end.
 
     A pipe that the shell has opened is read: ``/dev/stdin``, or ``<(...)``, which is ``/dev/fd/N``.
 

@@ -1,4 +1,4 @@
-"""Formulas that the first state of a trace breaks, whatever comes after it."""
+"""Formulas that the first state of a trace makes false, in every continuation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from eai.logic.traversal import is_state_formula, walk
 def is_broken(formula: f.Formula, start: Trace) -> bool:
     """Whether a closed formula is false on all traces that begin with a state.
 
-    True is a proof. False is none: only the first state is looked at, not what actions can change.
+    True is a proof. False proves nothing: the actions that are possible are not taken into account.
 
     Args:
         formula: the formula; temporal operators stand outside of its quantifiers.
@@ -23,7 +23,7 @@ def is_broken(formula: f.Formula, start: Trace) -> bool:
 
 
 def _truth(formula: f.Formula, start: Trace, *, is_top: bool) -> bool | None:
-    """The truth of a formula on all traces with this start, or None if it depends on what comes.
+    """Return the truth of a formula on all traces with this start, or None if traces differ.
 
     At the top, outside of all temporal operators, a state formula may hold at any position.
     """

@@ -26,7 +26,7 @@ _SECTIONS: Final[Mapping[str, str]] = {
 """The section of each place that `eai.pddl.check` names."""
 
 _NAMED: Final = frozenset({":action", ":derived"})
-"""The sections of which there are several, each with a name."""
+"""Sections with a name: a definition may have several of each."""
 
 _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpairs"})
 

@@ -29,7 +29,7 @@ _CANDIDATES_PER_LOOK = 20
 """Number of objects that may be tried for each look that the limits allow."""
 
 _CANDIDATES_PER_ACTION = 20
-"""Number of objects that can be tried in the time in which an action is carried out."""
+"""Number of objects that cost as much time as carrying out one action."""
 
 _UNEXPANDED, _EXPANDED = 0, 1
 """The states not yet expanded come first."""

@@ -67,7 +67,7 @@ class Effort:
             yield name
 
     def over(self, objects: Sequence[int]) -> Sequence[int]:
-        """Return the same objects, each of which counts whenever it is looked at."""
+        """Return the objects as a sequence that counts each object when it is looked at."""
         return _Counted(objects, self)
 
 
