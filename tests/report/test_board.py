@@ -175,6 +175,10 @@ HOSTILE = {
     "no model": "model: ",
     "a huge description": "at most 64,000 bytes",
     "a specification that is none": "run.toml",
+    "a number of 5,000 digits": "submission.toml: expected TOML",
+    "too many tokens": "tokens: ",
+    "too many dollars": "dollars: ",
+    "a deep list": "run.toml: expected TOML",
 }
 
 
@@ -216,6 +220,14 @@ def spoil(how: str, folder: Path, right: str) -> None:
             described.write_text(described.read_text() + "#" * 64_000)
         case "a specification that is none":
             (folder / "run.toml").write_text("[[[")
+        case "a number of 5,000 digits":
+            described.write_text(f"{described.read_text()}tokens = {'9' * 5_000}\n")
+        case "too many tokens":
+            described.write_text(f"{described.read_text()}tokens = {10**18}\n")
+        case "too many dollars":
+            described.write_text(described.read_text() + "dollars = 1e308\n")
+        case "a deep list":
+            (folder / "run.toml").write_text(f"a = {'[' * 20_000}")
         case _:
             raise AssertionError(how)
 

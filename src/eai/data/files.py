@@ -159,7 +159,7 @@ def read_toml(file: Path) -> dict[str, Any]:
     content = content_of(file)
     try:
         return parse_toml(content.decode())
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # also a number of too many digits, and too deep a list
         raise InputError(f"{file}: expected TOML; {error}") from error
 
 

@@ -49,6 +49,9 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 _MOST_FILES, _MOST_CHARACTERS, _MOST_OF_TEXT = 200, 100_000, 64_000
 """How many files a submission may have, characters an answer, and bytes a file that describes something."""
 
+_MAX_TOKENS, _MAX_DOLLARS = 10**15, 10**9
+"""Largest numbers of tokens and of dollars that a submission may state."""
+
 _NO_NUMBER = "–"
 
 
@@ -61,8 +64,8 @@ class _Description(Options):
     harness: str = Field("", max_length=100)
     effort: str = Field("", max_length=100)
     logs: str = Field("", max_length=500, pattern=r"^(https://[^\s]+)?$")
-    tokens: int | None = Field(None, ge=0)
-    dollars: float | None = Field(None, ge=0, allow_inf_nan=False)
+    tokens: int | None = Field(None, ge=0, le=_MAX_TOKENS)
+    dollars: float | None = Field(None, ge=0, le=_MAX_DOLLARS)
     withdrawn: str = Field("", max_length=500)
 
 
