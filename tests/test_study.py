@@ -11,12 +11,29 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.data.store import Store
-from oracle import MODELS, read_oracle
+from eai.results.paper_tables import published_scores
+from oracle import NO_REFERENCE
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "study.md"
 PLACES = (str(ROOT / "tools" / "study"), str(ROOT / "tools"))
-MODULES = ("claim", "evidence", "difficulty", "errors", "elsewhere", "printed", "page", "published_scores")
+_FILES = (ROOT / "tools" / "study").glob("[a-z]*.py")
+MODULES = ("published_scores", *(path.stem for path in _FILES))
+PARTLY = "reproduced in part"
+MEASURED = {
+    "With GPT-4o's plug_in and the data set's walk_towards and switch_on no plan is found.": "reproduced",
+    "The most frequent runtime error is the additional step in VirtualHome.": "reproduced",
+    "The most frequent runtime error is the missing step in BEHAVIOR.": "reproduced",
+    "GPT-4o uses the action POUR in making coffee, which subgoals do not have.": "reproduced",
+    "Claude-3 Opus's plans can all be read in both worlds.": "reproduced",
+    "Missing steps and wrong orders are the most frequent runtime errors in both worlds.": PARTLY,
+    "Non-spatial relations are the challenge across models.": PARTLY,
+    "Of Llama 3 8B's goals 0.6 % cannot be read in VirtualHome, 2.0 % in BEHAVIOR.": PARTLY,
+    "place_inside is rather low in BEHAVIOR.": PARTLY,
+    "Goals with quantifiers fail more, since a single unmet condition suffices.": PARTLY,
+    "No model has more than 3.8 % format errors.": "not supported",
+}
+"""Statements that the page once lacked, with their status by 18 models."""
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +68,7 @@ def test_every_claim_is_on_the_page_once(study: ModuleType) -> None:
     lines = text.splitlines()
     for claim in study.CLAIMS:
         name = f"{claim.key} {claim.title}"
-        is_there = lines.count(f"## {name}") == 1 and f"](#{sys.modules['page'].anchor(claim)})" in text
+        is_there = lines.count(f"## {name}") == 1 and f"](#{claim.anchor})" in text
         is_left_out = sum(line.startswith(f"* {name}: takes ") for line in lines) == 1
         assert is_there != is_left_out
         assert is_there or claim.plans
@@ -76,12 +93,83 @@ def test_claims_that_need_no_answers_come_out_as_on_the_page(study: ModuleType, 
 def test_the_page_is_current(
     study: ModuleType, data_store: Store, domain: str, ability: Ability, keys: str
 ) -> None:
-    for model in MODELS:
-        read_oracle(domain, ability.value, model)
+    if not study.ANSWERS.is_dir():
+        pytest.skip(NO_REFERENCE)
     evidence = study.from_answers(domains=[domain], abilities=[ability])
     found = sections(study, evidence, keys)
     text = PAGE.read_text(encoding="utf-8")
     assert [key for key, section in found.items() if section not in text] == []
+
+
+def rows_of_page() -> dict[str, list[str]]:
+    """The statement, status and evidence of each row of the list of statements, by statement."""
+    text = PAGE.read_text(encoding="utf-8")
+    part = text[text.index("## All statements") : text.index("## Claims with figures")]
+    rows = [line.strip("| ").split(" | ") for line in part.splitlines() if " | **" in line]
+    return {row[0]: row for row in rows}
+
+
+def test_every_statement_is_on_the_page_with_status_and_evidence(study: ModuleType) -> None:
+    statements = sys.modules["statements"].read_statements()
+    rows = rows_of_page()
+    assert [each.text for each in statements if each.text not in rows] == []
+    known = {f"**{status.value}**" for status in sys.modules["claim"].Status}
+    assert [row for row in rows.values() if len(row) != 3 or row[1] not in known or not row[2]] == []
+    assert len({each.section for each in statements}) > 30
+
+
+def test_a_statement_names_checks_that_exist(study: ModuleType) -> None:
+    module = sys.modules["statements"]
+    keys = {claim.key for claim in study.CLAIMS}
+    for statement in module.read_statements():
+        for part in statement.check.split(" & "):
+            kind, _, rest = part.partition(": ")
+            assert rest, statement
+            if kind == "claim":
+                assert rest in keys, statement
+            elif kind == "measure":
+                assert callable(module.measure_of(rest)), statement
+            elif kind == "read":
+                assert rest.partition(": ")[0] in {s.value for s in sys.modules["claim"].Status}, statement
+
+
+def test_statements_that_were_missing_have_the_measured_status() -> None:
+    rows = rows_of_page()
+    assert {text: rows[text][1].strip("*") for text in MEASURED} == MEASURED
+
+
+def test_statements_about_tables_come_out_as_on_the_page(study: ModuleType, data_store: Store) -> None:
+    source = study.Source(data_store)
+    evidence = sys.modules["evidence"].Evidence(source, published_scores("eai-1.0.5").suites)
+    module = sys.modules["statements"]
+    checker = module.Checker(evidence, {}, planner=False)
+    kinds = ("cell", "best", "lowest", "rank", "above", "printed", "count", "read", "skip")
+    rows, compared = rows_of_page(), 0
+    for statement in module.read_statements():
+        if all(
+            part.startswith(tuple(f"{kind}: " for kind in kinds)) for part in statement.check.split(" & ")
+        ):
+            finding = checker.find(statement.check)
+            compared += 1
+            assert rows[statement.text][1:] == [f"**{finding.status.value}**", finding.summary.rstrip(".")]
+    assert compared > 150
+
+
+def test_a_figure_counts_only_if_table_and_public_answers_have_it(
+    study: ModuleType, data_store: Store
+) -> None:
+    evidence = sys.modules["evidence"].Evidence(
+        study.Source(data_store), published_scores("eai-1.0.5").suites
+    )
+    checker = sys.modules["statements"].Checker(evidence, {}, planner=False)
+    status = {
+        figure: checker.find(f"cell: V/AS/state_goal/GPT-4o/{figure}").status.value
+        for figure in ("82.0", "87.1", "50.0")
+    }
+    assert status == {"82.0": PARTLY, "87.1": PARTLY, "50.0": "not supported"}
+    assert checker.find("cell: B/AS/parsing/GPT-3.5-turbo/4.0").status.value == "reproduced"
+    assert checker.find("best: V/GI/overall.f1/Gemini 1.5 Pro").status.value == "not supported"
+    assert checker.find("skip: a definition").status.value == "not judged"
 
 
 def test_without_records_the_page_says_what_is_missing(study: ModuleType, data_store: Store) -> None:

@@ -62,7 +62,7 @@ class Figure(NamedTuple):
 
 
 REPORT = "eai report scores --out report --paper --summary --formats png"
-THREE = ("gpt-4o*", "llama-3*", "o1-mini*")
+THREE = ("gpt-4o*", "llama-3-8b*", "o1-mini*")
 PLANS_B, PLANS_V = "behavior/action_sequencing", "virtualhome/action_sequencing"
 
 
@@ -73,7 +73,7 @@ FIGURES = (
         ("*/*/gpt-4o*",),
         "plots/summary-gpt-4o-2024-05-13-strict",
         "A model on one page",
-        "Main results, reached goals and errors, with intervals. Ticks mark nine published models.",
+        "Main results, reached goals and errors, with intervals. Ticks mark the published models.",
     ),
     Figure(
         "radar",

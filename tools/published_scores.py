@@ -1,16 +1,19 @@
-"""Writes the table of the published answers under `strict`: `python tools/published_scores.py [FOLDER]`.
+"""Write the scores of the public answers under both protocols: `python tools/published_scores.py [FOLDER]`.
 
-FOLDER holds the answers in `<domain>/<ability>/`, as `<model>_outputs.json` or, by default, as the verdicts
-beside the repository hold them (`<model>.json.gz`). Every file whose name is that of a model's published
-answers is scored, others are left alone, so that further models join the table by joining the folder.
+FOLDER holds the public answers in `<domain>/<ability>/<model>_outputs.json`, or packed as
+`<model>_outputs.json.gz`. By default this is `../shared/answers`. docs/study.md says where to get them.
+Files of other models are ignored.
 
-    python tools/published_scores.py                    all suites, some minutes
-    python tools/published_scores.py --only behavior    these alone; the others stay as they are
+    python tools/published_scores.py                    all suites and protocols, in about ten minutes
+    python tools/published_scores.py --only behavior    these suites; the others stay as they are
+    python tools/published_scores.py --protocol strict  one protocol
     python tools/published_scores.py --check            writes nothing; exit status 1 if a number differs
-    python tools/published_scores.py --null-models      what the null models earn, under both protocols
+    python tools/published_scores.py --null-models      the null models instead
 
-The numbers depend on the rules, the data and the answers alone, but for the planner of transition modeling,
-which is given so many CPU seconds a task.
+Every run also writes the rows of the tables in bench/README.md that show these scores.
+
+The numbers depend on the rules, the data and the answers, except for the planner of transition modeling,
+which has a limit of CPU seconds a task.
 """
 
 from __future__ import annotations
@@ -20,13 +23,14 @@ import gzip
 import hashlib
 import json
 import sys
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from eai.abilities.codec import sha256_of
-from eai.abilities.protocol import DEFAULT_PROTOCOL, FOUR, Ability, Protocol
+from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import SUFFIX, Response, ResponseFile, read_responses
 from eai.benchmark.benchmark import Benchmark
@@ -35,7 +39,17 @@ from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.paper_tables import NULL_MODELS, SCHEMA, TABLE, null_scores, null_table, paper_models
+from eai.results.paper_tables import (
+    NULL_MODELS,
+    SCHEMA,
+    PaperTable,
+    null_scores,
+    null_table,
+    paper_models,
+    paper_table,
+    published_scores,
+    published_table,
+)
 from eai.results.summary import summarise
 from eai.results.totals import Totals
 from eai.run.job import PROVIDER
@@ -45,15 +59,16 @@ from eai.tasks.source import Source
 
 ROOT = Path(__file__).resolve().parents[1]
 PAPER = ROOT / "src" / "eai" / "results" / "paper"
-ANSWERS = ROOT.parent / "shared" / "oracle"
-PACKED = ".json.gz"
+ANSWERS = ROOT.parent / "shared" / "answers"
+PACKED = f"{SUFFIX}.gz"
 RANDOM_SEED = "0 1 1"
 """Seed, epoch and attempt, as the built-in model has them where nobody says otherwise."""
 
 NOTES: Mapping[str, Sequence[str]] = {
     "virtualhome/action_sequencing": (
         "The published VirtualHome plans name objects without ids: of two objects of one class that matter "
-        "to a task they name one only, plans with ids both. The paper's tables were made from other plans.",
+        "to a task they name one only, plans with ids both. They give the figures of "
+        "the paper's text, not those of its tables.",
     ),
 }
 """What a reader must know of the published answers to a suite."""
@@ -63,7 +78,7 @@ _S, _R = Protocol.STRICT, Protocol("eai-1.0.5")
 _GOALS, _SUBGOALS, _PLANS, _OPERATORS = FOUR
 _F1, _SUCCESS, _PLANNER = "overall.f1", "task_success", "overall.planner_success"
 
-FLOORS: Mapping[tuple[str, str], Sequence[tuple[str, Ability, str, Protocol]]] = {
+PAGE_TABLES: Mapping[tuple[str, str], Sequence[tuple[str, Ability, str, Protocol]]] = {
     ("bench/README.md", "| model | task success: "): [
         ("virtualhome", _PLANS, metric, protocol)
         for metric in (_SUCCESS, "execution_success")
@@ -92,7 +107,19 @@ FLOORS: Mapping[tuple[str, str], Sequence[tuple[str, Ability, str, Protocol]]] =
         for protocol in (_R, _S)
     ],
 }
-"""Tables of documentation, each by its page and how it begins: what the columns beside the names show."""
+"""Tables of pages, by page and first words: the columns after the name of the model."""
+
+NAMED = {"virtualhome": "VirtualHome", "behavior": "BEHAVIOR"}
+AGREEMENT = (
+    "goal_interpretation",
+    "subgoal_decomposition_trajectory",
+    "action_sequencing_trajectory",
+    "goal_satisfaction",
+    "transition_modeling_virtualhome_logic",
+    "transition_modeling_behavior_logic",
+    "transition_modeling_planner",
+)
+"""The paper's tables of all models that public answers are compared with."""
 
 
 def main() -> None:
@@ -101,21 +128,26 @@ def main() -> None:
     )
     parser.add_argument("folder", type=Path, nargs="?", default=ANSWERS)
     parser.add_argument("--only", default="", help="a part of DOMAIN/ABILITY")
+    parser.add_argument("--protocol", choices=[each.value for each in Protocol.known()], help="of both, one")
     parser.add_argument("--check", action="store_true", help="compare, write nothing")
     parser.add_argument("--null-models", action="store_true", help="score these instead; needs no answers")
     arguments = parser.parse_args()
-    if arguments.null_models:
-        made = {
-            null_table(each.value): (each, partial(null_suite, protocol=each)) for each in Protocol.known()
-        }
-    else:
-        made = {TABLE: (DEFAULT_PROTOCOL, partial(scored_suite, folder=arguments.folder))}
+    made: dict[str, tuple[Protocol, Callable[[str], dict[str, Any]]]] = {}
+    for protocol in Protocol.known():
+        if arguments.protocol not in (None, protocol.value):
+            continue
+        if arguments.null_models:
+            made[null_table(protocol.value)] = protocol, partial(null_suite, protocol=protocol)
+        else:
+            scored = partial(scored_suite, protocol=protocol, folder=arguments.folder)
+            made[published_table(protocol.value)] = protocol, scored
     same = [
         make(PAPER / table, protocol, suite_of, arguments.only, write=not arguments.check)
         for table, (protocol, suite_of) in made.items()
     ]
-    if arguments.null_models:
-        same += [write_floor(ROOT / page, header, write=not arguments.check) for page, header in FLOORS]
+    if arguments.protocol is None:
+        same += [write_rows(ROOT / page, header, write=not arguments.check) for page, header in PAGE_TABLES]
+        same.append(write_agreement(ROOT / "bench/README.md", write=not arguments.check))
     if arguments.check and not all(same):
         sys.exit(1)
 
@@ -141,19 +173,21 @@ def scored_suite(
     name: str,
     folder: Path,
     *,
+    protocol: Protocol,
     only: Iterable[str] | None = None,
     planner: PlannerChoice = PlannerChoice.FULL,
 ) -> dict[str, Any]:
-    """The part of the table on one suite, of all published models that the folder has answers of.
+    """Return the part of the table on one suite, with all models whose answers are in the folder.
 
     Args:
         name: domain, slash, ability.
         folder: where the answers are.
+        protocol: the rules that judge them.
         only: the names of the files, without ending, that are scored; all if None.
         planner: which planner judges operators.
     """
     domain, ability = name.split("/")
-    suite = open_suite(domain, Ability(ability), DEFAULT_PROTOCOL, source=Source(planner=planner))
+    suite = open_suite(domain, Ability(ability), protocol, source=Source(planner=planner))
     metrics = list(summarise([], suite.ability))
     models: dict[str, Any] = {}
     for file, model in sorted(paper_models().items(), key=lambda item: item[1]):
@@ -214,28 +248,67 @@ def null_answers(
     }
 
 
-def write_floor(page: Path, header: str, *, write: bool) -> bool:
-    """Write the null models' rows below a table of a page, and say whether they are as they were."""
+def write_rows(page: Path, header: str, *, write: bool) -> bool:
+    """Write the rows of a page's table, models before null models, and return whether they are unchanged."""
     lines = page.read_text(encoding="utf-8").splitlines()
-    start = next(i for i, line in enumerate(lines) if line.startswith(header))
-    end = next(i for i, line in enumerate([*lines, ""]) if i > start and not line.startswith("|"))
-    names = [f"| `{model}` | " for model in NULL_MODELS]
-    kept = [line for line in lines[start:end] if not line.startswith(tuple(names))]
-    columns = FLOORS[str(page.relative_to(ROOT)), header]
+    start = next(i for i, line in enumerate(lines) if line.startswith(header)) + 2
+    end = next(i for i, line in enumerate([*lines, ""]) if i >= start and not line.startswith("|"))
+    columns = PAGE_TABLES[str(page.relative_to(ROOT)), header]
     rows = [
-        name + " | ".join(floor_cells(model, columns)) + " |"
-        for name, model in zip(names, NULL_MODELS, strict=True)
+        f"| {file} | {' | '.join(cells(model, columns, published_scores))} |"
+        for file, model in sorted(answer_files().items())
     ]
-    new = [*lines[:start], *kept, *rows, *lines[end:]]
+    rows += [f"| `{model}` | {' | '.join(cells(model, columns, null_scores))} |" for model in NULL_MODELS]
+    new = [*lines[:start], *rows, *lines[end:]]
     if write:
         page.write_text("\n".join(new) + "\n", encoding="utf-8")
     return new == lines
 
 
-def floor_cells(model: str, columns: Sequence[tuple[str, Ability, str, Protocol]]) -> Iterator[str]:
-    """What a null model comes to, in percent, with one decimal."""
+def write_agreement(page: Path, *, write: bool) -> bool:
+    """Write how many cells of the paper's tables come out, and return whether the rows are unchanged."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith("| table of the paper | ")) + 2
+    end = next(i for i, line in enumerate([*lines, ""]) if i >= start and not line.startswith("|"))
+    rows = []
+    for name in AGREEMENT:
+        table = paper_table(name)
+        for domain in FIRST:
+            gaps = list(differences(table, domain))
+            if gaps:
+                near = " | ".join(str(sum(gap <= limit for gap in gaps)) for limit in (0.056, 1.05, 2.05))
+                title = name.replace("_", " ").replace(f" {domain}", "")
+                rows.append(f"| {title} | {NAMED[domain]} | {len(gaps)} | {near} | {max(gaps):.1f} |")
+    new = [*lines[:start], *rows, *lines[end:]]
+    if write:
+        page.write_text("\n".join(new) + "\n", encoding="utf-8")
+    return new == lines
+
+
+def differences(table: PaperTable, domain: str) -> Iterator[float]:
+    """Yield the points by which cells of a table differ from the public answers' rates."""
+    suites = published_scores("eai-1.0.5").suites
+    for column in [each for each in table.columns if each.domain == domain]:
+        suite = suites[f"{domain}/{column.ability}"]
+        for model in table.rows:
+            printed, ours = table.figure(model, column), suite.rates(model)[column.metric].percent
+            if printed is not None and ours is not None:
+                yield abs(ours - printed)
+
+
+def answer_files() -> Mapping[str, str]:
+    """Return the paper's name of each model by the name of its public file, each model once."""
+    return {file: model for model, file in {model: file for file, model in paper_models().items()}.items()}
+
+
+def cells(
+    model: str,
+    columns: Sequence[tuple[str, Ability, str, Protocol]],
+    scores: Callable[[str], Any],
+) -> Iterator[str]:
+    """Yield the rates of a model in percent, with one decimal."""
     for domain, ability, metric, protocol in columns:
-        percent = null_scores(protocol.value).suites[f"{domain}/{ability.value}"].rates(model)[metric].percent
+        percent = scores(protocol.value).suites[f"{domain}/{ability.value}"].rates(model)[metric].percent
         yield "-" if percent is None else f"{percent:.1f}"
 
 
@@ -262,22 +335,16 @@ def digest(records: Iterable[Record]) -> str:
 
 
 def find_answers(folder: Path, file: str, suite: Suite) -> ResponseFile | None:
-    """The answers of a model to a suite, or None if the folder does not have them."""
+    """Return the answers of a model to a suite, or None if the folder does not have them."""
     plain, packed = folder / f"{file}{SUFFIX}", folder / f"{file}{PACKED}"
     if plain.is_file():
         return read_responses(plain, suite.task_ids, suite.benchmark.task_id_of)
     if not packed.is_file():
         return None
-    content = json.loads(gzip.decompress(packed.read_bytes()))
-    rows = content.get("tasks") or content.get("records")
-    return ResponseFile(file, tuple(_responses(rows, suite)))
-
-
-def _responses(rows: Iterable[Mapping[str, Any]], suite: Suite) -> Iterator[Response]:
-    for row in rows:
-        identifier = row.get("id", row.get("identifier"))
-        text = row.get("llm_output", row.get("response")) or ""
-        yield Response(suite.benchmark.task_id_of(str(identifier)), text)
+    with tempfile.TemporaryDirectory(prefix="eai-answers-") as unpacked:
+        copy = Path(unpacked) / plain.name
+        copy.write_bytes(gzip.decompress(packed.read_bytes()))
+        return read_responses(copy, suite.task_ids, suite.benchmark.task_id_of)
 
 
 def table_text(suites: Mapping[str, Any], protocol: Protocol) -> str:

@@ -18,7 +18,6 @@ from eai.results import paper_tables
 from eai.results.paper_tables import (
     NULL_MODELS,
     SCHEMA,
-    TABLE,
     PaperColumn,
     PublishedSuite,
     null_scores,
@@ -27,6 +26,7 @@ from eai.results.paper_tables import (
     paper_table,
     published_scores,
     published_scores_sha256,
+    published_table,
 )
 from eai.results.summary import summarise
 from oracle import MODELS, NO_REFERENCE, Oracle
@@ -125,6 +125,8 @@ _SIDES = {"precondition": "precond_predicate_type_res", "effect": "effect_predic
 
 
 ROOT = Path(__file__).parents[2]
+PROTOCOLS = [protocol.value for protocol in Protocol.known()]
+SUITES = published_scores("strict").suites
 SAMPLE = "llama-3-8b-chat"
 """The model whose answers are scored again; they end in every way there is."""
 
@@ -134,20 +136,22 @@ def tool() -> ModuleType:
     return module_at("tools/published_scores.py")
 
 
-def test_the_table_is_of_the_protocol_that_the_paper_has_no_numbers_of() -> None:
-    table = published_scores()
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_public_answers_are_scored_under_each_protocol(protocol: str) -> None:
+    table = published_scores(protocol)
     assert table.schema == SCHEMA
-    assert table.protocol == Protocol.STRICT.value
-    content = (ROOT / "src" / "eai" / "results" / "paper" / TABLE).read_bytes()
-    assert published_scores_sha256() == hashlib.sha256(content).hexdigest()
+    assert table.protocol == protocol
+    content = (ROOT / "src" / "eai" / "results" / "paper" / published_table(protocol)).read_bytes()
+    assert published_scores_sha256(protocol) == hashlib.sha256(content).hexdigest()
 
 
-def test_every_suite_has_the_same_models_and_all_metrics() -> None:
-    suites = published_scores().suites
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_every_suite_has_all_models_of_the_paper_and_all_metrics(protocol: str) -> None:
+    suites = published_scores(protocol).suites
     assert set(suites) == {f"{d}/{a.value}" for d in ("virtualhome", "behavior") for a in FOUR}
     for name, suite in suites.items():
         assert list(suite.metrics) == list(summarise([], Ability(name.split("/")[1])))
-        assert set(suite.models) == {paper_models()[model] for model in MODELS}
+        assert set(suite.models) == set(paper_models().values())
         for model, row in suite.models.items():
             assert suite.coverage(model).ranked
             assert row.answered <= suite.tasks
@@ -159,7 +163,7 @@ def test_every_suite_has_the_same_models_and_all_metrics() -> None:
 def test_null_models_have_answers_to_every_suite(protocol: Protocol) -> None:
     table = null_scores(protocol.value)
     assert (table.schema, table.protocol) == (SCHEMA, protocol.value)
-    assert table.suites.keys() == published_scores().suites.keys()
+    assert table.suites.keys() == SUITES.keys()
     for name, suite in table.suites.items():
         assert list(suite.metrics) == list(summarise([], Ability(name.split("/")[1])))
         assert list(suite.models) == list(NULL_MODELS)
@@ -172,12 +176,12 @@ def test_null_models_have_answers_to_every_suite(protocol: Protocol) -> None:
         assert main("eai/random")["execution_success"].percent == 100
 
 
-SUBGOALS = {name for name in published_scores().suites if name.endswith("_decomposition")}
-SUITES = [*sorted({*published_scores().suites} - SUBGOALS), *swept(*sorted(SUBGOALS))]
+SUBGOALS = {name for name in SUITES if name.endswith("_decomposition")}
+NAMES = [*sorted({*SUITES} - SUBGOALS), *swept(*sorted(SUBGOALS))]
 
 
 @pytest.mark.usefixtures("data_store")
-@pytest.mark.parametrize("name", SUITES)
+@pytest.mark.parametrize("name", NAMES)
 def test_scoring_the_copy_again_gives_its_row(name: str, tool: ModuleType) -> None:
     """If it does not, verdicts have changed: run tools/published_scores.py --null-models."""
     strict = Protocol.STRICT
@@ -191,22 +195,26 @@ def test_scoring_the_copy_again_gives_its_row(name: str, tool: ModuleType) -> No
             assert rates[metric] == [rate.numerator, rate.denominator], metric
 
 
-def test_pages_have_the_null_models_rows(tool: ModuleType) -> None:
-    for page, header in tool.FLOORS:
-        assert tool.write_floor(ROOT / page, header, write=False), (page, header)
+def test_pages_have_the_rows_of_models_and_null_models(tool: ModuleType) -> None:
+    for page, header in tool.PAGE_TABLES:
+        assert tool.write_rows(ROOT / page, header, write=False), (page, header)
 
 
 def test_what_is_not_in_the_table() -> None:
-    assert "lamps/action_sequencing" not in published_scores().suites
+    assert "lamps/action_sequencing" not in SUITES
 
 
-@pytest.mark.parametrize("name", SUITES)
-def test_scoring_a_model_again_gives_its_row(name: str, tool: ModuleType) -> None:
+@pytest.mark.usefixtures("data_store")
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+@pytest.mark.parametrize("name", NAMES)
+def test_scoring_a_model_again_gives_its_row(name: str, protocol: str, tool: ModuleType) -> None:
     """If it does not, verdicts have changed: run tools/published_scores.py."""
     if not tool.ANSWERS.is_dir():
         pytest.skip(NO_REFERENCE)
-    suite: dict[str, Any] = tool.scored_suite(name, tool.ANSWERS, only=[SAMPLE], planner=PlannerChoice.NONE)
-    shipped: PublishedSuite = published_scores().suites[name]
+    suite: dict[str, Any] = tool.scored_suite(
+        name, tool.ANSWERS, protocol=Protocol(protocol), only=[SAMPLE], planner=PlannerChoice.NONE
+    )
+    shipped: PublishedSuite = published_scores(protocol).suites[name]
     model = paper_models()[SAMPLE]
     again = suite["models"][model]
     assert suite["data_sha256"] == shipped.data_sha256

@@ -1,10 +1,11 @@
-"""Writes the study of the paper's claims: `python tools/study [RECORDS...]`.
+"""Write the study of the paper's statements and claims: `python tools/study [RECORDS...]`.
 
-Without RECORDS the published answers beside the repository are scored, in a few minutes, most of them the
-planner's, and the page is docs/study.md. With records of `eai score --protocol eai-1.0.5` (folders or files)
-these are what claims are checked with.
+Without RECORDS the public answers are scored, in about ten minutes, and the page is docs/study.md. Rates come
+from `published_eai-1.0.5.json`: run tools/published_scores.py first. With records of `eai score --protocol
+eai-1.0.5` (folders or files) statements and claims are checked with these.
 
     python tools/study                           writes docs/study.md
+    python tools/study --answers FOLDER          the same with the public answers of a folder
     python tools/study --no-planner              the same without the claims on single operators
     python tools/study --check                   writes nothing; exit status 1 if the page would be another
     python tools/study scores --out study.md     from other records
@@ -31,7 +32,7 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.paper_tables import paper_models
+from eai.results.paper_tables import paper_models, published_scores
 from eai.scoring.batch import NO_ROW, score_run
 from eai.scoring.options import ScoringOptions
 from eai.scoring.runs import read_runs
@@ -46,13 +47,14 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("records", type=Path, nargs="*")
+    parser.add_argument("--answers", type=Path, default=ANSWERS, help="the folder of the public answers")
     parser.add_argument("--out", type=Path, default=PAGE)
     parser.add_argument("--check", action="store_true", help="compare, write nothing")
     parser.add_argument("--no-planner", action="store_true", help="leave out what takes one, for minutes")
     chosen = parser.parse_args()
     if chosen.records and chosen.out == PAGE:
         sys.exit("--out: other records make another page; name its file")
-    evidence = from_records(chosen.records) if chosen.records else from_answers()
+    evidence = from_records(chosen.records) if chosen.records else from_answers(chosen.answers)
     text = page_of(CLAIMS, evidence, planner=not chosen.no_planner)
     if chosen.check:
         sys.exit(0 if chosen.out.read_text(encoding="utf-8") == text else f"{chosen.out} is not current")
@@ -76,7 +78,7 @@ def from_answers(
 ) -> Evidence:
     """Evidence from the published answers, scored as the paper's package does; no planner is needed yet."""
     source = Source(planner=PlannerChoice.NONE)
-    evidence = Evidence(source)
+    evidence = Evidence(source, published_scores("eai-1.0.5").suites)
     for domain in domains:
         for ability in abilities:
             suite = open_suite(domain, ability, Protocol("eai-1.0.5"), source=source)

@@ -17,6 +17,7 @@ class Status(str, Enum):
     NOT_SUPPORTED = "not supported"
     ARTEFACT = "an artefact"
     CANNOT_BE_CHECKED = "cannot be checked"
+    NOT_JUDGED = "not judged"
 
 
 class Row(NamedTuple):
@@ -59,6 +60,12 @@ class Claim:
     find: Callable[[Evidence], Finding]
     note: str = ""
     plans: bool = False
+
+    @property
+    def anchor(self) -> str:
+        """The address of the claim's section, as GitHub makes it from a heading."""
+        kept = "".join(c for c in f"{self.key} {self.title}".lower() if c.isalnum() or c in " -_")
+        return kept.replace(" ", "-")
 
 
 def by_degree(whole: bool, part: bool) -> Status:

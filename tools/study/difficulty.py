@@ -330,8 +330,7 @@ CLAIMS: Sequence[Claim] = (
         frozenset({SUITE}),
         "in GPT-4o, with intervals that do not overlap; in part if it is so without that",
         hands,
-        "Nothing in the benchmark treats the hands differently, and the left one is used where the right is"
-        " full.",
+        "Nothing in the benchmark treats the hands differently.",
     ),
     Claim(
         "A9",

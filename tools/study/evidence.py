@@ -16,10 +16,11 @@ from eai.benchmark.suite import Suite as ScoredSuite
 from eai.benchmark.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.lines import AnswerLine, Line, case_of
-from eai.results.paper_tables import paper_models
+from eai.results.paper_tables import PublishedSuite, paper_models
 from eai.results.rate import Rate, rate_of
 from eai.results.table import Estimate
 from eai.results.tidy import Tables
+from eai.results.totals import Totals
 from eai.studies.cofactors.effects import rank_correlation
 from eai.studies.sensitivity.study import Trial, cells_of, try_operators
 from eai.tasks.source import ErrataChoice, Source
@@ -46,13 +47,21 @@ PLANS = (Suite(V, AS), Suite(V, SD), Suite(B, AS), Suite(B, SD))
 
 
 class Evidence:
-    """The records of one protocol, suite by suite."""
+    """The records of one protocol, suite by suite.
 
-    def __init__(self, source: Source) -> None:
+    Args:
+        source: where the data set is.
+        scores: scores of the answers, made before with a planner; None to compute rates from records.
+    """
+
+    def __init__(self, source: Source, scores: Mapping[str, PublishedSuite] | None = None) -> None:
         self.source = source
+        self._scores = scores
+        self._rates: dict[tuple[str, str, str], Mapping[str, Rate]] = {}
         self.suites: dict[Suite, dict[str, list[Record]]] = {}
         self.tables = Tables(self.published)
         self._tried: dict[tuple[str, str], list[Trial]] = {}
+        self._planned: dict[tuple[str, PlannerChoice], ScoredSuite] = {}
 
     @property
     def published(self) -> Source:
@@ -72,6 +81,34 @@ class Evidence:
         found = {model for models in self.suites.values() for model in models}
         return sorted(found, key=lambda model: paper_models().get(model, model))
 
+    @cached_property
+    def names(self) -> list[str]:
+        """The paper's names of its 18 models."""
+        return sorted(set(paper_models().values()))
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all models of the paper answered all suites, and a planner judged their operators."""
+        answered = all(len(runs) == len(self.names) for runs in self.suites.values())
+        planned = all(self.percent(V, TM, "overall.planner_success", name) is not None for name in self.names)
+        return len(self.suites) == 8 and answered and planned
+
+    def percent(self, domain: str, ability: str, metric: str, model: str) -> float | None:
+        """Return a rate of a model, by the paper's name of it, or None if it is unknown."""
+        rates = self._rates.get((domain, ability, model))
+        if rates is None:
+            rates = self._rates[domain, ability, model] = self._find_rates(domain, ability, model)
+        return rates[metric].percent if metric in rates else None
+
+    def _find_rates(self, domain: str, ability: str, model: str) -> Mapping[str, Rate]:
+        if self._scores is not None:
+            suite = self._scores[f"{domain}/{ability}"]
+            return suite.rates(model) if model in suite.models else {}
+        for name, records in self.suites.get(Suite(domain, ability), {}).items():
+            if paper_models().get(name, name) == model:
+                return Totals.of(records).rates
+        return {}
+
     def answers(self, suite: Suite, model: str | None = None) -> list[AnswerLine]:
         """The answers that count."""
         return [each for each in self.of(self.tables.answers, suite, model) if each.outcome != "excluded"]
@@ -83,18 +120,27 @@ class Evidence:
         ]
 
     def sensitivity(self, domain: str, models: Sequence[str]) -> Mapping[tuple[str, str], Rate]:
-        """By operator and category, how many problems are solved with it among gold ones."""
-        found = [trial for model in models for trial in self._trials(domain, model)]
-        return {key: rate_of(case.share for case in cases) for key, cases in cells_of(found).items()}
+        """Return the share of problems solved with one operator of a model, by operator and category."""
+        trials = [trial for model in models for trial in self.trials(domain, model)]
+        return {key: rate_of(case.share for case in cases) for key, cases in cells_of(trials).items()}
 
-    def _trials(self, domain: str, model: str) -> list[Trial]:
-        """Those of one model, found once."""
+    def trials(self, domain: str, model: str) -> list[Trial]:
+        """Return the trials of a model's operators, each alone among gold ones."""
         if (domain, model) not in self._tried:
             records = self.suites[Suite(domain, TM)][model]
-            source = Source(self.source.store, planner=PlannerChoice.BUILT_IN)
-            suite = open_suite(domain, Ability.TRANSITION_MODELING, records[0].protocol, source=source)
+            suite = self.planned_suite(domain)
             self._tried[domain, model] = [trial for record in records for trial in _tried(suite, record)]
         return self._tried[domain, model]
+
+    def planned_suite(self, domain: str, planner: PlannerChoice = PlannerChoice.BUILT_IN) -> ScoredSuite:
+        """Return the suite of transition modeling with a planner, opened once."""
+        if (domain, planner) not in self._planned:
+            records = next(iter(self.suites[Suite(domain, TM)].values()))
+            source = Source(self.source.store, planner=planner)
+            self._planned[domain, planner] = open_suite(
+                domain, Ability.TRANSITION_MODELING, records[0].protocol, source=source
+            )
+        return self._planned[domain, planner]
 
 
 def _tried(suite: ScoredSuite, record: Record) -> Iterator[Trial]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 
 from claim import Claim, Finding, Status
 from evidence import Evidence
+from statements import Checker, Statement, read_statements
 
 from eai.results.paper_tables import paper_models
 
@@ -19,6 +21,7 @@ MEANING = {
     Status.NOT_SUPPORTED: "the answers say otherwise, or cannot tell it from nothing",
     Status.ARTEFACT: "the figures come out, and mean something else than what is claimed",
     Status.CANNOT_BE_CHECKED: "what it takes is not published, or the paper contradicts itself",
+    Status.NOT_JUDGED: "a definition, a guess, or about things outside the data; the reason stands beside it",
 }
 
 
@@ -26,12 +29,18 @@ def page_of(claims: Sequence[Claim], evidence: Evidence, *, planner: bool = True
     """The whole page; claims that there are no records or no planner for are named at the end."""
     known = [claim for claim in claims if has_records(claim, evidence) and (planner or not claim.plans)]
     found = [(claim, claim.find(evidence)) for claim in known]
-    return (
-        "\n".join(
-            [head(evidence, len(known)), *_overview(found), *_details(found), *_left_out(claims, known)]
-        )
-        + "\n"
-    )
+    judged = judged_statements(evidence, found, planner=planner) if evidence.is_whole else []
+    parts = [_statements(judged), _overview(found), _details(found), _left_out(claims, known)]
+    lines = [head(evidence, len(known), judged), *(line for part in parts for line in part)]
+    return "\n".join(lines) + "\n"
+
+
+def judged_statements(
+    evidence: Evidence, found: Sequence[tuple[Claim, Finding]], *, planner: bool
+) -> list[tuple[Statement, Finding]]:
+    """Return all statements of the paper with their findings."""
+    checker = Checker(evidence, {claim.key: (claim, finding) for claim, finding in found}, planner=planner)
+    return [(statement, checker.find(statement.check)) for statement in read_statements()]
 
 
 def has_records(claim: Claim, evidence: Evidence) -> bool:
@@ -39,17 +48,48 @@ def has_records(claim: Claim, evidence: Evidence) -> bool:
     return claim.needs <= evidence.suites.keys()
 
 
-def head(evidence: Evidence, claims: int) -> str:
+def head(evidence: Evidence, claims: int, judged: Sequence[tuple[Statement, Finding]]) -> str:
     names = [paper_models().get(model, model) for model in evidence.models]
     records = next(iter(next(iter(evidence.suites.values())).values()), None) if evidence.suites else None
     protocol = records[0].protocol.value if records else "-"
     return HEAD.format(
-        models=", ".join(names) or "No model", count=len(names), protocol=protocol, claims=claims
+        models=", ".join(names) or "No model",
+        count=len(names),
+        protocol=protocol,
+        claims=claims,
+        statements=len(judged),
     )
+
+
+def _statements(judged: Sequence[tuple[Statement, Finding]]) -> Iterator[str]:
+    """Yield the list of statements, the tally first."""
+    if not judged:
+        return
+    tally = Counter(finding.status for _, finding in judged)
+    yield "## All statements"
+    yield ""
+    yield "| status | statements | meaning |"
+    yield "|---|--:|---|"
+    yield from (
+        f"| {status.value} | {tally[status]} | {MEANING[status]} |" for status in Status if tally[status]
+    )
+    yield ""
+    yield "The same statement counts once in each section that has it."
+    yield ""
+    for section_name, group in groupby(judged, key=lambda item: item[0].section):
+        yield f"### {section_name}"
+        yield ""
+        yield "| statement | status | evidence |"
+        yield "|---|---|---|"
+        for statement, finding in group:
+            yield f"| {statement.text} | **{finding.status.value}** | {finding.summary.rstrip('.')} |"
+        yield ""
 
 
 def _overview(found: Sequence[tuple[Claim, Finding]]) -> Iterator[str]:
     tally = Counter(finding.status for _, finding in found)
+    yield "## Claims with figures"
+    yield ""
     yield "| status | claims | meaning |"
     yield "|---|--:|---|"
     yield from (
@@ -59,7 +99,7 @@ def _overview(found: Sequence[tuple[Claim, Finding]]) -> Iterator[str]:
     yield "| | claim | status | what comes out |"
     yield "|---|---|---|---|"
     for claim, finding in found:
-        link = f"[{claim.key}](#{anchor(claim)})"
+        link = f"[{claim.key}](#{claim.anchor})"
         yield f"| {link} | {claim.title} | **{finding.status.value}** | {finding.summary} |"
     yield ""
 
@@ -84,12 +124,6 @@ def section(claim: Claim, finding: Finding) -> Iterator[str]:
         yield ""
     yield f"Rule for “reproduced”: {claim.rule}.{f' {claim.note}' if claim.note else ''}"
     yield ""
-
-
-def anchor(claim: Claim) -> str:
-    """The address of a section, as GitHub makes it from a heading."""
-    kept = "".join(c for c in f"{claim.key} {claim.title}".lower() if c.isalnum() or c in " -_")
-    return kept.replace(" ", "-")
 
 
 def _left_out(claims: Sequence[Claim], known: Sequence[Claim]) -> Iterator[str]:

@@ -378,13 +378,11 @@ def scored_rows(
             that they were not scored under.
     """
     (protocol, domain, *_), floor = runs[0].key, source == "floor"
-    table = paper_tables.null_scores(protocol.value) if floor else paper_tables.published_scores()
-    if table.protocol != protocol.value:
-        return
+    table = (paper_tables.null_scores if floor else paper_tables.published_scores)(protocol.value)
     abilities = dict.fromkeys(column.ability for column in columns if column.ability)
     suites = {a: table.suites[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in table.suites}
     models = dict.fromkeys(model for suite in suites.values() for model in suite.models)
-    texts = [_FLOOR if floor else _about_published(len(models))]
+    texts = [_FLOOR if floor else _about_published(protocol.value, len(models))]
     texts += [note for suite in suites.values() for note in suite.notes]
     pairs = [(run, suites[run.key.ability]) for run in runs if run.key.ability in suites]
     other = [run.key.ability for run, suite in pairs if run.data_sha256 != (suite.data_sha256,)]
@@ -398,12 +396,12 @@ def scored_rows(
             yield Row(model, source, found, covered, tuple(texts))
 
 
-def _about_published(known: int) -> str:
-    """The footnote on so many models whose published answers were scored."""
-    sha256, everyone = paper_tables.published_scores_sha256(), set(paper_tables.paper_models().values())
+def _about_published(protocol: str, models: int) -> str:
+    """The footnote on the models whose published answers were scored."""
+    sha256 = paper_tables.published_scores_sha256(protocol)
     return (
         f"Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "
-        f"those of {known} of the paper's {len(everyone)} models; the others are to be added."
+        f"those of {models} of the paper's {len(set(paper_tables.paper_models().values()))} models."
     )
 
 

@@ -137,9 +137,6 @@ def _contradictions(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn]
                 yield (model, column), f"The table “{other.title}” prints {printed}."
 
 
-TABLE = "published_strict.json"
-"""The name of the table among those of the paper."""
-
 NULL_MODELS = {
     "eai/copy": "copies what the question says",
     "eai/empty": "answers nothing, in the form asked for",
@@ -216,9 +213,14 @@ def is_null_model(name: str) -> bool:
 
 
 @cache
-def published_scores() -> _PublishedScores:
-    """The table of the paper's models."""
-    return TypeAdapter(_PublishedScores).validate_json(_content(TABLE))
+def published_scores(protocol: str) -> _PublishedScores:
+    """Return the scores of the public answers of the paper's models under a protocol."""
+    return TypeAdapter(_PublishedScores).validate_json(_content(published_table(protocol)))
+
+
+def published_table(protocol: str) -> str:
+    """Return the name of the file of `published_scores`."""
+    return f"published_{protocol}.json"
 
 
 @cache
@@ -233,9 +235,9 @@ def null_table(protocol: str) -> str:
 
 
 @cache
-def published_scores_sha256() -> str:
-    """Digest of the file of `published_scores`."""
-    return hashlib.sha256(_content(TABLE)).hexdigest()
+def published_scores_sha256(protocol: str) -> str:
+    """Return the digest of the file of `published_scores`."""
+    return hashlib.sha256(_content(published_table(protocol))).hexdigest()
 
 
 def _content(table: str) -> bytes:

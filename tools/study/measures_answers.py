@@ -1,0 +1,495 @@
+"""Measures of statements that need single answers: errors, goals and steps."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Collection, Iterable
+
+from claim import Finding, by_degree
+from errors import SEATED
+from evidence import (
+    AS,
+    GI,
+    GPT_4O,
+    NAMED,
+    PLANS,
+    SD,
+    B,
+    Evidence,
+    Suite,
+    V,
+    below_zero,
+    rate,
+    rho_of_means,
+    told,
+)
+from measures_rates import OPEN_MODELS, STRONG
+from rates import all_of, if_so, most_of, rates_of
+
+from eai.results.lines import AnswerLine
+from eai.results.paper_tables import paper_models
+
+GRAMMAR = ("parsing", "hallucination", "argument_number")
+RUNTIME = ("wrong_order", "missing_step", "affordance", "additional_step")
+CLOSED = ("is_closed", "is_inside_something_that_is_closed")
+FAMILIES = ("GPT", "Claude", "o1")
+RESULTS = {
+    "PLUGIN": "PLUGGED_IN",
+    "PLUGOUT": "PLUGGED_OUT",
+    "OPEN": "OPEN",
+    "CLOSE": "CLOSED",
+    "SWITCHON": "ON",
+    "SWITCHOFF": "OFF",
+}
+"""The state that an action of VirtualHome makes true."""
+
+FRAME = re.compile(r"\s*(?:```(?:json)?)?\s*\{.*\}\s*(?:```)?\s*(?:<\|eot_id\|>)?\s*", re.DOTALL)
+"""An answer that is JSON and nothing else, perhaps in a code fence and with an end token."""
+
+
+def hallucinations(evidence: Evidence) -> Finding:
+    counts = {}
+    for suite in PLANS:
+        answers = evidence.answers(suite)
+        counts[str(suite)] = sum(each.error_kind == "hallucination" for each in answers), len(answers)
+    for domain in (V, B):
+        goals = evidence.answers(Suite(domain, GI))
+        counts[f"{NAMED[domain]}, goals"] = (
+            sum(each.hallucinated or 0 for each in goals),
+            sum(each.stated or 0 for each in goals),
+        )
+    text = "; ".join(f"{name} {hits:,} of {number:,}" for name, (hits, number) in counts.items())
+    return if_so(all(hits for hits, _ in counts.values()), text)
+
+
+def additional_at_the_start(evidence: Evidence) -> Finding:
+    """Count additional steps whose action the answer had not taken before."""
+    suite = Suite(V, SD)
+    goals = {(each.task, each.text) for each in evidence.of(evidence.tables.goals, suite)}
+    taken: set[tuple[str, str, str, str]] = set()
+    at_start = wanted = number = 0
+    for step in evidence.of(evidence.tables.steps, suite):
+        key = (step.model, step.task, step.operator, step.objects)
+        if step.outcome == "additional_step":
+            number += 1
+            if key not in taken:
+                at_start += 1
+                wanted += (step.task, f"{RESULTS.get(step.operator)}({step.objects})") in goals
+        taken.add(key)
+    return if_so(
+        wanted > number / 2,
+        f"of {number:,} additional steps of VirtualHome's subgoals {at_start:,} bring about what held "
+        "at the start, "
+        f"{wanted:,} of them a goal of the task",
+        in_part=at_start > number / 2,
+    )
+
+
+def additional_in_virtualhome(evidence: Evidence) -> Finding:
+    return _most_frequent(evidence, V, SD, "additional_step")
+
+
+def missing_in_behavior(evidence: Evidence) -> Finding:
+    return _most_frequent(evidence, B, SD, "missing_step")
+
+
+def missing_in_plans(evidence: Evidence) -> Finding:
+    hits = [_first_in(evidence, domain, AS, "missing_step") for domain in (V, B)]
+    return all_of(
+        *hits,
+        text=f"so in {hits[0][0]} of {hits[0][1]} models in VirtualHome, {hits[1][0]} of {hits[1][1]} "
+        "in BEHAVIOR",
+    )
+
+
+def missing_and_wrong(evidence: Evidence) -> Finding:
+    text, right = [], []
+    for domain in (V, B):
+        answers = evidence.answers(Suite(domain, AS))
+        counts = {kind: _having(answers, kind) for kind in RUNTIME}
+        order = sorted(counts, key=lambda kind: -counts[kind])
+        right.append(set(order[:2]) == {"missing_step", "wrong_order"})
+        shown = ", ".join(f"{kind.replace('_', ' ')} {counts[kind]:,}" for kind in order)
+        text.append(f"{NAMED[domain]}, {len(answers):,} plans: {shown}")
+    return Finding(by_degree(all(right), any(right)), "; ".join(text))
+
+
+def additional_of_the_best(evidence: Evidence) -> Finding:
+    hits = number = 0
+    for suite in PLANS:
+        for model in _files(STRONG):
+            answers = evidence.answers(suite, model)
+            counts = {kind: _having(answers, kind) for kind in RUNTIME}
+            hits += max(counts, key=lambda kind: counts[kind]) == "additional_step"
+            number += 1
+    return all_of(
+        (hits, number), text=f"of strong models most frequent in {hits} of {number} pairs of model and suite"
+    )
+
+
+def runtime_errors(evidence: Evidence) -> Finding:
+    text, right = [], []
+    for suite in PLANS:
+        answers = evidence.answers(suite)
+        grammar = sum(each.error_kind in GRAMMAR for each in answers)
+        runtime = sum(each.error_kind in RUNTIME or bool(each.additional_steps) for each in answers)
+        right.append((int(runtime > grammar), 1))
+        text.append(f"{suite}: {runtime:,} runtime, {grammar:,} grammar")
+    return all_of(*right, text="; ".join(text))
+
+
+def intermediate(evidence: Evidence) -> Finding:
+    text = []
+    for domain in (V, B):
+        wrong = [
+            each for each in evidence.of(evidence.tables.atoms, Suite(domain, GI)) if each.verdict == "wrong"
+        ]
+        counts = Counter(each.reason or "not known" for each in wrong)
+        shown = ", ".join(
+            f"{name.replace('_', ' ')} {100 * n / len(wrong):.0f} %" for name, n in counts.most_common(4)
+        )
+        text.append(f"{NAMED[domain]}: {shown}")
+    on_the_way = [
+        sum(each.reason == "intermediate" for each in evidence.of(evidence.tables.atoms, Suite(domain, GI)))
+        for domain in (V, B)
+    ]
+    return if_so(False, f"where wrong goals come from, {'; '.join(text)}", in_part=any(on_the_way))
+
+
+def water_in_glass(evidence: Evidence) -> Finding:
+    atoms = [
+        each
+        for each in evidence.of(evidence.tables.atoms, Suite(V, GI), GPT_4O)
+        if each.name == "Drink"
+        and each.verdict == "wrong"
+        and re.match(r"INSIDE\(.*water.*(glass|cup)", each.atom)
+    ]
+    tasks = {each.task for each in atoms}
+    examples = ", ".join(sorted({re.sub(r"\.\d+", "", each.atom) for each in atoms})) or "none"
+    return if_so(
+        bool(tasks), f"wrong goals of water inside a glass or cup in {len(tasks)} answers ({examples})"
+    )
+
+
+def chicken_of_gpt_4o(evidence: Evidence) -> Finding:
+    stated = [
+        each.atom
+        for each in evidence.of(evidence.tables.atoms, Suite(B, GI), GPT_4O)
+        if each.name == "serving_a_meal" and each.verdict == "wrong" and each.atom.startswith("ontop(chicken")
+    ]
+    return if_so(
+        any("table" in atom for atom in stated), f"GPT-4o states {', '.join(stated) or 'no such goal'}"
+    )
+
+
+def unreadable_gpt_4o(evidence: Evidence) -> Finding:
+    counts = [_unreadable(evidence, domain, GI, "GPT-4o") for domain in (V, B)]
+    return all_of(*((n - bad, n) for bad, n in counts), text=_both(counts, "cannot be read"))
+
+
+def unreadable_llama(evidence: Evidence) -> Finding:
+    counts = [_unreadable(evidence, domain, GI, "Llama 3 8B") for domain in (V, B)]
+    right = [abs(100 * bad / n - said) < 0.05 for (bad, n), said in zip(counts, (0.6, 2.0), strict=True)]
+    return Finding(by_degree(all(right), any(right)), _both(counts, "cannot be read"))
+
+
+def unreadable_opus(evidence: Evidence) -> Finding:
+    counts = [_unreadable(evidence, domain, AS, "Claude-3 Opus") for domain in (V, B)]
+    return all_of(*((n - bad, n) for bad, n in counts), text=_both(counts, "cannot be read"))
+
+
+def unreadable(evidence: Evidence) -> Finding:
+    text, models = [], set()
+    for suite in (*PLANS, Suite(V, GI), Suite(B, GI)):
+        answers = [each for each in evidence.answers(suite) if each.error_kind == "parsing"]
+        counts = Counter(each.model for each in answers)
+        models |= {model for model, n in counts.items() if n > 0.05 * len(evidence.answers(suite, model))}
+        text.append(f"{suite} {len(answers):,}")
+    return most_of(
+        (len(models), 18),
+        text=f"{len(models)} of 18 models have a suite with more than 5 % unreadable answers; "
+        f"unreadable in all: {', '.join(text)}",
+    )
+
+
+def explanations(evidence: Evidence) -> Finding:
+    talking, number = Counter[str](), 0
+    for domain in (V, B):
+        for model, records in evidence.suites[Suite(domain, GI)].items():
+            number += len(records)
+            talking[model] += sum(FRAME.fullmatch(each.response) is None for each in records)
+    models = [paper_models()[m] for m, n in talking.most_common() if n > 0.05 * number / len(talking)]
+    return most_of(
+        (len(models), 18),
+        text=f"{sum(talking.values()):,} of {number:,} answers with goals are more than their JSON; "
+        f"more than 5 % of the answers of {len(models)} models ({', '.join(models)})",
+    )
+
+
+def grammar_of_goals(evidence: Evidence) -> Finding:
+    shares = {}
+    for name in evidence.names:
+        bad = number = 0
+        for domain in (V, B):
+            answers = [
+                each for model in _files([name]) for each in evidence.answers(Suite(domain, GI), model)
+            ]
+            bad += sum(each.error_kind == "parsing" for each in answers)
+            number += len(answers)
+        shares[name] = 100 * bad / number
+    closed = {name: share for name, share in shares.items() if name not in OPEN_MODELS}
+    worst = max(closed, key=lambda name: closed[name])
+    others = {name: share for name, share in closed.items() if name != worst}
+    return if_so(
+        max(closed.values()) < shares["Llama 3 70B"],
+        f"unreadable answers with goals: Llama 3 70B {shares['Llama 3 70B']:.1f} %, Llama 3 8B "
+        f"{shares['Llama 3 8B']:.1f} %; "
+        f"proprietary models up to {max(others.values()):.1f} %, but {worst} {closed[worst]:.1f} %",
+        in_part=shares["Llama 3 8B"] > max(others.values()),
+    )
+
+
+def format_of_families(evidence: Evidence) -> Finding:
+    counts = {
+        name: tuple(_unreadable(evidence, domain, GI, name) for domain in (V, B)) for name in evidence.names
+    }
+    totals = {name: sum(bad for bad, _ in each) for name, each in counts.items()}
+    named = {name: n for name, n in totals.items() if name.startswith(FAMILIES)}
+    few = {name: n for name, n in named.items() if n <= 5}
+    rest = ", ".join(f"{name} {n}" for name, n in named.items() if name not in few)
+    return Finding(
+        by_degree(len(few) == len(named), len(few) > len(named) / 2),
+        f"of 442 answers with goals at most 5 cannot be read in {len(few)} of {len(named)} GPT, Claude "
+        "and o1 models"
+        f" (else {rest or 'none'}); Llama 3 8B {totals['Llama 3 8B']}, Mixtral {totals['Mixtral 8x22B MoE']}",
+    )
+
+
+def grammar_of_subgoals(evidence: Evidence) -> Finding:
+    none = hits = 0
+    for model in _files(STRONG):
+        kinds = [each.error_kind for domain in (V, B) for each in evidence.answers(Suite(domain, SD), model)]
+        none += not any(kind in ("parsing", "argument_number") for kind in kinds)
+        hits += "hallucination" in kinds
+    number = len(STRONG)
+    return Finding(
+        by_degree(none > number / 2 and hits == number, hits == number or none > number / 2),
+        f"of {number} strong models {none} have no unreadable subgoals or wrong numbers of arguments, "
+        f"{hits} have hallucinations",
+    )
+
+
+def grammar_in_behavior(evidence: Evidence) -> Finding:
+    free = {
+        kind: sum(
+            not any(each.error_kind == kind for each in evidence.answers(Suite(B, SD), model))
+            for model in evidence.suites[Suite(B, SD)]
+        )
+        for kind in ("parsing", "argument_number")
+    }
+    return most_of(
+        *((n, 18) for n in free.values()),
+        text=f"no unreadable answer: {free['parsing']} of 18 models; no wrong number of arguments: "
+        f"{free['argument_number']}",
+    )
+
+
+def pour(evidence: Evidence) -> Finding:
+    names = {each.task: each.name for each in evidence.answers(Suite(V, SD), GPT_4O)}
+    tasks = [
+        record.task_id
+        for record in evidence.suites[Suite(V, SD)][GPT_4O]
+        if (error := record.verdict.error) is not None
+        and error.kind.value == "hallucination"
+        and "POUR" in error.detail
+    ]
+    found = Counter(names[task] for task in tasks)
+    shown = ", ".join(f"{name} ({number})" for name, number in found.items()) or "no task"
+    return if_so(
+        set(found) == {"Make coffee"}, f"{len(tasks)} answers: {shown}", in_part="Make coffee" in found
+    )
+
+
+def rinse(evidence: Evidence) -> Finding:
+    return _errors_with(evidence, "argument_number", ("RINSE", "WASH"))
+
+
+def rinse_hallucinated(evidence: Evidence) -> Finding:
+    return _errors_with(evidence, "hallucination", ("RINSE",))
+
+
+def sitting_in_wrong_orders(evidence: Evidence) -> Finding:
+    errors = [each for each in evidence.answers(Suite(V, SD)) if each.error_kind == "wrong_order"]
+    found = rate(errors, lambda each: each.error_check in SEATED)
+    return if_so((found.value or 0) > 50, f"of VirtualHome's wrong orders in subgoals {told(found)}")
+
+
+def closed_of_gpt_3_5(evidence: Evidence) -> Finding:
+    errors = [
+        each
+        for each in evidence.answers(Suite(V, SD), "gpt-3.5-turbo-0125")
+        if each.error_kind == "missing_step"
+    ]
+    checks = Counter(each.error_check for each in errors)
+    closed = sum(n for check, n in checks.items() if check in CLOSED)
+    (first, most), *_ = checks.most_common(1)
+    return if_so(
+        closed >= most,
+        f"{closed} of {len(errors)} missing steps; most frequent is {(first or '').replace('_', ' ')}, "
+        f"{most}",
+        in_part=closed > 0,
+    )
+
+
+def quantified(evidence: Evidence) -> Finding:
+    text, lower, clear = [], [], []
+    for ability, name in ((SD, "subgoals"), (AS, "plans")):
+        suite = Suite(B, ability)
+        goals = evidence.of(evidence.tables.goals, suite)
+        answers = evidence.answers(suite)
+        shares = []
+        for kind in (True, False):
+            those = [each.satisfied for each in goals if _has_quantifier(each.text) == kind]
+            tasks = [bool(each.success) for each in answers if bool(each.quantified_goals) == kind]
+            shares.append((100 * sum(those) / len(those), 100 * sum(tasks) / len(tasks)))
+        trend = rho_of_means(answers, "quantified_goals", lambda each: float(bool(each.success)))
+        lower.append(all(a < b for a, b in zip(*shares, strict=True)))
+        clear.append(below_zero(trend))
+        text.append(
+            f"{name}: goals met {shares[0][0]:.1f} against {shares[1][0]:.1f} %, tasks solved "
+            f"{shares[0][1]:.1f} "
+            f"against {shares[1][1]:.1f} %, rank correlation of success with their number {told(trend)}"
+        )
+    return Finding(
+        by_degree(all(lower) and all(clear), any(lower)), f"with and without quantifiers, {'; '.join(text)}"
+    )
+
+
+def inside_quantifiers(evidence: Evidence) -> Finding:
+    goals = evidence.of(evidence.tables.goals, Suite(B, SD), GPT_4O)
+    hits = sum(_has_quantifier(each.text) for each in goals)
+    ground = sum(each.ground_goals or 0 for each in evidence.answers(Suite(B, SD), GPT_4O))
+    inside = ground - (len(goals) - hits)
+    return most_of(
+        (hits, len(goals)),
+        (inside, ground),
+        text=f"{hits} of {len(goals)} goals have a quantifier; of {ground} ground conditions {inside} "
+        "are inside one",
+    )
+
+
+def spatial_left_out(evidence: Evidence) -> Finding:
+    text, lost = [], []
+    for domain in (V, B):
+        recall = rates_of(evidence, "V" if domain == V else "B", "GI", "relation.recall")
+        lost.append((sum(value < 100 for value in recall.values()), len(recall)))
+        text.append(
+            f"{NAMED[domain]}: recall of relation goals {min(recall.values()):.0f} to "
+            f"{max(recall.values()):.0f} %"
+        )
+    return all_of(*lost, text="; ".join(text))
+
+
+def cut_off(evidence: Evidence) -> Finding:
+    bad = [
+        each
+        for domain in (V, B)
+        for records in evidence.suites[Suite(domain, AS)].values()
+        for each in records
+        if each.verdict.error is not None and each.verdict.error.kind.value == "parsing"
+    ]
+    ends = sum(
+        each.response.count("[") > each.response.count("]")
+        or each.response.count("{") > each.response.count("}")
+        for each in bad
+    )
+    return if_so(ends > 0, f"of {len(bad)} unreadable plans {ends} have an open bracket at the end")
+
+
+def next_to_the_floor(evidence: Evidence) -> Finding:
+    steps = [
+        each
+        for each in evidence.of(evidence.tables.steps, Suite(B, AS))
+        if each.operator.endswith("PLACE_NEXTTO") and each.objects.startswith("room_floor")
+    ]
+    models = {paper_models()[each.model] for each in steps}
+    return if_so(bool(steps), f"{len(steps)} steps of {len(models)} models in BEHAVIOR")
+
+
+def plans_that_go_wrong(evidence: Evidence) -> Finding:
+    text = []
+    shares = []
+    for suite in PLANS:
+        found = rate(evidence.answers(suite), lambda each: not each.success)
+        shares.append(found.value or 0)
+        text.append(f"{suite}: {found.value:.0f} % fail")
+    return if_so(all(5 < share < 95 for share in shares), "; ".join(text))
+
+
+def actions_per_subgoal(evidence: Evidence) -> Finding:
+    suite = Suite(V, SD)
+    steps = len(evidence.of(evidence.tables.steps, suite))
+    subgoals = sum(rates_of(evidence, "V", "SD", "granularity").values())
+    return if_so(
+        steps > 0,
+        f"in VirtualHome models' answers run {steps:,} steps; granularity (actions copied from "
+        f"subgoals) is {subgoals / 18:.0f} % on average",
+    )
+
+
+def _first_in(evidence: Evidence, domain: str, ability: str, kind: str) -> tuple[int, int]:
+    models = list(evidence.suites[Suite(domain, ability)])
+    hits = 0
+    for model in models:
+        answers = evidence.answers(Suite(domain, ability), model)
+        counts = {each: _having(answers, each) for each in RUNTIME}
+        hits += max(counts, key=lambda name: counts[name]) == kind
+    return hits, len(models)
+
+
+def _most_frequent(evidence: Evidence, domain: str, ability: str, kind: str) -> Finding:
+    hits, number = _first_in(evidence, domain, ability, kind)
+    return Finding(by_degree(hits >= number - 1, hits > number / 2), f"so in {hits} of {number} models")
+
+
+def _having(answers: Iterable[AnswerLine], kind: str) -> int:
+    if kind == "additional_step":
+        return sum(bool(each.additional_steps) for each in answers)
+    return sum(each.error_kind == kind for each in answers)
+
+
+def _unreadable(evidence: Evidence, domain: str, ability: str, name: str) -> tuple[int, int]:
+    answers = [each for model in _files([name]) for each in evidence.answers(Suite(domain, ability), model)]
+    return sum(each.error_kind == "parsing" for each in answers), len(answers)
+
+
+def _files(names: Collection[str]) -> list[str]:
+    return [file for file, name in paper_models().items() if name in names]
+
+
+def _both(counts: Iterable[tuple[int, int]], what: str) -> str:
+    (v, n), (b, m) = counts
+    return f"VirtualHome {v} of {n} ({100 * v / n:.1f} %), BEHAVIOR {b} of {m} ({100 * b / m:.1f} %) {what}"
+
+
+def _errors_with(evidence: Evidence, kind: str, actions: Collection[str]) -> Finding:
+    errors = [
+        each.verdict.error.detail
+        for each in evidence.suites[Suite(V, AS)][GPT_4O]
+        if each.verdict.error is not None and each.verdict.error.kind.value == kind
+    ]
+    named = {
+        action
+        for action in actions
+        if any(re.search(rf"\b{action}\b", each, re.IGNORECASE) for each in errors)
+    }
+    shown = "; ".join(dict.fromkeys(errors)) or "none"
+    return Finding(
+        by_degree(len(named) == len(actions), bool(named)),
+        f"GPT-4o's {kind.replace('_', ' ')} errors: {shown}",
+    )
+
+
+def _has_quantifier(text: str) -> bool:
+    return re.search(r"\b(forall|exists|forn|forpairs|fornpairs)\b", text) is not None

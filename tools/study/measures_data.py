@@ -1,0 +1,475 @@
+"""Measures of statements about the data set and the declarations."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Mapping
+
+from claim import Finding, by_degree
+from evidence import GI, NAMED, SD, B, Evidence, Suite, V
+from rates import (
+    DIGIT,
+    NEAR,
+    RateColumn,
+    all_of,
+    if_so,
+    measured_rates,
+    most_of,
+)
+
+from eai.abilities.operator_task import OperatorLibrary
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.task import GoalKind, Task
+from eai.benchmark.errata import published_errata
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
+from eai.logic import formula as f
+from eai.logic.ltl import parse
+from eai.results.data_set import table_of
+from eai.results.lines import AnswerLine
+from eai.results.paper_tables import paper_setting, paper_table
+from eai.results.totals import Totals
+
+BROWSE = (
+    "ontop(character, chair) then holds_rh(character, mouse) and holds_lh(character, keyboard) "
+    "then facing(character, computer)"
+)
+RAG = (
+    ("RIGHT_GRASP", "rag_0"),
+    ("RIGHT_PLACE_NEXTTO", "sink_82"),
+    ("TOGGLE_ON", "sink_82"),
+    ("SOAK", "rag_0"),
+    ("TOGGLE_OFF", "sink_82"),
+    ("OPEN", "fridge_97"),
+    ("CLEAN", "fridge_97"),
+)
+"""The paper's example of a plan for cleaning a fridge."""
+
+STATES = {
+    V: "CLOSED OPEN ON OFF SITTING DIRTY CLEAN LYING PLUGGED_IN PLUGGED_OUT ONTOP INSIDE BETWEEN "
+    "NEXT_TO FACING HOLDS_RH HOLDS_LH",
+    B: "cooked dusty frozen open sliced soaked stained toggled_on inside onfloor ontop under nextto",
+}
+"""The states of the paper's tables; BEHAVIOR's two kinds of tools are abilities, not states, in the data."""
+
+CONNECTIVES = ("and", "or", "not", "when", "exists", "forall")
+
+
+def formulas(evidence: Evidence) -> Finding:
+    goals = {domain: sum(len(task.goals) for task in _tasks(evidence, domain).values()) for domain in (V, B)}
+    return if_so(
+        all(goals.values()),
+        f"`eai` reads the goals of all tasks: {goals[V]} conditions in VirtualHome, {goals[B]} in BEHAVIOR",
+    )
+
+
+def browse_internet(evidence: Evidence) -> Finding:
+    return if_so(isinstance(parse(BROWSE), f.Then), "`eai` reads it as three parts in order")
+
+
+def priorities(evidence: Evidence) -> Finding:
+    bare = parse("not a(x) and b(x) or c(x) then d(x)")
+    bracketed = parse("(((not a(x)) and b(x)) or c(x)) then d(x)")
+    return if_so(
+        bare == bracketed,
+        "`eai` reads “not a and b or c then d” so; implication, which the paper's list leaves out, "
+        "binds weaker than “or”",
+    )
+
+
+def parts_of_tasks(evidence: Evidence) -> Finding:
+    lacking = {}
+    for domain in (V, B):
+        tasks = _tasks(evidence, domain)
+        operators = find_benchmark(domain).operators(evidence.published)
+        whole = sum(
+            bool(t.title and t.instruction and t.goals and t.script and t.id in operators)
+            for t in tasks.values()
+        )
+        lacking[domain] = whole, len(tasks)
+    text = ", ".join(f"{NAMED[domain]} {hits} of {number}" for domain, (hits, number) in lacking.items())
+    return all_of(*lacking.values(), text=f"tasks with all five parts: {text}")
+
+
+def complete_tasks(evidence: Evidence) -> Finding:
+    counts = {domain: [bool(task.goals) for task in _tasks(evidence, domain).values()] for domain in (V, B)}
+    text = ", ".join(f"{NAMED[domain]} {sum(each)} of {len(each)}" for domain, each in counts.items())
+    return all_of(*((sum(each), len(each)) for each in counts.values()), text=f"tasks with a goal: {text}")
+
+
+def names_share_tasks(evidence: Evidence) -> Finding:
+    names = Counter(task.title for task in _tasks(evidence, V).values())
+    return if_so(
+        max(names.values()) > 1, f"VirtualHome's {sum(names.values())} tasks have {len(names)} names"
+    )
+
+
+def names_of_virtualhome(evidence: Evidence) -> Finding:
+    names = Counter(task.title for task in _tasks(evidence, V).values() if task.goals)
+    return if_so(
+        False,
+        f"the printed numbers add up to 518; {sum(names.values())} tasks with a goal are released "
+        f"under {len(names)} names",
+        in_part=len(names) == 26,
+    )
+
+
+def long_names(evidence: Evidence) -> Finding:
+    longest: dict[str, int] = {}
+    for task in _tasks(evidence, V).values():
+        if task.goals:
+            longest[task.title] = max(longest.get(task.title, 0), len(task.script))
+    hits = sum(steps > 10 for steps in longest.values())
+    return if_so(
+        abs(100 * hits / len(longest) - 80.7) < 0.1,
+        f"{hits} of {len(longest)}: {100 * hits / len(longest):.1f} %",
+    )
+
+
+def three_to_five(evidence: Evidence) -> Finding:
+    steps = _lengths(evidence, V)
+    hits = sum(3 <= each <= 5 for each in steps)
+    return most_of(
+        (hits, len(steps)),
+        text=f"{hits} of {len(steps)} annotated plans have 3 to 5 steps, "
+        f"{sum(each <= 5 for each in steps)} at most 5",
+    )
+
+
+def ten_to_thirty(evidence: Evidence) -> Finding:
+    steps = _lengths(evidence, V)
+    mean = sum(steps) / len(steps)
+    return if_so(10 <= mean <= 30, f"8.76 by the paper's Table 2; {mean:.2f} steps in the annotated plans")
+
+
+def longer_plans(evidence: Evidence) -> Finding:
+    means = {domain: sum(steps) / len(steps) for domain in (V, B) for steps in [_lengths(evidence, domain)]}
+    return if_so(means[B] > means[V], f"mean length {means[B]:.1f} against {means[V]:.1f} steps")
+
+
+def objects_by_world(evidence: Evidence) -> Finding:
+    means = {
+        domain: sum(len(task.scene.objects) for task in tasks.values()) / len(tasks)
+        for domain in (V, B)
+        for tasks in [_tasks(evidence, domain)]
+    }
+    return if_so(
+        means[B] < means[V], f"objects in a scene: {means[B]:.0f} in BEHAVIOR, {means[V]:.0f} in VirtualHome"
+    )
+
+
+def preconditions_by_world(evidence: Evidence) -> Finding:
+    means = {}
+    for domain in (V, B):
+        table = {each.label: each.value for each in table_of(find_benchmark(domain), evidence.published)}
+        means[domain] = table["preconditions"] / table["transition models"]
+    return if_so(
+        means[B] > means[V],
+        f"predicates in the preconditions of an operator: {means[B]:.1f} in BEHAVIOR, {means[V]:.1f} "
+        "in VirtualHome",
+    )
+
+
+def wiping(evidence: Evidence) -> Finding:
+    plans = [
+        {action.operator for action in task.script}
+        for task in _tasks(evidence, V).values()
+        if task.title == "Wash dishes by hand" and task.goals
+    ]
+    words = ("GRAB", "WIPE", "SCRUB", "WASH", "RINSE", "PUTBACK")
+    counts = ", ".join(f"{word} {sum(word in plan for plan in plans)}" for word in words)
+    return if_so(
+        any("WIPE" in plan for plan in plans), f"{len(plans)} plans of “Wash dishes by hand”, with {counts}"
+    )
+
+
+def several_options(evidence: Evidence) -> Finding:
+    lines = _lines(evidence, B, GI)
+    several = sum(each.goal_options != 1 for each in lines)
+    return if_so(several > 0, f"{several} of {len(lines)} tasks have more than one goal option")
+
+
+def touching(evidence: Evidence) -> Finding:
+    tasks = [t for t in _tasks(evidence, V).values() if t.title == "Pet cat" and t.goals]
+    hits = sum(any(goal.kind is GoalKind.ACTION for goal in task.goals) for task in tasks)
+    everywhere = sum(any(g.kind is GoalKind.ACTION for g in t.goals) for t in _tasks(evidence, V).values())
+    return if_so(hits > 0, f"{hits} of {len(tasks)} tasks “Pet cat” ask for an action, {everywhere} of all")
+
+
+def no_action_goals(evidence: Evidence) -> Finding:
+    actions = sum(
+        goal.kind is GoalKind.ACTION for task in _tasks(evidence, B).values() for goal in task.goals
+    )
+    return if_so(actions == 0, f"{actions} action goals in BEHAVIOR")
+
+
+def tasks_with_quantifiers(evidence: Evidence) -> Finding:
+    counts = {
+        domain: (sum(bool(each.quantified_goals) for each in lines), len(lines))
+        for domain in (V, B)
+        for lines in [_lines(evidence, domain, SD)]
+    }
+    return most_of(
+        counts[B],
+        text=f"tasks with a quantifier: {counts[B][0]} of {counts[B][1]} in BEHAVIOR, {counts[V][0]} "
+        f"of {counts[V][1]} in VirtualHome",
+    )
+
+
+def goals_at_the_start(evidence: Evidence) -> Finding:
+    shares = {}
+    for domain in (V, B):
+        lines = _lines(evidence, domain, SD)
+        shares[domain] = (
+            sum(each.goals_at_start or 0 for each in lines),
+            sum(each.goals or 0 for each in lines),
+        )
+    text = ", ".join(f"{NAMED[domain]} {hits} of {number}" for domain, (hits, number) in shares.items())
+    return most_of((shares[B][1] - shares[B][0], shares[B][1]), text=f"goals that hold at the start: {text}")
+
+
+def light_goals(evidence: Evidence) -> Finding:
+    tasks = [t for t in _tasks(evidence, V).values() if t.title == "Turn on light"]
+    alone = sum({_name(goal.formula) for goal in task.goals} == {"ON"} for task in tasks)
+    return all_of(
+        (alone, len(tasks)),
+        text=f"{alone} of {len(tasks)} tasks “Turn on light” ask for ON alone, most also for PLUGGED_IN",
+    )
+
+
+def bottling_fruit(evidence: Evidence) -> Finding:
+    (task,) = (t for t in _tasks(evidence, B).values() if t.title == "bottling_fruit")
+    used = {action.operator for action in task.script}
+    wanted = {"GRASP", "SLICE", "PLACE_INSIDE"}
+    found = {name for name in wanted if any(each.endswith(name) for each in used)}
+    return if_so(found == wanted, f"its plan has {len(task.script)} steps, with {', '.join(sorted(used))}")
+
+
+def example_1057_1(evidence: Evidence) -> Finding:
+    task = _tasks(evidence, V)["1057_1"]
+    return if_so(
+        task.title == "Watch TV" and len(task.script) == 9,
+        f"“{task.title}”, {len(task.script)} steps, {len(task.goals)} goals",
+    )
+
+
+def example_high_chair(evidence: Evidence) -> Finding:
+    (task,) = (t for t in _tasks(evidence, B).values() if t.title == "cleaning_high_chair")
+    steps = [action.operator for action in task.script]
+    return if_so(
+        steps == ["OPEN", "RIGHT_GRASP", "LEFT_GRASP", "CLEAN"] and len(task.goals) == 1,
+        f"{', '.join(steps)}; {len(task.goals)} goal",
+    )
+
+
+def example_of_the_rag(evidence: Evidence) -> Finding:
+    plan = json.dumps([{"action": action, "object": thing} for action, thing in RAG])
+    suite = open_suite(B, Ability.ACTION_SEQUENCING, Protocol("eai-1.0.5"), source=evidence.published)
+    (task_id,) = (t for t, task in suite.tasks.items() if task.title == "cleaning_up_refrigerator")
+    verdict = suite.score(task_id, plan)
+    error = verdict.error
+    stop = "runs" if error is None else f"stops at {RAG[error.step or 0][0]}: {error.detail}"
+    return if_so(bool(verdict.executable), f"in cleaning_up_refrigerator the plan {stop}")
+
+
+def arguments_of_examples(evidence: Evidence) -> Finding:
+    grab = find_benchmark(V).domain.operator("GRAB").arity
+    predicates = {each.name: len(each.parameters) for each in _library(evidence, B).header.predicates}
+    return if_so(
+        (grab, predicates["nextto"]) == (1, 2), f"GRAB takes {grab} object, nextto {predicates['nextto']}"
+    )
+
+
+def relations_of_three(evidence: Evidence) -> Finding:
+    most = {
+        domain: max((len(p.parameters), p.name) for p in _library(evidence, domain).header.predicates)
+        for domain in (V, B)
+    }
+    return if_so(
+        most[V][0] == 3 and most[B][0] == 2,
+        f"VirtualHome's “{most[V][1]}” has {most[V][0]} arguments, BEHAVIOR's predicates at most "
+        f"{most[B][0]}",
+    )
+
+
+def behavior_actions(evidence: Evidence) -> Finding:
+    number = len(find_benchmark(B).domain.operators)
+    return if_so(number == 30, f"{number} actions are declared")
+
+
+def virtualhome_actions(evidence: Evidence) -> Finding:
+    number = len(find_benchmark(V).domain.operators)
+    return if_so(
+        number == 42,
+        f"{number} actions are declared, three of which only data use; the printed table lists 40",
+        in_part=number >= 42,
+    )
+
+
+def behavior_states(evidence: Evidence) -> Finding:
+    return _states(evidence, B, 15, extra=2)
+
+
+def virtualhome_states(evidence: Evidence) -> Finding:
+    return _states(evidence, V, 17)
+
+
+def without_effect(evidence: Evidence) -> Finding:
+    operators = _library(evidence, V).operators
+    none = [name for name, text in operators.items() if not re.search(r"\w", text.effect.replace("and", ""))]
+    return if_so(
+        len(none) in (9, 10, 11),
+        f"{len(none)} of {len(operators)} operators: {', '.join(none)}",
+        in_part="read" in none,
+    )
+
+
+def connectives(evidence: Evidence) -> Finding:
+    used = Counter(
+        word
+        for domain in (V, B)
+        for text in _library(evidence, domain).operators.values()
+        for word in set(re.findall(r"\((\w+)", f"{text.precondition} {text.effect}"))
+    )
+    return all_of(
+        (sum(bool(used[word]) for word in CONNECTIVES), len(CONNECTIVES)),
+        text=f"operators with {', '.join(f'{word} {used[word]}' for word in CONNECTIVES)}",
+    )
+
+
+def needs_of_tools(evidence: Evidence) -> Finding:
+    operators = _library(evidence, B).operators
+    needs = {
+        "soak": ("toggled_on",),
+        "slice": ("holding",),
+        "clean_stained_rag": ("holding", "soaked"),
+        "clean_dusty_rag": ("holding",),
+    }
+    right = sum(all(word in operators[name].precondition for word in words) for name, words in needs.items())
+    return all_of(
+        (right, len(needs)),
+        text=f"by the data set's operators {right} of {len(needs)}: "
+        f"{'; '.join(f'{name}: {operators[name].precondition}' for name in list(needs)[:1])}",
+    )
+
+
+def tools_checked(evidence: Evidence) -> Finding:
+    wash = _library(evidence, V).operators["wash"].precondition
+    clean = _library(evidence, B).operators["clean_stained_rag"].precondition
+    return if_so("hold" not in wash and "holding" in clean, f"wash: {wash}; clean_stained_rag: {clean}")
+
+
+def affordances_of_examples(evidence: Evidence) -> Finding:
+    task = next(
+        t for t in _tasks(evidence, V).values() if {"computer.417", "mouse.413"} <= t.scene.index.keys()
+    )
+    plugs = [task.initial.has("HAS_PLUG", task.scene.index[name]) for name in ("computer.417", "mouse.413")]
+    scenes = _tasks(evidence, B).values()
+    heavy = [
+        t.initial.has("ungraspable", t.scene.index["fridge_97"])
+        for t in scenes
+        if "fridge_97" in t.scene.index
+    ]
+    return all_of(
+        (plugs.count(False), 2),
+        (int(any(heavy)), 1),
+        text=f"{plugs.count(False)} of the two have no plug; fridge_97 cannot be grasped in "
+        f"{sum(heavy)} of {len(heavy)} scenes",
+    )
+
+
+def gold_plans(evidence: Evidence) -> Finding:
+    """Under `strict`: the package executes no VirtualHome plan that equals the annotated one."""
+    counts = {}
+    for domain in (V, B):
+        source = evidence.published
+        book = open_answer_book(find_benchmark(domain), Ability.ACTION_SEQUENCING, source)
+        suite = open_suite(domain, Ability.ACTION_SEQUENCING, Protocol.STRICT, source=source)
+        texts = {task_id: book[task_id].text for task_id in suite.task_ids}
+        judge = suite.over(list(texts.values()))
+        verdicts = [judge.score(task_id, text) for task_id, text in texts.items()]
+        scored = [each for each in verdicts if each.excluded is None]
+        counts[domain] = sum(bool(each.success) for each in scored), len(scored)
+    text = ", ".join(f"{NAMED[domain]} {hits} of {number}" for domain, (hits, number) in counts.items())
+    return all_of(
+        *counts.values(), text=f"annotated plans that succeed under `strict`, without errata: {text}"
+    )
+
+
+def errata(evidence: Evidence) -> Finding:
+    entries = published_errata().entries
+    return if_so(not entries, f"{len(entries)} [errata](errata.md) are known")
+
+
+def micro_averages(evidence: Evidence) -> Finding:
+    right = number = 0
+    for domain in (V, B):
+        for records in evidence.suites[Suite(domain, GI)].values():
+            rates = Totals.of(records).rates
+            kinds = sum(rates[f"{kind}.f1"].numerator for kind in ("state", "relation", "action"))
+            right += kinds == rates["overall.f1"].numerator
+            number += 1
+    return all_of(
+        (right, number), text=f"overall counts are the sums over kinds of goals in {right} of {number} runs"
+    )
+
+
+def cells_that_come_out(evidence: Evidence) -> Finding:
+    near = exact = number = 0
+    for name in paper_setting().full_tables:
+        table = paper_table(name)
+        for column in table.columns:
+            if name == "overview" or not column.ability:
+                continue
+            ours = measured_rates(evidence, RateColumn(column.domain, column.ability, column.metric))
+            for model, figures in table.rows.items():
+                printed = figures[column]
+                if printed is None or model not in ours:
+                    continue
+                number += 1
+                near += abs(ours[model] - printed) <= NEAR + DIGIT
+                exact += abs(ours[model] - printed) <= DIGIT
+    return Finding(
+        by_degree(near == number, near > number / 2),
+        f"of {number:,} cells of the full tables {exact:,} come out of public answers to the digit, "
+        f"{near:,} within a point",
+    )
+
+
+def _tasks(evidence: Evidence, domain: str) -> Mapping[str, Task]:
+    return find_benchmark(domain).tasks(evidence.published)
+
+
+def _library(evidence: Evidence, domain: str) -> OperatorLibrary:
+    return next(iter(find_benchmark(domain).operators(evidence.published).values())).domain
+
+
+def _lines(evidence: Evidence, domain: str, ability: str) -> list[AnswerLine]:
+    """Return a line for each task of a suite."""
+    suite = Suite(domain, ability)
+    lines = {each.task: each for each in evidence.of(evidence.tables.answers, suite)}
+    return list(lines.values())
+
+
+def _lengths(evidence: Evidence, domain: str) -> list[int]:
+    return [len(task.script) for task in _tasks(evidence, domain).values() if task.goals]
+
+
+def _states(evidence: Evidence, domain: str, number: int, extra: int = 0) -> Finding:
+    known = {predicate.name for predicate in find_benchmark(domain).domain.vocabulary.predicates}
+    known |= {p.name for p in _library(evidence, domain).header.predicates}
+    words = STATES[domain].split()
+    found = [word for word in words if word in known]
+    named = f"{len(found)} of {len(words)} listed states are predicates of the data"
+    return all_of(
+        (len(found), len(words)),
+        (len(words) + extra, number),
+        text=named + (f", {extra} are abilities of objects" if extra else ""),
+    )
+
+
+def _name(formula: f.Formula) -> str:
+    return formula.predicate if isinstance(formula, f.Atom) else type(formula).__name__

@@ -1,0 +1,233 @@
+"""The checkable statements of the paper, section by section, and their findings.
+
+`statements.tsv` has a line for each: the section, the statement in our own words, and how it is checked. A
+check has parts, with ` & ` between them:
+
+    claim: A1                                  the finding on a claim of this page
+    cell: B/AS/task_success/o1-preview/81.0    a figure of the text
+    best: V/GI/overall.f1/o1-preview           the model with the highest rate
+    lowest: B/SD/missing_step/o1-preview       the model with the lowest rate
+    rank: B/AS/task_success/o1-mini/2          the rank of a model
+    above: V/AS/task_success/Mistral Large/o1-preview
+    printed: replanning/task_success/GPT-4o/65.2    a figure of the text beside the paper's own table
+    count: V/goals/801                         a figure of the data set
+    measure: pour                              a function of a module `measures_...`
+    read: STATUS: REASON                       decided by reading the paper and the package
+    skip: REASON                               not judged
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import measures_answers
+import measures_data
+import measures_operators
+import measures_rates
+from claim import Claim, Finding, Status, by_degree
+from evidence import NAMED, Evidence
+from rates import (
+    DIGIT,
+    NEAR,
+    WORLDS,
+    RateColumn,
+    column_of,
+    first_places,
+    measured_rates,
+    printed_figures,
+    printed_rates,
+    rank_of,
+    together,
+)
+
+from eai.benchmark.registry import find_benchmark
+from eai.results.data_set import table_of
+from eai.results.paper_tables import paper_table
+
+FILE = Path(__file__).parent / "statements.tsv"
+MODULES = (measures_rates, measures_answers, measures_operators, measures_data)
+
+
+class Statement(NamedTuple):
+    """A checkable statement of the paper, in our own words."""
+
+    section: str
+    text: str
+    check: str
+
+
+def read_statements() -> list[Statement]:
+    """Return the statements in the order of the paper."""
+    with FILE.open(encoding="utf-8", newline="") as file:
+        rows = csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE)
+        return [Statement(row["section"], row["statement"], row["check"]) for row in rows]
+
+
+def measure_of(name: str) -> Callable[[Evidence], Finding]:
+    """Return the function that measures a statement."""
+    return next(getattr(module, name) for module in MODULES if hasattr(module, name))
+
+
+class Checker:
+    """Checks statements.
+
+    Args:
+        evidence: the records.
+        claims: the findings on claims that could be checked, by key.
+        planner: whether measures that take a planner are made.
+    """
+
+    def __init__(
+        self, evidence: Evidence, claims: Mapping[str, tuple[Claim, Finding]], *, planner: bool
+    ) -> None:
+        self._evidence = evidence
+        self._claims = claims
+        self._planner = planner
+        self._known: dict[str, Finding] = {}
+
+    def find(self, check: str) -> Finding:
+        """Return the finding on all parts of a check."""
+        parts = [self._part(part) for part in check.split(" & ")]
+        judged = [finding for finding in parts if finding.status is not Status.NOT_JUDGED]
+        return together(judged or parts)
+
+    def _part(self, part: str) -> Finding:
+        if part not in self._known:
+            kind, _, rest = part.partition(": ")
+            self._known[part] = self._parts[kind](rest)
+        return self._known[part]
+
+    @cached_property
+    def _parts(self) -> Mapping[str, Callable[[str], Finding]]:
+        return {
+            "claim": self._claim,
+            "cell": self._cell,
+            "best": self._best,
+            "lowest": lambda text: self._best(text, lowest=True),
+            "rank": self._rank,
+            "above": self._above,
+            "printed": self._printed,
+            "count": self._count,
+            "measure": self._measure,
+            "read": _read,
+            "skip": lambda text: Finding(Status.NOT_JUDGED, text),
+        }
+
+    def _claim(self, key: str) -> Finding:
+        if key not in self._claims:
+            return Finding(Status.NOT_JUDGED, f"{key} is left out here")
+        claim, finding = self._claims[key]
+        return Finding(finding.status, f"[{key}](#{claim.anchor})")
+
+    def _measure(self, name: str) -> Finding:
+        function = measure_of(name)
+        if function.__module__ == measures_operators.__name__ and not self._planner and name in PLANNED:
+            return Finding(Status.NOT_JUDGED, "takes a planner, which was left out")
+        return function(self._evidence)
+
+    def _cell(self, text: str) -> Finding:
+        *place, model, figure = text.split("/")
+        column, said = column_of(place), float(figure)
+        printed = printed_figures(column, model)
+        ours = self._ours(column).get(model)
+        in_table = any(abs(each - said) <= DIGIT for each in printed)
+        comes_out = ours is None or abs(ours - said) <= NEAR + DIGIT
+        shown = " or ".join(f"{each:.1f}" for each in printed) or "none"
+        measured = "" if ours is None else f", public answers {ours:.1f}"
+        return Finding(
+            by_degree(in_table and comes_out, in_table or (ours is not None and comes_out)),
+            f"{model}: table {shown}{measured}",
+        )
+
+    def _best(self, text: str, *, lowest: bool = False) -> Finding:
+        *place, model = text.split("/")
+        column = column_of(place)
+        sides = [
+            (name, rates)
+            for name, rates in (("table", printed_rates(column)), ("public answers", self._ours(column)))
+            if rates
+        ]
+        right = [model in first_places(rates, lowest=lowest) for _, rates in sides]
+        shown = "; ".join(
+            f"{name}: {' and '.join(first)} {rates[first[0]]:.1f}"
+            for name, rates in sides
+            for first in [first_places(rates, lowest=lowest)]
+        )
+        return Finding(
+            by_degree(all(right), any(right)),
+            f"{_name(column)}, {'lowest' if lowest else 'highest'} in {shown}",
+        )
+
+    def _rank(self, text: str) -> Finding:
+        *place, model, number = text.split("/")
+        column = column_of(place)
+        ranks = [
+            rank_of(rates, model) for rates in (printed_rates(column), self._ours(column)) if model in rates
+        ]
+        right = [rank == int(number) for rank in ranks]
+        shown = " by the table and ".join(map(str, ranks))
+        return Finding(
+            by_degree(all(right), any(right)), f"{_name(column)}: {model} is number {shown} by public answers"
+        )
+
+    def _above(self, text: str) -> Finding:
+        *place, first, second = text.split("/")
+        column = column_of(place)
+        sides = [("table", printed_rates(column)), ("public answers", self._ours(column))]
+        known = [(name, rates) for name, rates in sides if first in rates and second in rates]
+        right = [rates[first] > rates[second] for _, rates in known]
+        shown = "; ".join(f"{name} {rates[first]:.1f} and {rates[second]:.1f}" for name, rates in known)
+        return Finding(by_degree(all(right), any(right)), f"{first} and {second}: {shown}")
+
+    def _printed(self, text: str) -> Finding:
+        name, metric, *words, said = text.split("/")
+        row = "/".join(words)
+        figures = paper_table(name).rows[row]
+        (figure,) = [value for column, value in figures.items() if column.metric == metric]
+        same = figure is not None and abs(figure - float(said)) <= DIGIT
+        return Finding(by_degree(same, False), f"{row}: the table has {figure}")
+
+    def _count(self, text: str) -> Finding:
+        world, label, said = text.split("/")
+        table = table_of(find_benchmark(WORLDS[world]), self._evidence.published)
+        value = next(figure.value for figure in table if figure.label == label)
+        same = round(value, len(said.partition(".")[2])) == float(said)
+        return Finding(by_degree(same, False), f"{label}: {value:,}")
+
+    def _ours(self, column: RateColumn) -> Mapping[str, float]:
+        return measured_rates(self._evidence, column)
+
+
+PLANNED = (
+    "mixtures",
+    "mixture_of_three",
+    "place_inside",
+    "rest_non_spatial",
+    "rest_orientation",
+    "rest_behavior",
+    "slice_alone",
+)
+"""The measures that take a planner, for minutes."""
+
+
+def _read(text: str) -> Finding:
+    status, _, reason = text.partition(": ")
+    return Finding(Status(status), reason)
+
+
+def _name(column: RateColumn) -> str:
+    metric = column.metric.replace("_", " ").replace(".", " ")
+    world, ability = NAMED[column.domain], column.ability.replace("_", " ")
+    return ", ".join(word for word in (world, ability, metric) if word)
+
+
+def sections_of(statements: Sequence[Statement]) -> dict[str, list[Statement]]:
+    """Return the statements by section."""
+    found: dict[str, list[Statement]] = {}
+    for statement in statements:
+        found.setdefault(statement.section, []).append(statement)
+    return found
