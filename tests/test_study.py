@@ -155,6 +155,29 @@ def test_statements_about_tables_come_out_as_on_the_page(study: ModuleType, data
     assert compared > 150
 
 
+@pytest.mark.parametrize(
+    ("domain", "names"),
+    [
+        ("virtualhome", "pour additional_in_virtualhome sitting_in_wrong_orders closed_of_gpt_3_5"),
+        ("behavior", "missing_in_behavior grammar_in_behavior inside_quantifiers"),
+    ],
+)
+def test_statements_about_subgoals_come_out_as_on_the_page(
+    study: ModuleType, data_store: Store, domain: str, names: str
+) -> None:
+    if not study.ANSWERS.is_dir():
+        pytest.skip(NO_REFERENCE)
+    evidence = study.from_answers(domains=[domain], abilities=[Ability.SUBGOAL_DECOMPOSITION])
+    module, rows = sys.modules["statements"], rows_of_page()
+    checker = module.Checker(evidence, {}, planner=False)
+    for name in names.split():
+        texts = [each.text for each in module.read_statements() if each.check == f"measure: {name}"]
+        finding = checker.find(f"measure: {name}")
+        assert texts
+        for text in texts:
+            assert rows[text][1:] == [f"**{finding.status.value}**", finding.summary.rstrip(".")]
+
+
 def test_a_figure_counts_only_if_table_and_public_answers_have_it(
     study: ModuleType, data_store: Store
 ) -> None:
