@@ -8,10 +8,12 @@ import pytest
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
-from eai.benchmark.gold_answers import WrittenAnswer, noisy_answer, open_answer_book
+from eai.benchmark.gold_answers import WrittenAnswer, noisy_answer, open_answer_book, open_planned_book
+from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import InputError
+from eai.planning.search import Limits
 from eai.results.summary import summarise
 from eai.tasks.source import Source
 from suites import answer_book, planned_book
@@ -68,6 +70,28 @@ def test_the_goal_of_pddl_is_no_subgoal() -> None:
     verdict = suite.score("two-balls", '{"output": ["in(b1, garden) and in(b2, garden)"]}')
     assert isinstance(verdict, SubgoalVerdict)
     assert verdict.category is SubgoalCategory.RUNTIME
+
+
+@pytest.mark.parametrize(
+    ("goal", "states", "why_none", "text"),
+    [
+        ("(r a)", 100, "no plan exists", ""),
+        ("(p b)", 1, "no plan was found within the limits of the search", ""),
+        ("(p a)", 100, "", "[]"),
+    ],
+)
+def test_a_planner_without_a_plan_has_no_answer(
+    tmp_path: Path, goal: str, states: int, why_none: str, text: str
+) -> None:
+    (tmp_path / "domain.pddl").write_text(
+        "(define (domain two) (:predicates (p ?x) (r ?x)) (:action mk :parameters (?x) :effect (p ?x)))"
+    )
+    (tmp_path / "p1.pddl").write_text(
+        f"(define (problem q) (:domain two) (:objects a b) (:init (p a)) (:goal {goal}))"
+    )
+    benchmark = find_benchmark(f"pddl:{tmp_path / 'domain.pddl'},{tmp_path}")
+    answer = open_planned_book(benchmark, Ability.ACTION_SEQUENCING, limits=Limits(states))["q"]
+    assert (answer.why_none, answer.text) == (why_none, text)
 
 
 @every(8)

@@ -198,6 +198,40 @@ def test_a_built_in_model_skips_what_it_has_no_answer_to(data_store: Store, tmp_
     assert summaries == {"action_sequencing", "subgoal_decomposition"}
 
 
+NO_PLAN = {
+    "domain.pddl": """(define (domain two) (:requirements :strips) (:predicates (p ?x) (r ?x))
+    (:action mk :parameters (?x) :precondition () :effect (p ?x)))""",
+    "p1.pddl": "(define (problem lost) (:domain two) (:objects a b) (:init) (:goal (r a)))",
+    "p2.pddl": "(define (problem open) (:domain two) (:objects a b) (:init) (:goal (p a)))",
+}
+
+
+@pytest.mark.parametrize(
+    ("model", "ability"),
+    [
+        ("eai/planner", "action_sequencing"),
+        *swept(
+            ("eai/planner", "subgoal_decomposition"),
+            ("eai/planner", "acting"),
+            ("eai/oracle", "action_sequencing"),
+            ("eai/noisy", "action_sequencing"),
+        ),
+    ],
+)
+def test_a_planner_without_a_plan_does_not_answer(tmp_path: Path, model: str, ability: str) -> None:
+    for name, text in NO_PLAN.items():
+        (tmp_path / name).write_text(text)
+    domain = f"pddl:{tmp_path / 'domain.pddl'},{tmp_path}"
+    run = eai("run", "--model", model, "--domain", domain, "--ability", ability, "--out", tmp_path / "runs")
+    assert run.status == 1
+    assert "1 task not answered (lost): InputError: no plan exists" in run.err
+    (file,) = (tmp_path / "runs").glob(f"two/{ability}/*/records.jsonl")
+    records = {each["task_id"]: each for each in map(json.loads, file.read_text().splitlines())}
+    assert records["lost"]["unanswered"] == "InputError: no plan exists"
+    assert (records["lost"]["response"], records["lost"]["error"]) == ("", None)
+    assert records["open"]["unanswered"] is None
+
+
 def test_named_tasks_are_run_in_the_suites_that_have_them(data_store: Store, tmp_path: Path) -> None:
     named = ("--tasks", "27_2", "--planner", "none", "--json", "--out", tmp_path)
     run = eai("run", "--model", "eai/oracle", *named)

@@ -9,7 +9,7 @@ from eai.abilities.goal_test import alternatives
 from eai.abilities.task import GoalKind, Task
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.possible import out_of_reach
-from eai.planning.search import Limits, SearchResult
+from eai.planning.search import Limits, SearchEnd, SearchResult
 from eai.world.domain import Domain
 from eai.world.execution import Action
 
@@ -29,6 +29,17 @@ def planning_goal(task: Task) -> PlanningGoal:
 def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
     """Look for a plan that reaches all goals of a task with the objects that an answer may name."""
     return planner.plan(task.initial, planning_goal(task), task.planned_with, limits)
+
+
+def why_no_plan(end: SearchEnd) -> str:
+    """Return why a search that ended so found no plan, or an empty text if it found one."""
+    match end:
+        case SearchEnd.SOLVED:
+            return ""
+        case SearchEnd.UNREACHABLE:
+            return "no plan exists"
+        case SearchEnd.STATES:
+            return "no plan was found within the limits of the search"
 
 
 def is_impossible(task: Task, domain: Domain) -> bool:

@@ -16,7 +16,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_test import remaining_goals
 from eai.abilities.notation.goal_lexicon import read_stated, write_goals
 from eai.abilities.notation.plans import QUESTION, refusal
-from eai.abilities.planning import FindPlan, find_plan
+from eai.abilities.planning import FindPlan, find_plan, why_no_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
@@ -110,15 +110,22 @@ def chance(seed: str, task_id: str) -> random.Random:
 
 @dataclass(frozen=True, slots=True)
 class WrittenAnswer:
-    """An answer as its parts (steps, goals, subgoals, operators) and the function that joins them."""
+    """An answer as its parts (steps, goals, subgoals, operators) and the function that joins them.
+
+    Attributes:
+        parts: the parts.
+        join: joins them.
+        why_none: why there is no answer; empty if there is one.
+    """
 
     parts: tuple[str, ...]
     join: Callable[[Iterable[str]], str]
+    why_none: str = ""
 
     @property
     def text(self) -> str:
-        """The whole answer."""
-        return self.join(self.parts)
+        """The whole answer; empty if there is none."""
+        return "" if self.why_none else self.join(self.parts)
 
 
 AnswerBook: TypeAlias = Mapping[str, WrittenAnswer]
@@ -183,7 +190,7 @@ def open_planned_book(
 ) -> AnswerBook:
     """Answers made of plans that the built-in search finds on the declared domain, instead of gold ones.
 
-    An answer is empty where the search finds no plan.
+    If the search finds no plan, there is no answer (`WrittenAnswer.why_none`).
 
     Args:
         benchmark: the benchmark.
@@ -267,24 +274,24 @@ def _of_plans(
 
     Else they are what the search finds.
     """
-    planner = Planner(benchmark.domain)
-
-    def plan(task: Task) -> Sequence[Action]:
-        known = scripts and (task.script or task.unsolvable is not None)
-        return task.script if known else find(task, planner, limits).plan
-
-    if ability is Ability.SUBGOAL_DECOMPOSITION:
-        notation = benchmark.subgoal_notation
-        return book_of(benchmark, ability, source, lambda task: notation.write(task, plan(task)))
+    planner, join = Planner(benchmark.domain), join_of(benchmark, ability)
     tasks, plans = benchmark.tasks_for(ability, source), benchmark.plans
+
+    def write(task: Task, plan: Sequence[Action]) -> Sequence[str]:
+        if ability is Ability.SUBGOAL_DECOMPOSITION:
+            return tuple(benchmark.subgoal_notation.write(task, plan))
+        return plans.write(plan, task.scene)
 
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        if scripts and task.missing:
+        if scripts and ability is Ability.ACTION_SEQUENCING and task.missing:
             return WrittenAnswer((refusal(plans.encoded(", ".join(task.missing))),), "".join)
-        if scripts and task.is_ambiguous:
+        if scripts and ability is Ability.ACTION_SEQUENCING and task.is_ambiguous:
             return WrittenAnswer((refusal(f"{' or '.join(task.fits or ())}?", QUESTION),), "".join)
-        return WrittenAnswer(plans.write(plan(task), task.scene), plans.join)
+        if scripts and (task.script or task.unsolvable is not None):
+            return WrittenAnswer(tuple(write(task, task.script)), join)
+        found = find(task, planner, limits)
+        return WrittenAnswer(tuple(write(task, found.plan)), join, why_no_plan(found.end))
 
     return TaskSet(tasks, answer, tasks.sha256)
 

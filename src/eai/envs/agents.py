@@ -16,11 +16,12 @@ from math import ceil
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.goal_test import GoalTest, remaining_goals, solves
-from eai.abilities.planning import find_plan, planning_goal
+from eai.abilities.planning import find_plan, planning_goal, why_no_plan
 from eai.abilities.task import Goal, Task
 from eai.abilities.verdict import REFUSE
 from eai.envs.command import DONE
 from eai.envs.game import Game, Stage
+from eai.errors import InputError
 from eai.generator.measures import lids, presence
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.rewriting import rewrite, with_terms
@@ -116,8 +117,8 @@ def gold_agent(game: Game, seed: int = 0) -> Agent:
     """The data set's own plan, or else the planner's, then `DONE`; a refusal of what has no plan."""
     if game.task.missing:
         return lambda: refusal_of(game.stage)
-    write, script = game.stage.commands.write, game.task.script
-    return _following(map(write, script)) if script else planner_agent(game)
+    plan = game.task.script or find_plan(game.task, planner_of(game.stage.domain)).plan
+    return _following(map(game.stage.commands.write, plan))
 
 
 def refusal_of(stage: Stage) -> str:
@@ -126,9 +127,15 @@ def refusal_of(stage: Stage) -> str:
 
 
 def planner_agent(game: Game, seed: int = 0) -> Agent:
-    """`eai/planner`: a plan by who knows the whole scene, then `DONE`."""
-    plan = find_plan(game.task, planner_of(game.stage.domain)).plan
-    return _following(map(game.stage.commands.write, plan))
+    """`eai/planner`: a plan by who knows the whole scene, then `DONE`.
+
+    Raises:
+        InputError: no plan is found.
+    """
+    found = find_plan(game.task, planner_of(game.stage.domain))
+    if reason := why_no_plan(found.end):
+        raise InputError(reason)
+    return _following(map(game.stage.commands.write, found.plan))
 
 
 def _following(commands: Iterable[str]) -> Agent:

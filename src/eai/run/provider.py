@@ -229,16 +229,18 @@ class _BuiltInModel(ModelAPI):
             return recorded[asked.task_id]
         if self.model_name == "planner" and (asked.done or asked.scene is not None):
             book = open_planned_book(_as_told(asked), asked.ability, asked.source, LIMITS)
-            return book[asked.task_id].text
+            return _text_of(book[asked.task_id])
         if self.model_name in ("planner", "copy") and asked.stated is not None:
-            return _BOOKS[self.model_name](_as_told(asked), asked.ability, asked.source)[asked.task_id].text
+            book = _BOOKS[self.model_name](_as_told(asked), asked.ability, asked.source)
+            return _text_of(book[asked.task_id])
         if self.model_name == "random":
             seed = f"{self._given.seed} {asked.epoch} {asked.attempt}"
             draw = self._random(asked.benchmark, asked.ability, asked.source)
             return draw(asked.task_id, seed, asked.done).text
         book = self._book(asked.benchmark, asked.ability, asked.source)
         if self.model_name in ("oracle", *_BOOKS):
-            return book[asked.task_id].text
+            return _text_of(book[asked.task_id])
+        _text_of(book[asked.task_id])
         return self._noisy(book, asked).text
 
     def _list(self, asked: _Question) -> str:
@@ -284,6 +286,17 @@ def _as_told(asked: _Question) -> Benchmark:
     if asked.stated is not None:
         benchmark = believing(benchmark, {task_id: asked.stated})
     return lacking(benchmark, task_id, asked.done) if asked.done else benchmark
+
+
+def _text_of(answer: WrittenAnswer) -> str:
+    """Return the text of an answer.
+
+    Raises:
+        InputError: there is no answer.
+    """
+    if answer.why_none:
+        raise InputError(answer.why_none)
+    return answer.text
 
 
 async def _off_the_loop(work: Callable[[], T]) -> T:
