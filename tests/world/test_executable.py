@@ -9,12 +9,16 @@ from world import toy
 from world.random_domains import Case, cases
 
 
+def no_limit() -> bool:
+    return False
+
+
 @given(cases())
 def test_no_check_fails_of_what_is_found_and_one_fails_of_all_else(case: Case) -> None:
     objects = [2, 0, 1]
     for operator in case.domain.operators:
         compiled = case.domain.compiled[operator.name]
-        assert list(case.domain.applicability[operator.name](case.initial, objects)) == [
+        assert list(case.domain.applicability[operator.name](case.initial, objects, no_limit)) == [
             arguments
             for arguments in product(objects, repeat=operator.arity)
             if compiled.is_possible(case.initial, compiled.bind(case.initial, arguments))
@@ -25,5 +29,5 @@ def test_only_some_objects_are_asked_about() -> None:
     start = toy.initial()
     hall, shed = (start.scene.index[name] for name in ("hall", "shed"))
     go = applicability(toy.GO, toy.DOMAIN.vocabulary)
-    assert list(go(start, [hall, shed])) == [(shed,)]
-    assert list(go(start, [hall])) == []
+    assert list(go(start, [hall, shed], no_limit)) == [(shed,)]
+    assert list(go(start, [hall], no_limit)) == []

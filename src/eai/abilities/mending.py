@@ -75,7 +75,7 @@ class PlanMender:
         if edits is None:
             return Repair(at_least, effort=effort.used)
         shown = len(steps) if verdict.error is None else verdict.error.step
-        if at_least == len(edits) == 1:
+        if at_least == len(edits) == 1 and not mender.flips.is_partial:
             return self._single(plan, steps, mender, shown, effort.used)
         told = tuple([self._told(edit, plan, steps) for edit in edits])
         return Repair(at_least, len(told), edits=told, effort=effort.used)

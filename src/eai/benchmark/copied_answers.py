@@ -35,6 +35,7 @@ from eai.pddl.model import Add, Both, Delete, Each, PddlEffect
 from eai.pddl.writer import write_action
 from eai.planning.achievers import Achiever, Achievers
 from eai.planning.effect_schema import changes_for
+from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom, object_named
 from eai.tasks.source import USUAL, Source, TaskSet
 from eai.world.domain import Domain
@@ -231,7 +232,7 @@ def _first(matches: Iterable[_Match], task: Task) -> Action | None:
     """The first action among these that can ever be taken with objects of the task; None if there is none."""
     usable = sum(1 << index for index in task.relevant)
     for achiever, scope in matches:
-        for binding in achiever.bindings(task.initial, scope, usable):
+        for binding in achiever.bindings(task.initial, scope, usable, Effort(Limits().bindings)):
             return Action(achiever.schema.operator.name, achiever.arguments(binding))
     return None
 

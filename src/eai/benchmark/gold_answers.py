@@ -124,7 +124,7 @@ class WrittenAnswer:
 
     @property
     def text(self) -> str:
-        """The whole answer; empty if there is none."""
+        """Return the text of all parts, or an empty text if the task has no answer."""
         return "" if self.why_none else self.join(self.parts)
 
 

@@ -25,6 +25,7 @@ from eai.logic.formula import And, Atom, Constant, Not, Variable
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import walk
 from eai.pddl.writer import write_action
+from eai.planning.search import Effort, Limits
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.source import USUAL, Source, TaskSet
 from eai.world.domain import Domain
@@ -91,14 +92,18 @@ def random_walk(
 def _possible_action(
     domain: Domain, state: State, objects: Sequence[int], rng: random.Random
 ) -> Action | None:
-    """One of all possible actions, each equally likely, or None if there is none."""
+    """Return a possible action, all equally likely, or None if no action is possible.
+
+    If there are too many actions to try all, the first possible ones are equally likely.
+    """
     sizes = [len(objects) ** operator.arity for operator in domain.operators]
     for operator in rng.choices(domain.operators, sizes, k=_TRIES):
         action = Action(operator.name, tuple(rng.choices(objects, k=operator.arity)))
         if isinstance(attempt(domain, Past(state), action), State):
             return action
-    found = chain.from_iterable(applicable_actions(domain, each, state, objects) for each in domain.operators)
-    possible = list(found)
+    bindings = Effort(Limits().bindings)
+    ways = [applicable_actions(domain, each, state, objects, bindings) for each in domain.operators]
+    possible = list(chain.from_iterable(ways))
     return rng.choice(possible) if possible else None
 
 

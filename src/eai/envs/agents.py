@@ -127,10 +127,10 @@ def refusal_of(stage: Stage) -> str:
 
 
 def planner_agent(game: Game, seed: int = 0) -> Agent:
-    """`eai/planner`: a plan by who knows the whole scene, then `DONE`.
+    """Return `eai/planner`, which knows the whole scene and carries out a plan, then says `DONE`.
 
     Raises:
-        InputError: no plan is found.
+        InputError: the planner finds no plan.
     """
     found = find_plan(game.task, planner_of(game.stage.domain))
     if reason := why_no_plan(found.end):

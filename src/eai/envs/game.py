@@ -39,6 +39,7 @@ from eai.envs.rules import OUTCOMES, Feedback, Observe, Rules, View
 from eai.errors import EaiError, InputError
 from eai.logic.formula import TRUE
 from eai.logic.traversal import predicates_of
+from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
 from eai.prompts.own import explanations
 from eai.prompts.template import Templates
@@ -702,17 +703,35 @@ class Game:
         return info
 
     def admissible_commands(self) -> list[str]:
-        """All commands for possible actions about what has been seen, and `DONE` where that is one."""
-        commands = [self.stage.commands.write(action) for action in self.admissible()]
+        """Return all commands for possible actions about what has been seen, and `DONE` if that is one.
+
+        Raises:
+            InputError: there are too many.
+        """
+        bindings = Effort(_MAX_BINDINGS)
+        commands = [self.stage.commands.write(action) for action in self.admissible(bindings)]
+        if bindings.is_exceeded:
+            raise InputError(
+                f"admissible: too many actions are possible in the task {self.task.id}; leave the option out"
+            )
         return [*commands, DONE] if self._rules.until == "done" else commands
 
-    def admissible(self) -> Iterator[Action]:
-        """Return all actions that are possible now, about objects that the agent has seen."""
+    def admissible(self, bindings: Effort | None = None) -> Iterator[Action]:
+        """Yield all actions that are possible now, about objects that the agent has seen.
+
+        Args:
+            bindings: counts the effort and ends the actions early, as in `applicable_actions`. By default it
+                has a limit.
+        """
         objects = [index for index in self.stage.view.subjects if index in self.known]
         domain, state = self.stage.domain, self._episode.state
+        bindings = bindings or Effort(_MAX_BINDINGS)
         for operator in domain.operators:
-            yield from applicable_actions(domain, operator, state, objects)
+            yield from applicable_actions(domain, operator, state, objects, bindings)
 
+
+_MAX_BINDINGS = 1_000_000
+"""Maximum number of values of parameters that are tried to list the possible actions."""
 
 _AT_FIRST = "At first you are told what holds of what you see; nothing else does. Each turn you are told what"
 _OBSERVED: Mapping[Feedback, str] = {

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables, predicates_of, walk
 from eai.planning.effect_schema import EffectSchema, effect_schemas, match, taking
+from eai.planning.search import Effort
 from eai.planning.subgoal import GroundAtom, object_named
 from eai.world.condition import Conditions
 from eai.world.derived import Defined, Lookup
@@ -102,18 +103,21 @@ class Achiever:
         """The variables' objects that make this an achiever of the atom with these arguments, or None."""
         return match(self.schema.atom, arguments, lambda constant: object_named(constant, scene))
 
-    def bindings(self, state: State, scope: Mapping[str, int], usable: int) -> Iterator[Binding]:
+    def bindings(
+        self, state: State, scope: Mapping[str, int], usable: int, effort: Effort | None = None
+    ) -> Iterator[Binding]:
         """The ways to complete a match, for which what no action changes is as it must be.
 
         Args:
             state: the state.
             scope: the match.
             usable: the mask of the objects that actions may be about.
+            effort: counts values of variables, as in `completed`.
 
         Yields:
             One binding of `schema.variables`, the same list each time.
         """
-        return completed(state, self.partial(state.scene, scope), usable)
+        return completed(state, self.partial(state.scene, scope), usable, effort)
 
     def partial(self, scene: Scene, scope: Mapping[str, int], *, fixed: bool = False) -> _Partial:
         """A match, to be completed in a state; or (``fixed``) whatever actions change."""
@@ -169,8 +173,17 @@ class Achiever:
         return _Join(tuple(self._compiler.truth(c) for c in first), tuple(steps), needed)
 
 
-def completed(state: State, partial: _Partial, usable: int) -> Iterator[Binding]:
-    """The ways to complete a match, as `Achiever.bindings` yields them."""
+def completed(
+    state: State, partial: _Partial, usable: int, effort: Effort | None = None
+) -> Iterator[Binding]:
+    """Yield the ways to complete a match, like `Achiever.bindings`.
+
+    Args:
+        state: the state.
+        partial: the match.
+        usable: the mask of the objects that actions may be about.
+        effort: counts values of variables. When it is exceeded, there are no more ways. None for no limit.
+    """
     binding, join = [*partial.binding], partial.join
     for holds in join.first:
         if not holds(state, binding):
@@ -183,11 +196,11 @@ def completed(state: State, partial: _Partial, usable: int) -> Iterator[Binding]
         if not mask:
             return
         values.append(mask)
-    yield from _complete(state, binding, join.steps, values)
+    yield from _complete(state, binding, join.steps, values, effort or Effort())
 
 
 def _complete(
-    state: State, binding: Binding, steps: Sequence[_Step], values: Sequence[int]
+    state: State, binding: Binding, steps: Sequence[_Step], values: Sequence[int], effort: Effort
 ) -> Iterator[Binding]:
     if not steps:
         yield binding
@@ -196,9 +209,11 @@ def _complete(
     for matching in step.masks:
         mask = matching(state, binding, mask)
     for index in bits(mask):
+        if effort.spend():
+            return
         binding[step.slot] = index
         if all(test(state, binding) for test in step.tests):
-            yield from _complete(state, binding, steps[1:], values[1:])
+            yield from _complete(state, binding, steps[1:], values[1:], effort)
     binding[step.slot] = UNBOUND
 
 
@@ -322,6 +337,9 @@ def _is_fixed_predicate(name: str, vocabulary: Vocabulary) -> bool:
 _KEPT = 64
 """How many bindings of one achiever are kept at most: where there are more, they are found again."""
 
+_MAX_BINDINGS = 100_000
+"""Maximum number of values of variables that are tried to find bindings that hold in all states."""
+
 
 class _Match(NamedTuple):
     """An achiever of an atom.
@@ -343,9 +361,9 @@ class _Match(NamedTuple):
             failing += not holds(state, binding)
         return failing >= most
 
-    def bindings(self, state: State, usable: int) -> Iterator[Binding]:
+    def bindings(self, state: State, usable: int, effort: Effort | None = None) -> Iterator[Binding]:
         """The ways to complete it, as `Achiever.bindings` yields them."""
-        return completed(state, self.partial, usable) if self.kept is None else map(list, self.kept)
+        return completed(state, self.partial, usable, effort) if self.kept is None else map(list, self.kept)
 
 
 class Matches:
@@ -386,8 +404,11 @@ class Matches:
             if scope is not None:
                 fixed = achiever.partial(self._state.scene, scope, fixed=True)
                 most = _KEPT + 1 if achiever.is_fixed else 1
-                bindings = [tuple(b) for b in islice(completed(self._state, fixed, self._usable), most)]
-                if bindings:
+                effort = Effort(_MAX_BINDINGS)
+                ways = completed(self._state, fixed, self._usable, effort)
+                bindings = [tuple(b) for b in islice(ways, most)]
+                if bindings or effort.is_exceeded:
                     partial = achiever.partial(self._state.scene, scope)
-                    found.append(_Match(achiever, partial, bindings if len(bindings) < most else None))
+                    is_whole = len(bindings) < most and not effort.is_exceeded
+                    found.append(_Match(achiever, partial, bindings if is_whole else None))
         return found

@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 from eai.logic.choice import AllOf, AnyOf, Choose, Pairing
 from eai.logic.formula import Atom, Exists, ForAll
 from eai.planning.achievers import Achiever, Achievers, Matches
-from eai.planning.search import Effort
+from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom, Parts, Subgoal, Unfolding
 from eai.world.condition import Readings
 from eai.world.derived import Defined
@@ -132,10 +132,12 @@ class Estimates:
         objects: what actions may be about.
         kept: closed conditions; an action that undoes one of them costs one more.
         looks: counts the actions that are looked at; when it is exceeded, estimates mean nothing.
+        bindings: counts the values given to variables to find these actions, with the same effect.
 
     Attributes:
         state: the state.
         objects: what actions may be about.
+        bindings: counts the values that are given to variables.
     """
 
     def __init__(
@@ -145,9 +147,11 @@ class Estimates:
         objects: Sequence[int],
         kept: Sequence[Subgoal] = (),
         looks: Effort | None = None,
+        bindings: Effort | None = None,
     ) -> None:
         self.state = state
         self.objects = objects
+        self.bindings = bindings or Effort(Limits().bindings)
         self._heuristic = heuristic
         self._looks = looks or Effort()
         self._unfolding = Unfolding(heuristic.readings, state, objects)
@@ -173,7 +177,9 @@ class Estimates:
         for most in _HORIZONS:
             best = _Supporter(most, None, ())
             for achiever in self._heuristic.achievers.taking(names):
-                best = self._cheapest(achiever, achiever.bindings(self.state, {}, self._usable), best)
+                best = self._cheapest(
+                    achiever, achiever.bindings(self.state, {}, self._usable, self.bindings), best
+                )
             if best.action is not None:
                 return best
         return _NO_SUPPORTER
@@ -236,7 +242,9 @@ class Estimates:
         for match in self._matches.of(atom, wide=wide):
             if match.needs(self.state, best.cost - _LEAST):
                 continue
-            best = self._cheapest(match.achiever, match.bindings(self.state, self._usable), best)
+            best = self._cheapest(
+                match.achiever, match.bindings(self.state, self._usable, self.bindings), best
+            )
             if best.cost <= _LEAST:
                 break
         return best

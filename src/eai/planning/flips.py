@@ -7,14 +7,16 @@ landmark (Richter and Westphal 2010) of that one state, found by taking the cond
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, cached_property
 from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables, predicates_of
 from eai.planning.achievers import Achievers, completed
 from eai.planning.effect_schema import Change, EffectSchema, changes_towards, effect_schemas, match, unread_by
+from eai.planning.search import Effort
 from eai.planning.subgoal import arguments_of, object_named
+from eai.planning.successor_generator import ACTION
 from eai.world.condition import Readings, Scope
 from eai.world.derived import meaning, stored_sources
 from eai.world.domain import Domain
@@ -33,6 +35,9 @@ Part: TypeAlias = tuple[f.Formula, Scope]
 _NOTHING: Changes = frozenset()
 _FEW = 4
 """So few actions that no other part of a condition is looked at for fewer."""
+
+_MAX_BINDINGS = 3_000_000
+"""Maximum number of values of parameters that are tried to list the actions by one operator."""
 
 
 class Flips:
@@ -135,10 +140,31 @@ class Flips:
             actions: dict[Action, None] = {}
             for achiever in self._achievers.taking([name]):
                 partial = achiever.partial(self._initial.scene, {}, fixed=True)
-                for binding in completed(self._initial, partial, self._usable):
+                effort = Effort(_MAX_BINDINGS)
+                for binding in completed(self._initial, partial, self._usable, effort):
+                    if effort.spend(ACTION):
+                        break
                     actions[Action(name, achiever.arguments(binding))] = None
             found = self._taking[name] = tuple(actions)
         return found
+
+    @cached_property
+    def is_partial(self) -> bool:
+        """Whether an operator has too many actions to list them, so that nothing can be proved."""
+        return any(
+            ACTION * self._usable.bit_count() ** operator.arity > _MAX_BINDINGS
+            and self._is_too_wide(operator.name)
+            for operator in self._domain.operators
+        )
+
+    def _is_too_wide(self, name: str) -> bool:
+        effort = Effort(_MAX_BINDINGS)
+        for achiever in self._achievers.taking([name]):
+            partial = achiever.partial(self._initial.scene, {}, fixed=True)
+            for _ in completed(self._initial, partial, self._usable, effort):
+                if effort.spend(ACTION):
+                    break
+        return effort.is_exceeded
 
     def may_make(self, action: Action, change: Change) -> bool:
         """Whether an action may make a change."""

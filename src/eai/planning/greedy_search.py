@@ -22,15 +22,6 @@ from eai.world.execution import Action
 _STEP_COST = 0.2
 """Cost of a step of the way, beside 1 for an estimated one of the way ahead: enough to leave long detours."""
 
-_MIN_CANDIDATES = 5_000_000
-"""Number of objects that any search may try as arguments of actions."""
-
-_CANDIDATES_PER_LOOK = 20
-"""Number of objects that may be tried for each look that the limits allow."""
-
-_CANDIDATES_PER_ACTION = 20
-"""Number of objects that cost as much time as carrying out one action."""
-
 _UNEXPANDED, _EXPANDED = 0, 1
 """The states not yet expanded come first."""
 
@@ -47,24 +38,26 @@ class GreedySearch:
         heuristic: estimates with.
         successors: gives the states one action further.
         effort: how many states were reached and estimated.
-        candidates: how many objects were tried as arguments of actions, where all actions were tried.
+        bindings: the number of values that were given to parameters to find actions.
     """
 
     def __init__(self, heuristic: AdditiveHeuristic, successors: SuccessorGenerator, limits: Limits) -> None:
         self.heuristic = heuristic
         self.successors = successors
         self.effort = Effort(limits.states)
-        self.candidates = Effort(max(_MIN_CANDIDATES, _CANDIDATES_PER_LOOK * limits.looks))
+        self.bindings = Effort(limits.bindings)
         self._looks = Effort(limits.looks)
 
     @property
     def is_over(self) -> bool:
         """Whether nothing more may be done."""
-        return self.effort.is_used_up or self._looks.is_exceeded or self.candidates.is_exceeded
+        return self.effort.is_used_up or self._looks.is_exceeded or self.bindings.is_exceeded
 
     def estimates(self, node: PlanNode, kept: Sequence[Subgoal] = ()) -> Estimates:
         """The estimates from a state; what undoes one of the kept conditions costs more."""
-        return Estimates(self.heuristic, node.state, self.successors.objects, kept, self._looks)
+        return Estimates(
+            self.heuristic, node.state, self.successors.objects, kept, self._looks, self.bindings
+        )
 
     def search(
         self, start: PlanNode, subgoals: tuple[Subgoal, ...], taken: int, limits: Limits
@@ -143,11 +136,10 @@ class _Run:
         node, rank, actions = expansion
         if actions is not None and self._thorough:
             self._open.push(expansion._replace(actions=None), _EXPANDED, *rank)
-        candidates = self._searches.candidates
-        for action in self._successors.applicable(node, candidates) if actions is None else actions:
+        applicable = self._successors.applicable(node, self._searches.bindings)
+        for action in applicable if actions is None else actions:
             if self._is_over:
                 break
-            candidates.used += _CANDIDATES_PER_ACTION
             after = self._successors.successor(node, action)
             if after is None or (after.state, after.met) in self._seen:
                 continue
@@ -228,5 +220,9 @@ class _PreferredOperators:
         """All actions applicable at once that change some of these predicates."""
         for operator in self._heuristic.achievers.writers(predicates):
             yield from applicable_actions(
-                self._heuristic.domain, operator, self._estimates.state, self._estimates.objects
+                self._heuristic.domain,
+                operator,
+                self._estimates.state,
+                self._estimates.objects,
+                self._estimates.bindings,
             )

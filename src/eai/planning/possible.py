@@ -2,25 +2,31 @@
 
 Every fact that an action may add may be so from then on, and every fact that one may delete may be not so,
 whatever else is so (Bonet and Geffner 2001). What cannot be so even then is never so: a goal that cannot is
-proved out of reach. Predicates that are computed may be anything.
+proved out of reach. Predicates that are computed may be anything. Effort is counted: nothing is proved of a
+domain with too many actions.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import cache
-from itertools import product
 from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables, predicates_of
+from eai.planning.search import Effort
 from eai.planning.subgoal import object_named
 from eai.world.condition import Scope
 from eai.world.derived import Defined, stored_sources
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
+from eai.world.executable import applicability
 from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
+
+_MAX_LOOKS, _ACTION = 6_000_000, 30
+"""Maximum number of values of parameters that are looked at; each look at an action counts for some."""
 
 _Literal: TypeAlias = tuple[str, tuple[int, ...], bool]
 """A predicate, what it is said of, and whether it is so."""
@@ -45,24 +51,31 @@ class Possible:
         self._asked: dict[_Literal, bool] = {}
         self._denied: set[_Literal] = set()
         self._done: set[tuple[int, tuple[int | None, ...]]] = set()
-        self._pending = {o.name: list(self._instances_of(o, usable)) for o in domain.operators}
+        self._effort = Effort(_MAX_LOOKS)
+        self._pending = {o.name: list(self._instances_of(o, initial, usable)) for o in domain.operators}
         before = -1
-        while self.known() > before:
+        while self.known() > before and self.is_complete:
             before = self.known()
             self._grow()
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all actions were looked at; otherwise everything may hold."""
+        return not self._effort.is_exceeded
 
     def known(self) -> int:
         """How much may be so, or not so."""
         return len(self.so) + len(self.not_so)
 
-    def _instances_of(self, operator: Operator, usable: Sequence[int]) -> Iterator[Scope]:
-        """The actions by an operator that what never changes does not forbid."""
-        names = [parameter.name for parameter in operator.parameters]
-        static = [check.condition for check in operator.checks if self._is_static(check)]
-        for arguments in product(usable, repeat=len(names)):
-            scope = dict(zip(names, arguments, strict=True))
-            if all(self.holds(condition, scope) for condition in static):
-                yield scope
+    def _instances_of(self, operator: Operator, initial: State, usable: Sequence[int]) -> Iterator[Scope]:
+        """The actions by an operator that what never changes permits, as far as they can be listed."""
+        static = tuple([check for check in operator.checks if self._is_static(check)])
+        unchanging = replace(operator, checks=static, effects=(), tries=())
+        arguments = applicability(unchanging, self.domain.vocabulary)
+        for each in arguments(initial, usable, self._effort.spend):
+            if self._effort.spend(_ACTION):
+                return
+            yield operator.scope(each)
 
     def _is_static(self, check: Check) -> bool:
         """Whether a check reads nothing that changes."""
@@ -73,6 +86,8 @@ class Possible:
 
     def holds(self, formula: f.Formula, scope: Scope, truth: bool = True) -> bool:
         """Whether a formula may be true, or false."""
+        if not self.is_complete:
+            return True
         match formula:
             case f.Atom(predicate, terms):
                 return self._literal(predicate, tuple([self._index(term, scope) for term in terms]), truth)
@@ -162,7 +177,7 @@ class Possible:
 
     def _is_done(self, operator: Operator, scope: Scope) -> bool:
         """Do what an action may; whether it can do no more."""
-        if not self._passes(operator.checks, scope):
+        if self._effort.spend(_ACTION) or not self._passes(operator.checks, scope):
             return False
         self._do(operator.effects, scope)
         for each in operator.tries:

@@ -130,18 +130,34 @@ class Mender:
         """
         if len(self.states) > _KEPT:
             self._forget()
+        if self.flips.is_partial:
+            return self._bound(plan, effort)
         search = _Search(self, plan)
         best = search.run(effort.limit * _SOON)
         if best is None:
-            looks = int(min(effort.limit, Limits().looks))
-            found = [self._undone(each, plan, effort) for each in self._finished(plan, looks, effort)]
-            best = min(found, key=_edits, default=None)
+            best = self._planned(plan, effort)
             best = search.run(effort.limit * _EXACT, _edits(best)) or best
         effort.used += search.effort.used
         return search.least, None if best is None else told(best)
 
+    def _bound(self, plan: Plan, effort: Effort) -> tuple[int, tuple[Told, ...] | None]:
+        """Return bounds like `mend` from plans alone, as there are too many actions to prove anything."""
+        entries = as_entries(plan)
+        if None not in plan and self.succeeds(entries, self.course(entries, _BEGIN, 0)):
+            return 0, ()
+        best = self._planned(plan, effort)
+        return 1, None if best is None else told(best)
+
+    def _planned(self, plan: Plan, effort: Effort) -> Edited | None:
+        """Return the smallest of the repairs that the planner finds, or None."""
+        looks = int(min(effort.limit, Limits().looks))
+        repairs = [self._undone(each, plan, effort) for each in self._finished(plan, looks, effort)]
+        return min(repairs, key=_edits, default=None)
+
     def least(self, effort: Effort) -> int:
         """So many steps every plan has that succeeds, as far as so much effort proves."""
+        if self.flips.is_partial:
+            return int(bool(self.missed(0) or self.goal.actions))
         search = _Search(self, ())
         search.run(effort.limit * _EXACT)
         effort.used += search.effort.used
@@ -152,7 +168,7 @@ class Mender:
 
         On the way on it may look at so many actions.
         """
-        own = Effort(effort.limit * _WALKING)
+        own = Effort(0 if self.flips.is_partial else effort.limit * _WALKING)
         actions, moment = self._walk(plan, own)
         effort.used += own.used
         further = self._way(moment, looks)
@@ -283,7 +299,8 @@ class Mender:
         names = {name for names in self.goal.actions for name in names}
         for operator in self.domain.operators:
             if operator.effects or operator.tries or operator.name in names:
-                yield from applicable_actions(self.domain, operator, self.states[moment[0]], self.objects)
+                state, bindings = self.states[moment[0]], Effort(Limits().bindings)
+                yield from applicable_actions(self.domain, operator, state, self.objects, bindings)
 
     def _wins(self, moment: _Moment | None, rest: Plan) -> bool:
         """Whether the rest of a plan succeeds from a moment on."""

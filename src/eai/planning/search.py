@@ -10,12 +10,12 @@ never timed, so that equal input gives equal output.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from itertools import chain
 from math import inf
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 S = TypeVar("S")
 """A state."""
@@ -58,39 +58,17 @@ class Effort:
         """Whether there was more to do than is allowed."""
         return self.used > self.limit
 
+    def spend(self, number: int = 1) -> bool:
+        """Count things that are done, and return whether that is more than is allowed."""
+        self.used += number
+        return self.used > self.limit
+
     def at(self, names: Iterable[str]) -> Iterator[str]:
         """The names, as far as they may be looked at."""
         for name in names:
-            self.used += 1
-            if self.used > self.limit:
+            if self.spend():
                 return
             yield name
-
-    def over(self, objects: Sequence[int]) -> Sequence[int]:
-        """Return the objects as a sequence that counts each object when it is looked at."""
-        return _Counted(objects, self)
-
-
-class _Counted(Sequence[int]):
-    """Objects that count as effort when they are looked at."""
-
-    def __init__(self, objects: Sequence[int], effort: Effort) -> None:
-        self._objects = objects
-        self._effort = effort
-
-    def __len__(self) -> int:
-        return len(self._objects)
-
-    def __getitem__(self, index: Any) -> Any:
-        return self._objects[index]
-
-    def __iter__(self) -> Iterator[int]:
-        effort = self._effort
-        for item in self._objects:
-            effort.used += 1
-            if effort.used > effort.limit:
-                return
-            yield item
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +79,8 @@ class Limits:
         states: states that may be reached and estimated.
         thorough: whether goals are tried in another order, and actions that do not look promising are taken,
             when nothing else is left. Where they are not, nothing is said of what looks out of reach.
+        bindings: how many values parameters may be given to find the actions of a search on a declared
+            domain; each action counts for some more.
         looks: how many literals, options and effects a search with given operators may look at, or how many
             actions the estimates of one on a declared domain, in all states together; no problem of nine
             models' operators that is decided needs 400,000.
@@ -109,6 +89,7 @@ class Limits:
     states: int = 2_000
     thorough: bool = True
     looks: int = 700_000
+    bindings: int = 3_000_000
 
 
 class SearchEnd(str, Enum):

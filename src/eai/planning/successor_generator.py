@@ -11,6 +11,9 @@ from eai.world.execution import Action
 from eai.world.operator import Operator
 from eai.world.state import State
 
+ACTION = 10
+"""Number of bindings that an action counts for: what is done with an action takes longer."""
+
 PlanNode: TypeAlias = Node[State, Action]
 """A state of the world; ``met`` is the number of action goals taken on the way."""
 
@@ -49,16 +52,10 @@ class SuccessorGenerator:
         counts = node.met < len(self.goals) and action.operator in self.goals[node.met]
         return Node(after, node.met + counts, node.depth + 1, node, (action,))
 
-    def applicable(self, node: PlanNode, effort: Effort | None = None) -> Iterator[Action]:
-        """All applicable actions: those that no check forbids in a node.
-
-        Args:
-            node: the node.
-            effort: counts the objects that are tried as arguments, and ends the actions when it is exceeded.
-        """
-        objects = self.objects if effort is None else effort.over(self.objects)
+    def applicable(self, node: PlanNode, bindings: Effort | None = None) -> Iterator[Action]:
+        """Yield all actions that no check forbids in a node, until there were too many bindings."""
         for operator in self._domain.operators:
-            yield from applicable_actions(self._domain, operator, node.state, objects)
+            yield from applicable_actions(self._domain, operator, node.state, self.objects, bindings)
 
     def without_needless(
         self, start: PlanNode, end: PlanNode, reached: Callable[[PlanNode], bool]
@@ -84,10 +81,26 @@ class SuccessorGenerator:
 
 
 def applicable_actions(
-    domain: Domain, operator: Operator, state: State, objects: Sequence[int]
+    domain: Domain,
+    operator: Operator,
+    state: State,
+    objects: Sequence[int],
+    bindings: Effort | None = None,
 ) -> Iterator[Action]:
-    """The actions by an operator on some objects that no check forbids in a state."""
+    """Yield the actions by an operator on some objects that no check forbids in a state.
+
+    Args:
+        domain: the domain.
+        operator: the operator.
+        state: the state.
+        objects: what actions may be about, by index.
+        bindings: counts values of parameters, and each action like `ACTION` of them. When it is exceeded,
+            there are no more actions. None for no limit.
+    """
+    bindings = bindings or Effort()
     compiled = domain.compiled[operator.name]
-    for arguments in domain.applicability[operator.name](state, objects):
+    for arguments in domain.applicability[operator.name](state, objects, bindings.spend):
+        if bindings.spend(ACTION):
+            return
         if not compiled.tries or compiled.is_possible(state, compiled.bind(state, arguments)):
             yield Action(operator.name, arguments)

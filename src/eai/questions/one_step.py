@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
-from itertools import product
 
+from eai.planning.search import Effort
+from eai.planning.successor_generator import applicable_actions
 from eai.questions.setting import Item, Setting, listed, some, with_counterparts
 from eai.world.execution import Action
 from eai.world.state import Fact, State
@@ -15,6 +16,9 @@ _CANDIDATES = 8
 
 _DRAWS = 20
 """How often a fact is drawn that never held."""
+
+_MAX_BINDINGS = 200_000
+"""Maximum number of values of parameters that are tried to list all possible actions."""
 
 _BINDINGS = 40
 """How many actions by one operator are looked at for one with a requirement that is not met."""
@@ -193,19 +197,22 @@ def _which_action(
     changed: set[str],
     is_right: Callable[[State], bool],
     values: Mapping[str, str],
-) -> Item:
+) -> Item | None:
     """Which action changes these predicates, among others, so that the state after it is right.
 
-    All actions on all objects are tried. Wrong ones look like a right one, or like each other, and some are
-    possible.
+    All actions on all objects are tried; if they are too many, there is no question. Wrong ones look like a
+    right one, or like each other, and some are possible.
     """
-    right: list[Action] = []
-    for name in [
-        each.name for each in setting.rules.operators if changed <= setting.rules.written[each.name]
-    ]:
-        every = product(range(len(setting.scene.objects)), repeat=setting.domain.arities[name])
-        actions = [Action(name, arguments) for arguments in every]
-        right += [each for each in actions if (s := setting.after(state, each)) is not None and is_right(s)]
+    bindings, everything = Effort(_MAX_BINDINGS), range(len(setting.scene.objects))
+    tried = [
+        each
+        for operator in setting.rules.operators
+        if changed <= setting.rules.written[operator.name]
+        for each in applicable_actions(setting.domain, operator, state, everything, bindings)
+    ]
+    if bindings.is_exceeded:
+        return None
+    right = [each for each in tried if (after := setting.after(state, each)) is not None and is_right(after)]
     number = len(action.arguments)
     alike = [operator.name for operator in setting.rules.operators if operator.arity == number]
     drawn: list[Action] = []

@@ -155,46 +155,64 @@ def _compiled(checks: Sequence[Check], conditions: Conditions) -> tuple[_Compile
     return tuple(found)
 
 
-Arguments: TypeAlias = Callable[[State, Sequence[int]], Iterator[tuple[int, ...]]]
-"""The arguments among some objects with which no check fails, in the order of `itertools.product`."""
+Spend: TypeAlias = Callable[[], bool]
+"""Counts one binding of a variable, and returns whether there were too many."""
+
+Arguments: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
+"""The arguments among some objects with which no check fails, in the order of `itertools.product`.
+
+They end early when too many values of parameters were looked at.
+"""
 
 
 def applicability(operator: Operator, vocabulary: Vocabulary) -> Arguments:
-    """A function that finds the arguments with which no check of an operator fails, one after the other.
+    """Return a function that finds the arguments with which no check of an operator fails.
 
-    A check is asked as soon as the last of the parameters that it is about has its turn, of all objects at
-    once. What the operator tries is not asked.
+    A check of one parameter is read once for all objects. A check of several parameters is read as soon as
+    the last of them has its turn, for all values of that one at once. What the operator tries is not read.
     """
     names = [parameter.name for parameter in operator.parameters]
-    ready: list[list[Formula]] = [[] for _ in range(len(names) + 1)]
+    alone: list[list[Formula]] = [[] for _ in names]
+    together: list[list[Formula]] = [[] for _ in names]
+    closed: list[Formula] = []
     for check in operator.checks:
         about = free_variables(check.condition)
-        last = max([i for i, name in enumerate(names, 1) if name in about], default=0)
-        ready[last].append(check.condition)
+        places = [place for place, name in enumerate(names) if name in about]
+        asked = (alone if len(places) == 1 else together)[places[-1]] if places else closed
+        asked.append(check.condition)
     frame = Frame(operator.parameters)
     conditions = Conditions(vocabulary, frame)
-    first = conditions.truth(And(tuple(ready[0])))
-    parameters = [
-        conditions.extension(And(tuple(asked)), slot, frame.scope) for slot, asked in enumerate(ready[1:], 1)
+    first = conditions.truth(And(tuple(closed)))
+    own, joint = [
+        [conditions.extension(And(tuple(asked)), slot, frame.scope) for slot, asked in enumerate(parts, 1)]
+        for parts in (alone, together)
     ]
 
     def complete(
-        state: State, binding: Binding, slot: int, objects: Sequence[int], among: int
+        state: State, binding: Binding, slot: int, objects: Sequence[int], among: Sequence[int], spend: Spend
     ) -> Iterator[tuple[int, ...]]:
-        """The arguments that begin as those of a binding before a slot."""
-        if slot > len(parameters):
+        """Yield the arguments that begin with those of a binding before a slot."""
+        if slot > len(names):
             yield tuple(binding[1:slot])
             return
-        matching = parameters[slot - 1](state, binding, among)
+        matching = joint[slot - 1](state, binding, among[slot - 1])
         for index in objects:
             if matching >> index & 1:
+                if spend():
+                    return
                 binding[slot] = index
-                yield from complete(state, binding, slot + 1, objects, among)
+                yield from complete(state, binding, slot + 1, objects, among, spend)
         binding[slot] = UNBOUND
 
-    def arguments(state: State, objects: Sequence[int]) -> Iterator[tuple[int, ...]]:
-        binding = frame.bind(state.scene, [UNBOUND] * len(parameters))
-        if first(state, binding):
-            yield from complete(state, binding, 1, objects, mask_of(objects))
+    def arguments(state: State, objects: Sequence[int], spend: Spend) -> Iterator[tuple[int, ...]]:
+        binding = frame.bind(state.scene, [UNBOUND] * len(names))
+        if not first(state, binding):
+            return
+        among: list[int] = []
+        for matching in own:
+            among.append(matching(state, binding, mask_of(objects)))
+            if not among[-1]:
+                return
+        yield from complete(state, binding, 1, objects, among, spend)
 
     return arguments

@@ -13,12 +13,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cache, reduce
-from itertools import permutations, product
+from itertools import islice, permutations, product
 from operator import or_
 from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.program import Found, Plan, Plans
-from eai.abilities.subgoal_decomposition.repertoire import Ground, Holds, Repertoire, is_needless, named_in
+from eai.abilities.subgoal_decomposition.repertoire import (
+    MAX_LISTED,
+    Ground,
+    Holds,
+    Repertoire,
+    is_needless,
+    named_in,
+)
 from eai.abilities.subgoal_decomposition.uniform_cost import (
     Permitted,
     SearchGoal,
@@ -216,7 +223,7 @@ class Refinement:
             Action(o.name, arguments): 0
             for o in operators
             if self._repertoire.known[o.name].role is role
-            for arguments in permutations(objects, o.arity)
+            for arguments in islice(permutations(objects, o.arity), MAX_LISTED)
         }
 
     def _moves(self, operators: Iterable[str], places: Sequence[int]) -> dict[Action, int]:
@@ -224,7 +231,9 @@ class Refinement:
         return {
             Action(name, arguments): 0
             for name in operators
-            for arguments in product(places, repeat=self._repertoire.known[name].operator.operator.arity)
+            for arguments in islice(
+                product(places, repeat=self._repertoire.known[name].operator.operator.arity), MAX_LISTED
+            )
         }
 
     def _grounded(self, actions: Mapping[Action, int], need: _Need) -> list[Ground]:

@@ -27,6 +27,7 @@ from eai.planning.effect_schema import (
     taking,
 )
 from eai.planning.role import role_of
+from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom
 from eai.world.condition import Conditions, all_of
 from eai.world.derived import stored_sources
@@ -47,6 +48,10 @@ _AGENT = 0
 
 _MOST_WAYS = 10_000
 """How many actions by one operator are thought of where a literal leaves open what they are about."""
+
+
+MAX_LISTED = 100_000
+"""Maximum number of actions by one operator that a search may take."""
 
 
 class _Kind(Enum):
@@ -193,8 +198,7 @@ class Repertoire:
         for operator, numbers in self._ways_of(shape):
             given = [None if number is None else values[number] for number in numbers]
             if fitting is None:
-                choices = product(*[objects if index is None else (index,) for index in given])
-                ways = [arguments for arguments in choices if len({*arguments}) == len(arguments)]
+                ways = [*islice(_different(given, objects), MAX_LISTED)]
             else:
                 ways = self._fitting(operator, given, objects, fitting)
             found |= {Action(operator, arguments): None for arguments in ways if agent not in arguments}
@@ -208,7 +212,8 @@ class Repertoire:
         taken = self._taking(operator)
         scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
         usable = mask_of(objects)
-        found = completed(state, taken.partial(state.scene, scope, fixed=True), usable)
+        partial, effort = taken.partial(state.scene, scope, fixed=True), Effort(Limits().bindings)
+        found = completed(state, partial, usable, effort)
         return [taken.arguments(binding) for binding in islice(found, _MOST_WAYS)]
 
     def _find_ways(self, shape: GroundAtom) -> Sequence[_Way]:
@@ -272,6 +277,18 @@ class Repertoire:
     def _sources(self, formulas: Iterable[Formula]) -> frozenset[str]:
         """The stored predicates that formulas come down to."""
         return frozenset(stored_sources(predicates_of(*formulas), self._domain.vocabulary))
+
+
+def _different(given: Sequence[int | None], objects: Sequence[int]) -> Iterator[tuple[int, ...]]:
+    """Yield all tuples of different arguments, in the order of the objects; some arguments are given."""
+    if not given:
+        yield ()
+        return
+    first, *rest = given
+    for index in objects if first is None else (first,):
+        if index not in rest:
+            others = [each for each in objects if each != index]
+            yield from ((index, *after) for after in _different(rest, others))
 
 
 def named_in(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...]:

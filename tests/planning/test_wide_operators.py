@@ -1,0 +1,124 @@
+"""Operators with so many possible arguments that no list of actions ends: effort is counted and runs out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import pytest
+
+import eai.logic.formula as f
+from eai import InputError
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.planning import find_plan, is_impossible
+from eai.abilities.protocol import Ability
+from eai.abilities.repair import EFFORT
+from eai.abilities.rules import Rules
+from eai.abilities.subgoal_decomposition.repertoire import MAX_LISTED, Repertoire
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.random_answers import random_walk
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
+from eai.envs import make
+from eai.planning.planner import Planner, PlanningGoal, planner_of
+from eai.planning.possible import Possible
+from eai.planning.search import Limits, SearchEnd
+from eai.planning.subgoal import GroundAtom
+from eai.questions import one_step
+from eai.questions.setting import open_setting
+from eai.tasks.source import Source
+from eai.world.execution import Action
+from sweeps import first_of
+
+LETTERS = "abcdefgh"
+PARAMETERS = " ".join(f"?{letter}" for letter in LETTERS)
+OBJECTS = [f"o{number}" for number in range(40)]
+PRECONDITIONS = {
+    "what holds is asked": " ".join(f"(p ?{letter})" for letter in LETTERS),
+    "nothing is asked": "",
+    "all pairs are static facts": " ".join(
+        f"(link ?{a} ?{b})" for a, b in zip("abcdefg", "bcdefgh", strict=True)
+    ),
+}
+
+
+def write(folder: Path, precondition: str) -> str:
+    """Write a domain and a problem, and return what benchmarks are found by."""
+    (folder / "domain.pddl").write_text(
+        "(define (domain wide) (:requirements :strips)"
+        f" (:predicates (p ?x) (q ?x) (r ?x) (s ?x) (link ?x ?y) (w {PARAMETERS}))"
+        f" (:action wide :parameters ({PARAMETERS}) :precondition (and {precondition})"
+        f" :effect (and (r ?a) (w {PARAMETERS}) (not (p ?b))))"
+        " (:action mk :parameters (?x) :precondition (p ?x) :effect (and (q ?x) (not (p ?x)))))"
+    )
+    facts = [f"(p {name})" for name in OBJECTS]
+    facts += [f"(link {one} {other})" for one in OBJECTS for other in OBJECTS if one != other]
+    (folder / "problem.pddl").write_text(
+        f"(define (problem one) (:domain wide) (:objects {' '.join(OBJECTS)}) (:init {' '.join(facts)})"
+        " (:goal (and (r o1) (q o2))))"
+    )
+    return f"pddl:{folder / 'domain.pddl'},{folder / 'problem.pddl'}"
+
+
+@pytest.fixture(params=first_of(PRECONDITIONS))
+def wide(request: pytest.FixtureRequest, tmp_path: Path) -> Benchmark:
+    """A world with an operator of eight parameters, and 40 objects."""
+    return find_benchmark(write(tmp_path, PRECONDITIONS[request.param]))
+
+
+def test_nothing_is_proved_of_too_many_actions(wide: Benchmark) -> None:
+    task = wide.tasks(Source())["one"]
+    possible = Possible(wide.domain, task.initial, task.relevant)
+    assert not possible.is_complete
+    assert possible.holds(f.Atom("s", (f.Constant("o3"),)), {})
+    assert not is_impossible(task, wide.domain)
+
+
+def test_an_action_that_no_static_fact_permits_is_proved_impossible(tmp_path: Path) -> None:
+    asked = f"{PRECONDITIONS['what holds is asked']} (s ?h)"
+    benchmark = find_benchmark(write(tmp_path, asked))
+    task = benchmark.tasks(Source())["one"]
+    assert is_impossible(task, benchmark.domain)
+
+
+def test_a_planner_ends_at_its_limits(wide: Benchmark) -> None:
+    task = wide.tasks(Source())["one"]
+    assert find_plan(task, Planner(wide.domain)).end in (SearchEnd.SOLVED, SearchEnd.STATES)
+    goal = PlanningGoal((f.Atom("s", (f.Constant("o0"),)),))
+    found = Planner(wide.domain).plan(task.initial, goal, task.relevant, Limits(bindings=50_000))
+    assert found.end is SearchEnd.STATES
+
+
+def test_repairs_are_bounded_by_plans_that_are_found(wide: Benchmark, tmp_path: Path) -> None:
+    scorer = open_suite(wide, Ability.ACTION_SEQUENCING).scorer("one")
+    assert isinstance(scorer, ActionSequencing)
+    for text, at_most in (("(mk o2)\n(wide o1 o2 o3 o4 o5 o6 o7 o8)", 1), ("(mk o3)", 3)):
+        look_back = scorer.assess(text).look_back
+        assert look_back is not None
+        repair = getattr(look_back(EFFORT), "repair", None)
+        assert repair is not None
+        assert repair.at_least <= 1
+        assert repair.at_most is None or repair.at_least <= repair.at_most <= at_most
+    assert scorer.nearness("(mk o3)") == 0
+
+
+def test_possible_actions_are_listed_up_to_a_limit(wide: Benchmark) -> None:
+    task = wide.tasks(Source())["one"]
+    with pytest.raises(InputError, match="too many actions are possible in the task one"):
+        make(wide, "one", admissible=True).reset(seed=0)
+    assert len([*random_walk(wide.domain, task.initial, task.relevant, Random(1), 2)]) == 2
+
+
+def test_subgoals_list_actions_up_to_a_limit(wide: Benchmark) -> None:
+    task = wide.tasks(Source())["one"]
+    wanted = Repertoire(wide.domain).wanted([GroundAtom("r", (1,), True)], task.scene, task.relevant)
+    assert len(wanted) == MAX_LISTED
+    assert all(len({*action.arguments}) == 8 for action in wanted)
+
+
+def test_a_question_about_too_many_actions_is_not_asked(wide: Benchmark) -> None:
+    setting = open_setting(wide.tasks(Source())["one"], Rules(wide.domain), planner_of(wide.domain), "1")
+    state, action = setting.states[0], Action("wide", tuple(range(1, 9)))
+    changed = {"r", "w", "p"}
+    asked = one_step._which_action(setting, Random(1), state, action, changed, lambda _: True, {})
+    assert asked is None
