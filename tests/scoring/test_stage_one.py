@@ -134,6 +134,20 @@ def test_answers_are_found_in_responses_records_and_folders(source: Source, tmp_
         read_interpretations(runs / "alpha" / "records.jsonl", find_benchmark("virtualhome"), source)
 
 
+def test_two_runs_of_a_model_are_refused(source: Source, tmp_path: Path) -> None:
+    """Runs of one model differ in their prompts or scenes, say, and their answers are not mixed."""
+    suite = open_suite(BEHAVIOR, Ability.GOAL_INTERPRETATION, source=source)
+    answers = ResponseFile("m", (Response(JARS, '{"node goals": []}'),))
+    records = [*score_run(suite, answers, {}, ScoringOptions())]
+    write_records(tmp_path / "plain" / "records.jsonl", records)
+    assert read_interpretations(tmp_path, BEHAVIOR, source)[0] == "m"
+    varied = [replace(each, experiment=Experiment(prompt_name="eai-brief")) for each in records]
+    write_records(tmp_path / "brief" / "records.jsonl", varied)
+    with pytest.raises(InputError, match="2 runs of m answer behavior goal_interpretation; give the folder"):
+        read_interpretations(tmp_path, BEHAVIOR, source)
+    assert read_interpretations(tmp_path / "brief", BEHAVIOR, source)[0] == "m"
+
+
 def test_only_plans_and_subgoals_have_a_first_stage(source: Source, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="those of transition_modeling do not"):
         read_believed(tmp_path, BEHAVIOR, Ability.TRANSITION_MODELING, source)

@@ -24,6 +24,7 @@ from eai.benchmark.answer_files import files_of_suite
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.files import files_below
+from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.prompts.prompt import Belief
 from eai.scoring.epochs import STATED, SUBGOALS, Believed
@@ -129,21 +130,23 @@ def read_interpretations(
         model: whose answers are wanted where there are those of several.
 
     Raises:
-        InputError: there are none, or those of several models and none of the one that is wanted.
+        InputError: there are none, or those of several models and none of the one that is wanted, or those of
+            several runs of the model.
     """
     are_records = path.suffix == ".jsonl"
     records = files_below(path, RECORDS) if path.is_dir() else [path] * are_records
     found = list(_in_records(records, benchmark))
     if not found and not are_records:
         found = list(_in_responses(path, benchmark, source))
-    by_model = dict(found)
-    if model and len(by_model) > 1 and file_name(model) in by_model:
-        return file_name(model), by_model[file_name(model)]
-    if len(by_model) != 1:
+    by_model, wanted = grouped(found), f"{benchmark.name} {Ability.GOAL_INTERPRETATION.value}"
+    chosen = next(iter(by_model)) if len(by_model) == 1 else file_name(model) if model else ""
+    if chosen not in by_model:
         names = ", ".join(sorted(by_model)) or "none"
-        wanted = f"{benchmark.name} {Ability.GOAL_INTERPRETATION.value}"
         raise InputError(f"{path}: expected answers to {wanted} of one model, found {names}")
-    return found[0]
+    runs = by_model[chosen]
+    if len(runs) > 1:
+        raise InputError(f"{path}: {len(runs)} runs of {chosen} answer {wanted}; give the folder of one")
+    return chosen, runs[0]
 
 
 def _in_records(files: list[Path], benchmark: Benchmark) -> Iterator[Interpretations]:
