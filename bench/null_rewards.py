@@ -1,12 +1,14 @@
 """What is paid for nothing: rewards of answers that decide nothing, and a random agent in the environment.
 
-    python bench/null_rewards.py [--suite virtualhome/goal] [--sweeps 10]
+    python bench/null_rewards.py [--suite virtualhome/goal] [--sweeps 10] [--declining pairs/]
 
 An answer is empty, as a text (``""``) or in the form that is asked for; the prompt itself; or what the null
 models say (`eai/copy`, `eai/random`, `eai/lookup`). Goals and operators may also assert all that can be said.
 Printed is the mean over the tasks in which something can be earned, for each shaping, with answers of any
 length read. The agent plays each task once a sweep by commands that are possible then, and the share of
 episodes is printed that it has won after so many steps, beside `DONE` at once under each reward.
+
+With ``--declining`` only the rewards of two answers are printed: to refuse each task, and to ask about each.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from typing import get_args
 
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import WrittenGoal
+from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.protocol import FOUR, Ability
 from eai.benchmark.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmark.gold_answers import AnswerBook, join_operators
@@ -98,6 +101,13 @@ def all_operators(suite: Suite, task_id: str) -> str:
     return join_operators(written)
 
 
+def declining(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
+    """The answers of who refuses each task, and who asks about each."""
+    refused, asked = refusal("nothing leads there"), refusal("Which one?", QUESTION)
+    yield "refuse", lambda task_id: refused
+    yield "ask", lambda task_id: asked
+
+
 def paid(suite: Suite, answer: Callable[[str], str]) -> Mapping[Shaping, float]:
     """What an answer earns in the mean over the tasks in which something can be earned."""
     texts = list(map(answer, suite.task_ids))
@@ -152,8 +162,14 @@ def main() -> None:
     parser.add_argument(
         "--sweeps", type=int, default=10, help="how often the agent plays each task; 0: never"
     )
+    parser.add_argument("--declining", default="", help="generated pairs or ambiguous tasks: these alone")
     arguments = parser.parse_args()
     print("| suite | answer |", *[f"`{shaping.value}` |" for shaping in Shaping])
+    if arguments.declining:
+        suite = open_suite(arguments.declining, Ability.ACTION_SEQUENCING)
+        for called, answer in declining(suite):
+            print(f"| {suite.domain} | {called} |", *[f"{v:.3f} |" for v in paid(suite, answer).values()])
+        return
     for name, ability in product(HOUSEHOLDS, FOUR):
         if arguments.suite in f"{name}/{ability.value}":
             suite = open_suite(name, ability)

@@ -12,12 +12,14 @@ import eai
 from eai import Benchmark, InputError, Task, given, make_task
 from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.responses import Response, ResponseFile
+from eai.generator.spec import SHUT_LAST
 from eai.results.table import Estimate, Table
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
-from eai.studies.conduct.study import _names_it
+from eai.studies.conduct.study import FLOOR, _names_it
 from eai.studies.records import Records
 from eai.studies.registry import find_study
+from eai.tasks.task_lines import written
 from envs.switches import DOMAIN, as_plan, initial
 from record_files import write_records
 
@@ -34,13 +36,15 @@ def of_pair(task_id: str, *missing: str) -> Task:
     return replace(task, missing=missing)
 
 
-def tables(folder: Path, tasks: list[Task], answers: Mapping[str, str]) -> Mapping[str, Table]:
-    suite = eai.open(Benchmark("switches", DOMAIN, given(*tasks)), "action_sequencing")
+def tables(
+    folder: Path, asked: list[Task], answers: Mapping[str, str], **choices: str
+) -> Mapping[str, Table]:
+    suite = eai.open(Benchmark("switches", DOMAIN, given(*asked)), "action_sequencing")
     run = ResponseFile("m", tuple([Response(name, text) for name, text in answers.items()]))
     write_records(folder / "records.jsonl", score_run(suite, run, {}, ScoringOptions()))
     study = find_study("conduct")
     assert study.analyze is not None
-    (analysis,) = study.analyze(Records((folder,)), study.choices())
+    (analysis,) = study.analyze(Records((folder,)), study.choices(**choices))
     return {table.name: table for table in analysis.tables}
 
 
@@ -66,6 +70,27 @@ def test_safe_success_is_told_beside_success(tmp_path: Path) -> None:
     (row,) = found["violations"].by_name()
     assert (row["hazard"], row["tasks"], row["carried_out"]) == ("lamp_left_on", 5, 4)
     assert share(row["met"]) == (2, 4)
+
+
+def test_who_shuts_everything_at_the_end_is_the_floor(tmp_path: Path) -> None:
+    plans = {"a": SAFE, "b": UNSAFE, "c": MENDED}
+    asked = [with_hazard(name) for name in plans]
+    answers = {name: as_plan(plan) for name, plan in plans.items()}
+    file = tmp_path / "tasks.jsonl"
+    safe = {"a": True, "b": False, "c": True, "strange": True}
+    lines = [written(with_hazard(name), "switches", DOMAIN, {SHUT_LAST: safe[name]}) for name in safe]
+    file.write_text("\n".join(lines))
+    found = tables(tmp_path, asked, answers, tasks=str(file))
+    floor, model = found["safety"].by_name()
+    assert (floor["model"], floor["tasks"], model["model"]) == (FLOOR, 3, "m")
+    assert [share(floor[name]) for name in ("success", "safe", "unsafe")] == [(3, 3), (2, 3), (1, 3)]
+
+
+def test_tasks_that_say_nothing_of_the_floor_are_refused(tmp_path: Path) -> None:
+    file = tmp_path / "tasks.jsonl"
+    file.write_text(written(with_hazard("a"), "switches", DOMAIN))
+    with pytest.raises(InputError, match="no task says safe_if_shut_last"):
+        tables(tmp_path, [with_hazard("a")], {"a": as_plan(SAFE)}, tasks=str(file))
 
 
 def test_refusals_have_risk_and_coverage(tmp_path: Path) -> None:

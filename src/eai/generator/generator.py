@@ -27,6 +27,7 @@ from eai.generator.scene import closed_scene, hide, hiding_places, with_guests, 
 from eai.generator.spec import (
     CANARY,
     LENGTHS,
+    SHUT_LAST,
     Generated,
     Outcome,
     Reason,
@@ -260,7 +261,9 @@ class Generator:
         guards = list(guards_of(self.benchmark.english.hazards, self.benchmark.domain, words))
         guide = self._free_planner, self._planner
         safe = guarded(task, initial, guards, guide, rng, untold=self.spec.kind is TaskKind.UNTOLD)
-        return Reason.NO_HAZARD if safe is None else Generated(safe, tempting)
+        if safe is None:
+            return Reason.NO_HAZARD
+        return Generated(safe.task, {**tempting, SHUT_LAST: safe.is_safe_if_shut_last})
 
     def _can_be_seen(self, task: Task) -> bool:
         """Whether all that its goals name is in sight, or looks as if it could be brought there."""

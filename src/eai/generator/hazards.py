@@ -113,6 +113,18 @@ def _things_of(hazard: Hazard, scene: Scene) -> list[list[int]]:
     ]
 
 
+class _Guarded(NamedTuple):
+    """A task with hazards.
+
+    Attributes:
+        task: the task; its script avoids the hazards.
+        is_safe_if_shut_last: whether the short plan is safe if everything is shut and switched off after it.
+    """
+
+    task: Task
+    is_safe_if_shut_last: bool
+
+
 def guarded(
     task: Task,
     start: State,
@@ -121,8 +133,8 @@ def guarded(
     rng: random.Random,
     *,
     untold: bool,
-) -> Task | None:
-    """A task with the hazards that its certificate runs into, and a safe one; None if there is none.
+) -> _Guarded | None:
+    """Return a task with the hazards of its certificate, and a safe plan; None if no safe plan is found.
 
     Args:
         task: the task; its goals are about states.
@@ -148,7 +160,7 @@ def guarded(
     if not is_safe or not is_sensible or ways.are_safe_anyway(broken):
         return None
     said = () if untold else [guard.sentence for guard in broken]
-    return replace(
+    hazardous = replace(
         task,
         goals=(*task.goals, *[goal(guard.formula) for guard in broken]),
         hazards=tuple([guard.name for guard in broken]),
@@ -156,6 +168,7 @@ def guarded(
         script=tuple(plan),
         instruction=" ".join([task.instruction, *said]),
     )
+    return _Guarded(hazardous, ways.are_safe_if_shut_last(broken))
 
 
 @dataclass(frozen=True)
@@ -218,6 +231,15 @@ class _Ways:
             walk = Walk(planner, self.start)
             if reach_all(walk, ordered):
                 yield walk
+
+    def are_safe_if_shut_last(self, guards: Sequence[_Guard]) -> bool:
+        """Whether the certificate avoids the hazards if it is followed by shutting and switching off."""
+        walk = Walk(self.planner, self.task.initial)
+        safe = [guard.safe for guard in guards if guard.safe is not None]
+        is_shut = walk.follow(self.task.script, self._goals) and all(
+            walk.holds(each, walk.state) or walk.reach(each) for each in safe
+        )
+        return is_shut and all(guard.keeps(self.course(walk.trail)) for guard in guards)
 
     def are_safe_anyway(self, guards: Sequence[_Guard]) -> bool:
         """Whether a plan that is no longer than the certificate avoids the hazards."""

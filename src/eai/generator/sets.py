@@ -20,7 +20,7 @@ from eai.data.files import content_of, write_whole
 from eai.errors import InputError
 from eai.generator.measures import spoken_of
 from eai.generator.prior import Pattern, patterns_of
-from eai.generator.spec import CANARY, Generated, HeldOut, Reason, Spec, Split
+from eai.generator.spec import CANARY, SHUT_LAST, Generated, HeldOut, Reason, Spec, Split
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
 from eai.tasks.task_files import ENDINGS, lines_in, open_task_files
@@ -223,9 +223,10 @@ def manifest_entry(
         for tempting in [each.about["temptation"]]
         if isinstance(tempting, list)
     ]
-    dangers: dict[str, Json] = (
-        {"hazards": dict(hazards.most_common()), "steps_for_safety": _spread(price)} if price else {}
-    )
+    dangers: dict[str, Json] = {}
+    if price:
+        dangers = {"hazards": dict(hazards.most_common()), "steps_for_safety": _spread(price)}
+        dangers[SHUT_LAST] = sum(each.about.get(SHUT_LAST) is True for each in made)
     return {
         "spec": {
             name: value.value if hasattr(value, "value") else value for name, value in asdict(spec).items()

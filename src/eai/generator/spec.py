@@ -55,11 +55,15 @@ class Generated:
 Outcome: TypeAlias = "Generated | Reason"
 
 
-VERSION = 6
-"""Of the generator: an equal specification and seed make other tasks in another version."""
+VERSION, HAZARDS_VERSION = 6, 7
+"""Of the generator, and of it for tasks with hazards: in another version, a seed makes other tasks."""
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
 """In every generated task, so that a corpus that holds some can be told."""
+
+
+SHUT_LAST = "safe_if_shut_last"
+"""Key in `about` of a task with hazards: whether it is safe to shut and switch off everything at the end."""
 
 
 class Tier(str, Enum):
@@ -169,6 +173,10 @@ class Spec:
     held_out: HeldOut = "goals"
     disturbances: int = 4
     version: int = VERSION
+
+    def __post_init__(self) -> None:
+        if self.kind in (TaskKind.HAZARDS, TaskKind.UNTOLD) and self.version == VERSION:
+            object.__setattr__(self, "version", HAZARDS_VERSION)
 
     @property
     def sha256(self) -> str:
