@@ -69,7 +69,7 @@ def test_lines_go_on_below_their_beginning_where_the_screen_is_narrow(
     assert max(map(len, lines)) <= 40
     assert [line for line in lines if not line.startswith(" ")] == [
         "model m, protocol strict",
-        "goals",
+        "goals, 2 of 5 conditions met",
         "failure, not executable",
     ]
 
@@ -77,7 +77,7 @@ def test_lines_go_on_below_their_beginning_where_the_screen_is_narrow(
 def test_an_unreadable_answer_is_explained(eai: Command) -> None:
     out = eai("explain", "out", "12_2").out
     assert "parsing: no step was found" in out
-    assert "goals: none counts, as nothing was carried out\n" in out
+    assert "goals, 0 of 2 conditions met: none counts, as nothing was carried out\n" in out
 
 
 def test_a_record_without_an_explanation_says_how_to_get_one(eai: Command) -> None:

@@ -74,7 +74,7 @@ def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, Totals
         columns: list[NamedCells] = [
             ("", [", ".join(_GROUPED.split(metric)).replace("_", " ") for metric in shown]),
             (PERCENT, [Estimate.of_rate(rate) for rate in rates]),
-            (Column("of", number=True), [f"{r.numerator:g} / {r.denominator:g}" for r in rates]),
+            (Column("of", number=True), [f"{round(r.numerator, 1):g} / {r.denominator:g}" for r in rates]),
         ]
         return Table.of_columns(whole, columns)
     columns = [

@@ -250,7 +250,9 @@ def _by_predicate(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]
 
 
 def _counted(rate: Rate) -> str:
-    return f"{_percent(rate.percent)} ({rate.numerator:g}/{rate.denominator:g})" if rate.denominator else "–"
+    if not rate.denominator:
+        return "–"
+    return f"{_percent(rate.percent)} ({round(rate.numerator, 1):g}/{rate.denominator:g})"
 
 
 def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
