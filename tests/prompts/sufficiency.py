@@ -114,7 +114,8 @@ class ListingReader:
 
 def _before_objects(text: str) -> list[str]:
     """Return the lines between the goals and the objects, where the opening of an episode has conventions."""
-    paragraphs = text.rpartition("Goals:\n")[2].split("\n\n")[1:]
+    _, heading, after = text.rpartition("Goals:\n")
+    paragraphs = after.split("\n\n")[1:] if heading else []
     return [line for paragraph in paragraphs for line in paragraph.splitlines()]
 
 

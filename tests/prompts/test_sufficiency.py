@@ -27,7 +27,7 @@ from eai.households.behavior_1k.benchmark import UNTOLD
 from eai.households.behavior_1k.conventions import HEADING, conventions
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.prompts.prompt import Prompt
+from eai.prompts.prompt import VARIANTS, Prompt, PromptSet
 from eai.tasks.source import Source, given
 from eai.world.execution import Action, execute
 from generator.worlds import generator
@@ -122,6 +122,22 @@ def test_gold_plans_work_in_the_worlds_of_our_prompts(
     benchmark = find_benchmark(name)
     tasks = chosen(benchmark, ability, fetched, every)
     assert insufficient(benchmark, ability, tasks, own_prompt(ability, fetched)) == {}
+
+
+@every(50)
+@pytest.mark.parametrize("prompts", VARIANTS)
+@pytest.mark.parametrize("name", ["virtualhome", "behavior", *swept("behavior-1k")])
+def test_gold_plans_work_in_the_worlds_of_variants_of_our_prompts(
+    fetched: Source, name: str, prompts: PromptSet, every: int
+) -> None:
+    benchmark = find_benchmark(name)
+    opened = Library(prompts, None, fetched).open(benchmark, Ability.ACTION_SEQUENCING)
+    tasks = chosen(benchmark, Ability.ACTION_SEQUENCING, fetched, every)
+
+    def prompt_of(benchmark: Benchmark, task: Task) -> str:
+        return opened[task.id].user
+
+    assert insufficient(benchmark, Ability.ACTION_SEQUENCING, tasks, prompt_of) == {}
 
 
 @every(100)
