@@ -87,6 +87,9 @@ OWN_FIELDS: Mapping[str, tuple[str, ...]] = {
 """What else a verdict of a suite has said from the beginning."""
 
 
+RENAMED = {"attempts": "tried_actions"}
+"""Fields by the names under which they are hashed, with their names of today."""
+
 HOUSEHOLDS = ("virtualhome", "behavior")
 """Those whose planners have digests."""
 
@@ -178,7 +181,7 @@ def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
 
 def _kept(suite: str, fields: Mapping[str, Any]) -> dict[str, Any]:
     """The fields to compare; whole numbers are written without a point, what is empty is left out."""
-    kept = {name: _plain(fields.get(name)) for name in (*FIELDS, *OWN_FIELDS[suite])}
+    kept = {name: _plain(fields.get(RENAMED.get(name, name))) for name in (*FIELDS, *OWN_FIELDS[suite])}
     if kept["error"] is not None:
         kept["error"] = {name: kept["error"][name] for name in OF_ERRORS}
         for pattern, before in REWORDED:
