@@ -54,6 +54,14 @@ def study() -> Iterator[ModuleType]:
         sys.modules.pop(name, None)
 
 
+def test_the_table_of_partial_success_is_that_of_the_scores(study: ModuleType) -> None:
+    table = "\n".join(sys.modules["conditions"].partial_success_table())
+    assert table in PAGE.read_text(encoding="utf-8")
+    assert (
+        len(published_scores("strict").suites["behavior/action_sequencing"].models) == table.count("\n") - 8
+    )
+
+
 def sections(study: ModuleType, evidence: object, keys: str) -> dict[str, str]:
     """The sections of some claims as they come out now."""
     page = sys.modules["page"]

@@ -8,6 +8,7 @@ from itertools import groupby
 from pathlib import Path
 
 from claim import Claim, Finding, Status
+from conditions import partial_success_table
 from evidence import Evidence
 from statements import Checker, Statement, read_statements
 
@@ -30,7 +31,8 @@ def page_of(claims: Sequence[Claim], evidence: Evidence, *, planner: bool = True
     known = [claim for claim in claims if has_records(claim, evidence) and (planner or not claim.plans)]
     found = [(claim, claim.find(evidence)) for claim in known]
     judged = judged_statements(evidence, found, planner=planner) if evidence.is_whole else []
-    parts = [_statements(judged), _overview(found), _details(found), _left_out(claims, known)]
+    measured = partial_success_table() if evidence.is_whole else iter(())
+    parts = [_statements(judged), _overview(found), _details(found), _left_out(claims, known), measured]
     lines = [head(evidence, len(known), judged), *(line for part in parts for line in part)]
     return "\n".join(lines) + "\n"
 
