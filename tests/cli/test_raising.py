@@ -82,7 +82,7 @@ def test_the_other_answers_are_scored_and_the_one_is_shown(
 
 def test_rewards_of_the_other_answers_are_paid() -> None:
     suite = open_suite(NAME, Ability.ACTION_SEQUENCING)
-    for shaping in ("success", "goals", "progress", "diagnosis", "repair"):
+    for shaping in ("success", "goals", "progress", "diagnosis", "repair", "partial"):
         paid = Reward(suite, shaping).batch([TASK] * 3, [RIGHT[TASK], BOOM, RIGHT[TASK]])
         assert paid == [1, 0, 1], shaping
         texts = [RIGHT[TASK], BOOM]

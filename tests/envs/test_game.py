@@ -423,7 +423,8 @@ def test_what_is_hidden_is_nowhere_in_the_transcript() -> None:
         ({"observe": "all"}, "make.observe: expected 'full' or 'partial', found 'all'"),
         (
             {"reward": "much"},
-            "make.reward: expected 'success', 'goals', 'progress', 'diagnosis' or 'repair', found 'much'",
+            "make.reward: expected 'success', 'goals', 'progress', 'diagnosis', 'repair' or 'partial', "
+            "found 'much'",
         ),
         (
             {"feedback": "none"},
