@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import shorten
 from typing import Annotated
 
 import typer
@@ -23,7 +24,7 @@ from eai.abilities.repair import EFFORT, repair_lines
 from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.task import Task
-from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, Unreadable
+from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
 from eai.acting.declaration import ActingVerdict, outlook_text
 from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.benchmark import Benchmark
@@ -73,6 +74,9 @@ class _Background:
 
 
 _NOTHING_KNOWN = _Background()
+
+_MAX_PART = 300
+"""Maximum number of characters that are shown of a part of an answer's text."""
 
 
 def _outcome(name: str) -> AnswerOutcome:
@@ -272,10 +276,23 @@ def _print_explanation(
             _print_hanging(console, " " * 13, Text(goal.why, style="yellow"))
         if goal.goal in near:
             _print_hanging(console, " " * 13, Text(f"got {', '.join(near[goal.goal])}", style="yellow"))
+    _print_reading(console, record)
     if explanation.parts:
         console.print(Text("temporal goal", style="bold"))
     for number, part in enumerate(explanation.parts):
         _print_part(console, part, "never after that" if number else "never")
+
+
+def _print_reading(console: Console, record: Record) -> None:
+    """Print the parts of the answer's text with what became of each, unless all of it was read as it is."""
+    spans = record.verdict.spans
+    if not record.response or all(span.kind is SpanKind.READ for span in spans):
+        return
+    console.print(Text("the answer's text", style="bold"))
+    for span in spans:
+        words = shorten(record.response[span.start : span.end], _MAX_PART, placeholder=" ...")
+        style = {SpanKind.UNREAD: "red", SpanKind.REPAIRED: "yellow", SpanKind.READ: ""}.get(span.kind, "dim")
+        _print_hanging(console, f"  {span.kind.value:9} ", Text(words, style=style))
 
 
 def _conditions_text(record: Record) -> str:

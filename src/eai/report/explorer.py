@@ -18,7 +18,7 @@ from eai.abilities.explanation import Explanation, StepReport, near_misses
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.repair import repair_lines
-from eai.abilities.verdict import Json, PlanVerdict, Verdict
+from eai.abilities.verdict import Json, PlanVerdict, SpanKind, Verdict
 from eai.acting.declaration import ActingVerdict
 from eai.benchmark.registry import title_of
 from eai.pictures.course import Course
@@ -129,6 +129,7 @@ class ExplorerData:
                 "r": self._text(record.response) if record.response else None,
                 "f": self._error(verdict),
                 "m": list(record.repairs),
+                "S": _spans(verdict),
                 "R": self._all(repair_lines(verdict.repair)) if verdict.repair else [],
                 **self._own(record),
                 "T": self._turns(record),
@@ -252,6 +253,13 @@ class ExplorerData:
 
 def _array(items: Iterable[str]) -> str:
     return f"[{','.join(items)}]"
+
+
+def _spans(verdict: Verdict) -> list[Json]:
+    """Return the parts of an answer's text and what became of each; none if all was read as it is."""
+    if all(span.kind is SpanKind.READ for span in verdict.spans):
+        return []
+    return [[span.start, span.end, span.kind.value] for span in verdict.spans]
 
 
 def _without_empty(values: Mapping[str, Json]) -> dict[str, Json]:

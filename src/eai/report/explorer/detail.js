@@ -150,8 +150,24 @@ function rawAnswer(answer) {
   if (isActing(answer)) {
     return element('details', { class: 'raw' }, element('summary', {}, 'Answer as given'), element('pre', { tabindex: '0' }, responseOf(answer)));
   }
+  const kinds = [...new Set((answer.row.S || []).map(([, , kind]) => kind))];
   return element('section', { class: 'raw' }, element('h3', {}, 'Answer as given'),
-    responseOf(answer) ? element('pre', { tabindex: '0' }, responseOf(answer)) : element('p', { class: 'empty' }, 'The answer is empty.'));
+    kinds.length ? element('p', { class: 'tags' }, kinds.map((kind) => element('span', { class: `part-${kind}` }, kind))) : null,
+    responseOf(answer) ? element('pre', { tabindex: '0' }, markedText(responseOf(answer), answer.row.S || []))
+      : element('p', { class: 'empty' }, 'The answer is empty.'));
+}
+
+// The text of an answer with what became of each part; positions count characters, not units of UTF-16.
+function markedText(whole, spans) {
+  const characters = spans.length ? Array.from(whole) : [];
+  const pieces = [];
+  let position = 0;
+  spans.forEach(([start, end, kind]) => {
+    pieces.push(characters.slice(position, start).join(''),
+      element('span', { class: `part-${kind}`, title: kind }, characters.slice(start, end).join('')));
+    position = end;
+  });
+  return spans.length ? [...pieces, characters.slice(position).join('')] : whole;
 }
 
 function promptBlock(answer) {
