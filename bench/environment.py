@@ -20,7 +20,7 @@ from functools import partial
 from typing import NamedTuple, cast, get_args
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.notation.plans import WrittenPlan
+from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability
 from eai.abilities.reports import action_text, fact_text
 from eai.abilities.task import Task

@@ -12,7 +12,7 @@ import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.experiment import Experiment, World
-from eai.abilities.notation.plans import WrittenPlan
+from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt
 from eai.abilities.trial import Trial

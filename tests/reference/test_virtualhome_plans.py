@@ -5,9 +5,9 @@ import time
 import pytest
 
 from benchmark.plan_scorers import virtualhome_scorer
+from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.json_text import MAX_LENGTH
-from eai.abilities.notation.plans import TOO_LONG, WrittenPlan
+from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
 from eai.abilities.verdict import GoalTallies, Share, Unreadable

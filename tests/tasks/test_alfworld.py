@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.notation.plans import WrittenPlan
+from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from functools import cached_property, lru_cache
 
-from eai.abilities.notation.plans import PlanNotation, WrittenPlan, WrittenStep
+from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
+from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.planning import planning_goal
 from eai.abilities.repair import EFFORT, KINDS, Edit, EditKind, Repair, blame_of
 from eai.abilities.reports import action_text

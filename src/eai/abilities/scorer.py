@@ -25,7 +25,8 @@ from eai.world.state import Scene
 
 if TYPE_CHECKING:
     from eai.abilities.goal_test import GoalTest
-    from eai.abilities.notation.plans import CarryOut, PlanNotation, WrittenPlan
+    from eai.abilities.notation.plan_form import WrittenPlan
+    from eai.abilities.notation.plans import CarryOut, PlanNotation
     from eai.abilities.task import Task
 
 

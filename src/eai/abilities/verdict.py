@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from enum import Enum
 from typing import NamedTuple, NewType, TypeAlias
 
 from typing_extensions import Self
@@ -76,6 +77,35 @@ UNREPLAYABLE = "unreplayable"
 
 RAISED = "raised"
 """The check that an answer fails if its scorer raises an exception."""
+
+
+class SpanKind(str, Enum):
+    """The fate of a part of an answer's text.
+
+    `READ` is a part that was read as it is, `REPAIRED` one that was read after a named repair. `PROSE` and
+    `REASONING` are no part of the answer. `UNREAD` is the part for which an answer cannot be read.
+    """
+
+    READ = "read"
+    REPAIRED = "repaired"
+    PROSE = "prose"
+    REASONING = "reasoning"
+    UNREAD = "unread"
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Span:
+    """A part of an answer's text.
+
+    Attributes:
+        start: position of its first character, from 0.
+        end: position after its last character.
+        kind: what became of it.
+    """
+
+    start: int
+    end: int
+    kind: SpanKind
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,12 +215,14 @@ class Verdict:
         excluded: why the task is left out of all statistics, or None if it is scored.
         error: what ended the answer.
         repairs: the names of the repairs that parsing made.
+        spans: what became of the parts of the answer's text, in order; none if the protocol does not say.
         repair: the fewest edits that make the answer right; None where they were not looked for.
     """
 
     excluded: TaskExclusion | None = None
     error: ErrorReport | None = None
     repairs: tuple[str, ...] = ()
+    spans: tuple[Span, ...] = ()
     repair: Repair | None = None
 
     def without_answer(self) -> Self:
@@ -347,10 +379,17 @@ class PlanVerdict(Verdict):
 
 @dataclass(frozen=True, slots=True)
 class Unreadable:
-    """Why nothing can be read from an answer, and at which of its steps, if it is at one."""
+    """Why an answer cannot be read.
+
+    Attributes:
+        reason: the reason in words, with the place in the text if there is one.
+        step: number of the step that cannot be read, from 0, if it is one step.
+        spans: what became of the parts of the text.
+    """
 
     reason: str
     step: int | None = None
+    spans: tuple[Span, ...] = field(default=(), compare=False)
 
 
 Shares: TypeAlias = Mapping[str, Share]

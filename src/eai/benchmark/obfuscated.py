@@ -11,12 +11,13 @@ from __future__ import annotations
 import hashlib
 import random
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import eai.logic.formula as f
-from eai.abilities.notation.plans import PlanNotation, WrittenPlan
+from eai.abilities.notation.plan_form import WrittenPlan
+from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.notation.subgoals import SubgoalLexicon, SubgoalNotation, WrittenSubgoals
 from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
@@ -205,8 +206,8 @@ class _TwinPlans(PlanNotation):
     def decoded(self, text: str) -> str:
         return _decoded(self._words, text)
 
-    def read(self, text: str) -> WrittenPlan | Unreadable:
-        return self._plain.read(self.decoded(text))
+    def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
+        return replace(self._plain.read(self.decoded(text), actions), spans=())
 
     def operator(self, word: str) -> str:
         return self._plain.operator(word)
@@ -232,7 +233,7 @@ class _TwinSubgoals(SubgoalNotation):
         return self._plain.lexicon(scene)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
-        return self._plain.read(_decoded(self._words, text))
+        return replace(self._plain.read(_decoded(self._words, text)), spans=())
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
         return tuple([_encoded(self._words, part) for part in self._plain.write(task, plan)])

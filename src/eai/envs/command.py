@@ -6,7 +6,8 @@ import re
 from collections.abc import Collection
 from typing import TypeAlias
 
-from eai.abilities.notation.plans import WrittenPlan, WrittenStep, resolve
+from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
+from eai.abilities.notation.plans import resolve
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.benchmark.benchmark import Benchmark

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from eai.abilities.protocol import member
+from eai.abilities.reasoning import split_reasoning
 from eai.envs.game import RULES, Game, stage_of
 from eai.envs.rules import Rules
 from eai.scoring.reward import METRICS, Grade, Shaping, reward_of
@@ -21,9 +22,6 @@ from eai.tasks.source import TaskReference
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
 """The output of a policy: a text, or messages of which the last is its answer."""
-
-THOUGHT = ("<think>", "</think>")
-"""The marks around the part of an answer that is not meant to be read."""
 
 PROMPT_NOT_FOUND = "prompt_not_found"
 """The metric beside those of `METRICS` that is 1 where an answer cannot be separated from its prompt."""
@@ -36,13 +34,33 @@ _SPECIAL = re.compile(r"(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_turn>))+
 
 
 def answer_of(completion: Completion) -> str:
-    """The answer in what a policy wrote: without the messages before it and its thoughts, ended or not."""
-    if not isinstance(completion, str):
-        last = completion[-1] if completion else {}
-        content = last.get("content") if last.get("role", _POLICY) == _POLICY else ""
-        completion = content if isinstance(content, str) else ""
-    begins, ends = THOUGHT
-    return completion.rpartition(ends)[2].partition(begins)[0]
+    """Return the answer in what a policy wrote: its last message without reasoning.
+
+    A message is a text or a list of parts, of which those of the type ``text`` are its text.
+
+    Raises:
+        TypeError: the content of the last message is neither.
+    """
+    if isinstance(completion, str):
+        return split_reasoning(completion)[0]
+    last = completion[-1] if completion else {}
+    if last.get("role", _POLICY) != _POLICY:
+        return ""
+    return split_reasoning(_text_of(last.get("content")))[0]
+
+
+def _text_of(content: object) -> str:
+    """Return the text of a message's content; a message that calls tools may have none."""
+    if content is None or isinstance(content, str):
+        return content or ""
+    if not isinstance(content, Sequence):
+        raise TypeError(f"expected the content of a message as text or parts, not {type(content).__name__}")
+    texts = [part if isinstance(part, str) else part.get("text") for part in content if _is_text(part)]
+    return "".join([text for text in texts if isinstance(text, str)])
+
+
+def _is_text(part: object) -> bool:
+    return isinstance(part, str) or (isinstance(part, Mapping) and part.get("type", "text") == "text")
 
 
 def grade_of(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> Grade:

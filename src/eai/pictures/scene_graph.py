@@ -9,8 +9,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.answer_text import AnswerForm, Pairs, holds_strings, read_json
 from eai.abilities.task import Task
+from eai.abilities.verdict import Unreadable
 from eai.abilities.wording import Wording, subjects
 from eai.planning.role import spatial_predicates
 from eai.world.derived import meaning
@@ -19,9 +20,6 @@ from eai.world.vocabulary import Vocabulary
 
 SCENE = "scene"
 """The field of a question's metadata that has the scene graph which it tells of instead of the scene."""
-
-UNREADABLE = 'there is no object with a list of "facts"'
-"""Why nothing is perceived."""
 
 
 class NamedFact(NamedTuple):
@@ -74,10 +72,10 @@ def read_scene_graph(text: str, arities: Mapping[str, int]) -> SceneGraph:
         text: the answer.
         arities: how many objects each predicate is said of, by its name in answers.
     """
-    found = find_json(text, _sections)
-    if found is None:
-        return SceneGraph(unreadable=UNREADABLE)
-    (objects, entries), repairs = found
+    reading = read_json(text, _FORM)
+    if isinstance(reading, Unreadable):
+        return SceneGraph(unreadable=reading.reason)
+    objects, entries = reading.value
     names = [name for name in objects if isinstance(name, str)]
     facts: list[NamedFact] = []
     ill_formed = [str(name) for name in objects if not isinstance(name, str)]
@@ -87,7 +85,7 @@ def read_scene_graph(text: str, arities: Mapping[str, int]) -> SceneGraph:
             ill_formed.append(json.dumps(entry))
         else:
             facts.append(fact)
-    return replace(graph_of(names, facts), ill_formed=tuple(ill_formed), repairs=repairs)
+    return replace(graph_of(names, facts), ill_formed=tuple(ill_formed), repairs=reading.repairs)
 
 
 def _sections(value: object) -> tuple[list[object], list[object]] | None:
@@ -97,6 +95,9 @@ def _sections(value: object) -> tuple[list[object], list[object]] | None:
     members = dict(value.members)
     objects, facts = members.get("objects", []), members.get("facts")
     return (objects, facts) if isinstance(objects, list) and isinstance(facts, list) else None
+
+
+_FORM = AnswerForm('JSON object with "objects" and "facts", lists', _sections, is_part=holds_strings)
 
 
 def _fact(entry: object, arities: Mapping[str, int]) -> NamedFact | None:

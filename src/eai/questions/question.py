@@ -15,9 +15,10 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from eai.abilities.json_text import find_json
+from eai.abilities.answer_text import AnswerForm, holds_strings, read_json
 from eai.abilities.options import misfit
-from eai.abilities.verdict import Confusion
+from eai.abilities.reasoning import split_reasoning
+from eai.abilities.verdict import Confusion, Unreadable
 from eai.data.files import content_of, lines
 from eai.errors import InputError
 
@@ -125,7 +126,6 @@ def read_questions(file: Path) -> tuple[Sequence[Question], str]:
     return tuple(questions.values()), hashlib.sha256(content).hexdigest()
 
 
-_THINKING = re.compile(r"<think>.*?</think>", re.DOTALL)
 _SPACE = re.compile(r"\s+")
 _WORDS = {Form.YES_NO: re.compile(r"\b(yes|no)\b", re.IGNORECASE), Form.CHOICE: re.compile(r"\b([A-D])\b")}
 
@@ -172,8 +172,9 @@ def gold_text(question: Question) -> str:
 def _read(form: Form, text: str) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
     """The parts of an answer and the repairs it took; None if it is none."""
     if form is Form.OPEN:
-        return find_json(text, _strings)
-    rest = _THINKING.sub("", text).strip()
+        reading = read_json(text, _LIST)
+        return None if isinstance(reading, Unreadable) else (reading.value, reading.repairs)
+    rest = split_reasoning(text)[0].strip()
     found = {word.casefold() for word in _WORDS[form].findall(rest)}
     if len(found) != 1:
         return None
@@ -186,6 +187,9 @@ def _strings(value: object) -> tuple[str, ...] | None:
     if isinstance(value, list) and all(isinstance(part, str | int) for part in value):
         return tuple(map(str, value))
     return None
+
+
+_LIST: AnswerForm[tuple[str, ...]] = AnswerForm("list of names", _strings, is_part=holds_strings)
 
 
 def _plain(text: str) -> str:

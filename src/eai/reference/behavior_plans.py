@@ -11,10 +11,11 @@ import ast
 import json
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.notation.plans import CarryOut, Course, JsonPlans, WrittenPlan, WrittenStep, named
+from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep, named
+from eai.abilities.notation.plans import CarryOut, Course, JsonPlans
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.households.behavior.domain import as_meant
@@ -33,7 +34,7 @@ _TEXT_OR_COMMENT = re.compile(r'("[^"\r\n]*")|#[^\r\n]*')
 class _Notation(JsonPlans):
     """The notation of BEHAVIOR as the reference reads it."""
 
-    def read(self, text: str) -> WrittenPlan | Unreadable:
+    def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         """The plan in an answer (``parse_response``)."""
         return read_plan(text)
 

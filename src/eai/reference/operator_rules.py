@@ -48,18 +48,22 @@ from typing import ClassVar, TypeAlias
 from eai.abilities.operator_task import TransitionTask
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.extraction import Memory
-from eai.abilities.transition_modeling.rules import NOT_RUN, UNREADABLE, Judgement, Replaced, Rules
-from eai.abilities.verdict import TaskExclusion
+from eai.abilities.transition_modeling.rules import NOT_RUN, Judgement, Replaced, Rules
+from eai.abilities.verdict import ErrorReport, TaskExclusion
 from eai.logic.matching import maximum_matching
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText, PddlAction
 from eai.pddl.planning import PlannerResult, PlanningTask, refusal
 from eai.reference.planner_of_2024 import normalise, read_operator
+from eai.world.fault import FaultKind
 
 _COMMENT = re.compile(r";.*$", re.MULTILINE)
 _HEAD = re.compile(r"\(:action\s+(\w+)")
 _FENCE = "```json"
+_UNREADABLE = ErrorReport(
+    FaultKind.PARSING, None, 'expected JSON with a text under "output", or operators (:action ...)'
+)
 _UNBALANCED = "(()"
 _UNBALANCED_CLOSE = 1  # Where the first closing parenthesis of an unbalanced effect is taken to be.
 
@@ -139,7 +143,7 @@ class ReferenceRules(Rules):
         """The judgement on an answer; the reference leaves out those with its format error."""
         written = extract_as_reference(text)
         if written is None:
-            return Judgement((), NOT_RUN, error=UNREADABLE, excluded=FORMAT_ERROR)
+            return Judgement((), NOT_RUN, error=_UNREADABLE, excluded=FORMAT_ERROR)
         return Judgement(
             operators=tuple(self._report(task, operator) for operator in written),
             planning=self._plan(task, written),

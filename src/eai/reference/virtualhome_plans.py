@@ -13,15 +13,16 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
 from eai.abilities.explanation import Explanation
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.json_text import MAX_LENGTH
-from eai.abilities.notation.plans import TOO_LONG, CarryOut, Course, WrittenPlan, WrittenStep
+from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
+from eai.abilities.notation.plans import CarryOut, Course
 from eai.abilities.scorer import Assessment
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
@@ -111,7 +112,7 @@ class _Notation(VirtualHomePlans):
     def __init__(self, *, with_ids: bool | None = None) -> None:
         self._with_ids = with_ids
 
-    def read(self, text: str) -> WrittenPlan | Unreadable:
+    def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         """The plan in an answer; with ids, a list that ends before one makes it unreadable."""
         plan = read_plan(text)
         with_ids = self._with_ids
@@ -159,8 +160,8 @@ class VirtualHomeActionSequencing(ActionSequencing):
     def _as_strict(self) -> ActionSequencing:
         return ActionSequencing(self.task, as_meant(), VirtualHomePlans())
 
-    def _rejection(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> PlanVerdict:
-        verdict = super()._rejection(error, repairs, carry_out)
+    def _rejection(self, error: ErrorReport, plan: WrittenPlan, carry_out: CarryOut) -> PlanVerdict:
+        verdict = super()._rejection(error, plan, carry_out)
         if error.detail != LIST_IS_NOT_JSON.reason:
             return verdict
         goals = self.goals.tallies(verdict.goals_satisfied)
@@ -171,16 +172,16 @@ class VirtualHomeActionSequencing(ActionSequencing):
         if actions != self.task.script or not _names_classes(plan, actions, self.task.scene):
             return super()._run(plan, actions, carry_out)
         if_it_were = super()._run(plan, actions, self._execute)
-        not_run = self._verdict(self.goals.none_reached, success=False, repairs=plan.repairs)
+        not_run = self._verdict(self.goals.none_reached, plan, success=False)
         return Assessment(not_run, lambda: _with_note(if_it_were.explain(), EQUALS_SCRIPT))
 
-    def _judge(self, course: Course, repairs: tuple[str, ...]) -> PlanVerdict:
+    def _judge(self, course: Course, plan: WrittenPlan) -> PlanVerdict:
         """The verdict on a plan that ran, and what it counts as in a summary.
 
         There every additional step counts, and action goals in the order of the data set, which the reference
         has by chance only.
         """
-        verdict = super()._judge(course, repairs)
+        verdict = super()._judge(course, plan)
         reached = verdict.goals_satisfied
         if self._summed is not self.goals:
             reached = self._summed.reached(course.trajectory.final, course.taken)

@@ -33,13 +33,12 @@ from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.util import JSONSchema
 from tenacity import RetryError
 
+from eai.abilities.reasoning import split_reasoning
 from eai.abilities.record import Usage
 from eai.prompts.prompt import Prompt
 from eai.run.job import Job
 from eai.run.journal import Desk
 from eai.scoring.trials import Answer, Inquiry, Place, Trials
-
-_OPEN, _CLOSE = "<think>", "</think>"
 
 
 class _Parts(NamedTuple):
@@ -57,17 +56,9 @@ class _Parts(NamedTuple):
 
 
 def part(text: str) -> _Parts:
-    """Separate reasoning between ``<think>`` tags.
-
-    The opening tag may be missing, since many chat templates put it into the question. If the closing one is
-    missing behind an opening one, all of the text is reasoning and there is no answer.
-    """
-    reasoning, closed, answer = text.rpartition(_CLOSE)
-    if closed:
-        return _Parts(answer.strip(), reasoning.replace(_OPEN, "", 1).strip(), ("reasoning",))
-    if text.lstrip().startswith(_OPEN):
-        return _Parts("", text.lstrip().removeprefix(_OPEN).strip(), ("reasoning",))
-    return _Parts(text, "", ())
+    """Separate the reasoning in a text from the answer (`eai.abilities.reasoning`)."""
+    answer, reasoning = split_reasoning(text)
+    return _Parts(answer, reasoning, ("reasoning",) if answer != text else ())
 
 
 def complete(parts: _Parts, stop: Sequence[str]) -> _Parts:

@@ -14,10 +14,10 @@ from itertools import chain
 from operator import attrgetter
 from pathlib import Path
 
+from eai.abilities.answer_text import ANY_VALUE, Pairs, Reading, read_json
 from eai.abilities.codec import dataclass_to_json, sha256_of
 from eai.abilities.declaration import SingleTurn, declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, Usage
 from eai.abilities.responses import Response, ResponseFile, attempt_name, write_responses
@@ -56,9 +56,9 @@ def meaning(text: str, ability: Ability) -> str | None:
     What does not matter is declared by the ability (`SingleTurn`).
     """
     asked = declaration_of(ability).asked
-    found = find_json(text, lambda value: _text(value, asked) if isinstance(value, Pairs | list) else None)
-    if found is not None:
-        return found[0]
+    reading = read_json(text, ANY_VALUE)
+    if isinstance(reading, Reading):
+        return _text(reading.value, asked)
     start = -1 if asked.bare is None else text.find(asked.bare)
     return _spaced(text[start:]) if start >= 0 else None
 

@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.abilities.notation.plans import PddlPlans, PlanNotation, WrittenStep
+from eai.abilities.notation.plan_form import WrittenStep
+from eai.abilities.notation.plans import PddlPlans, PlanNotation
 from eai.abilities.task import Task, goal
 from eai.data.files import content_of
 from eai.errors import InputError

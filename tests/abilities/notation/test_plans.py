@@ -3,8 +3,9 @@ from __future__ import annotations
 import jsonschema
 import pytest
 
-from eai.abilities.json_text import MAX_LENGTH
-from eai.abilities.notation.plans import JsonPlans, PddlPlans, WrittenPlan
+from eai.abilities.answer_text import MAX_LENGTH
+from eai.abilities.notation.plan_form import WrittenPlan
+from eai.abilities.notation.plans import JsonPlans, PddlPlans
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Variable
 from eai.world.domain import Domain
@@ -23,9 +24,16 @@ OPEN = ("OPEN", ("jar_0",))
         ('[{"action": "OPEN", "object": "jar_0"}]', [OPEN], ()),
         ('Sure [1]:\n```json\n[{"action": "OPEN", "object": "jar_0"}]\n```', [OPEN], ("code_fence",)),
         ("[{'action': 'OPEN', 'object': 'jar_0'}]", [OPEN], ("single_quotes",)),
-        ('{"output": [{"action": "OPEN", "object": "jar_0"}]}', [OPEN], ()),
+        ('{"plan": [{"action": "OPEN", "object": "jar_0"}]}', [OPEN], ()),
+        ('{"output": [{"action": "OPEN", "object": "jar_0"}]}', [OPEN], ("wrapper_key",)),
+        ('{"thoughts": "a jar", "plan": [{"action": "OPEN", "object": "jar_0"}]}', [OPEN], ("wrapper_key",)),
+        ('{"action": "OPEN", "object": "jar_0"}\n{"action": "WAIT", "object": ""}',
+         [OPEN, ("WAIT", ())], ("json_lines",)),
+        ('[{"action": "OPEN", "object": "jar_0"},]', [OPEN], ("trailing_comma",)),
+        ('[{"action": "OPEN", "args": ["jar_0"], "reason": "it is shut"}]', [OPEN], ("step_form",)),
+        ("[]", [], ()),
         ('[{"action": "OPEN", "object": "jar_0"} # the jar\n]', [OPEN], ("comments",)),
-        ('[{"action": "OPEN", "object": "jar_0"}, # don\'t close\n]', [OPEN], ("single_quotes",)),
+        ('[{"action": "OPEN", "object": "jar_0"}, # don\'t close\n]', [OPEN], ("comments", "trailing_comma")),
         ('[{"action": "PUT", "object": ["a", "b"]}]', [("PUT", ("a", "b"))], ()),
         ('[{"action": "WAIT", "object": ""}]', [("WAIT", ())], ()),
         ('[{"action": "PUT", "object": "a, b"}]', [("PUT", ("a", "b"))], ()),
@@ -42,7 +50,7 @@ def test_steps_that_are_found(
 
 @pytest.mark.parametrize(
     "text",
-    ["", "[]", "{}", '[{"action": "OPEN"}]', '[{"action": 1, "object": "jar_0"}]', '["OPEN jar_0"]'],
+    ["", "{}", '[{"action": "OPEN"}]', '[{"action": 1, "object": "jar_0"}]', '["OPEN jar_0"]'],
 )
 def test_texts_without_steps(text: str) -> None:
     assert isinstance(NOTATION.read(text), Unreadable)
@@ -52,7 +60,7 @@ def test_texts_without_steps(text: str) -> None:
     ("text", "cut_off"),
     [
         ('[{"action": "OPEN", "object": "jar_0"}, {"action": "OP', True),
-        ('[{"action": "OPEN", "object": "jar_0"}, {"action": "OP]', True),
+        ('[{"action": "OPEN", "object": "jar_0"}, {"action": "OP]', False),
         ('[{"action": "OPEN", "object": "jar_0"}', True),
         ('[{"action": "OPEN"}]', False),
         ("I cannot [do] that.", False),
@@ -62,8 +70,8 @@ def test_texts_without_steps(text: str) -> None:
 def test_an_answer_that_is_cut_off_is_told_from_one_without_steps(text: str, cut_off: bool) -> None:
     found = NOTATION.read(text)
     assert isinstance(found, Unreadable)
-    assert found.reason.startswith("no list of steps with an action and an object was found")
-    assert ("a bracket is not closed" in found.reason) is cut_off
+    assert found.reason.startswith("there is no list of steps with an action and an object")
+    assert ("this bracket is not closed" in found.reason) is cut_off
 
 
 @pytest.mark.parametrize(
@@ -76,7 +84,8 @@ def test_an_answer_that_is_cut_off_is_told_from_one_without_steps(text: str, cut
 )
 def test_the_first_step_of_another_form_is_named(step: str, why: str) -> None:
     found = NOTATION.read(f'{{"plan": [{{"action": "OPEN", "object": "jar_0"}}, {step}, {step}]}}')
-    assert found == Unreadable(f"no list of steps with an action and an object was found: {why}")
+    assert isinstance(found, Unreadable)
+    assert found.reason == f"there is no list of steps with an action and an object: {why}"
 
 
 @pytest.mark.parametrize(
@@ -96,8 +105,8 @@ def test_what_is_written_is_read(steps: list[tuple[str, tuple[str, ...]]], text:
     plan = [Action(name, tuple(scene.index[each] for each in objects)) for name, objects in steps]
     assert NOTATION.join(NOTATION.write(plan, scene)) == text
     read = NOTATION.read(text)
-    assert isinstance(read, WrittenPlan if steps else Unreadable)
-    assert steps == ([tuple(step) for step in read.steps] if isinstance(read, WrittenPlan) else [])
+    assert isinstance(read, WrittenPlan)
+    assert steps == [tuple(step) for step in read.steps]
 
 
 def test_two_objects_of_which_nothing_is_known_may_be_any_text() -> None:
@@ -121,10 +130,12 @@ LINES = "(pick ball1 rooma left)\n(drop ball1 roomb left)"
         ("; 2\n(pick ball1 rooma left) ; 1\n\n  (drop ball1 roomb left)\n; cost = 2", [PICK, DROP], ()),
         ("0.000: (pick ball1 rooma left) [1.000]\n1: (drop ball1 roomb left)", [PICK, DROP], ()),
         (f"```\n{LINES}\n```", [PICK, DROP], ("code_fence",)),
-        (f"At first (wait).\n(wait)\nNo, this:\n{LINES}\nThat is all.", [PICK, DROP], ("prose",)),
+        (f"First:\n```\n(wait)\n```\nNo:\n```\n{LINES}\n```", [PICK, DROP], ("prose", "code_fence")),
+        (f"The plan is:\n\n{LINES}\nThat is all.", [PICK, DROP], ("prose",)),
+        ("Step 1:\n(pick ball1 rooma left)\n2. (drop ball1 roomb left)", [PICK, DROP], ("numbered",)),
+        ("; cost = 0", [], ()),
         ("(wait)", [("wait", ())], ()),
         ('[{"action": "pick", "object": "ball1, rooma, left"}]', [PICK], ()),
-        ('(wait)\n[{"action": "pick", "object": "ball1, rooma, left"}]\n(wait)', [PICK], ("prose",)),
     ],
 )  # fmt: skip
 def test_plans_are_read_as_planners_write_them(
@@ -136,7 +147,24 @@ def test_plans_are_read_as_planners_write_them(
     assert plan.repairs == repairs
 
 
-@pytest.mark.parametrize("text", ["", "()", "pick ball1", "; (pick ball1)", "(pick (ball1))", "see (pick)"])
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (f"{LINES}\nwait", "line 3"),
+        (f"{LINES}\nWait", "line 3"),
+        ("(pick ball1 rooma left)\nthen\n(drop ball1 roomb left)", "line 2"),
+        (f"{LINES}\n(wait", "line 3"),
+        (f"(wait)\n```\n{LINES}\n```", "line 1"),
+        ('(pick ball1 rooma left)\n[{"action": "wait"}]\n(wait)', "line 2"),
+    ],
+)
+def test_a_line_that_may_be_a_step_is_no_prose(text: str, line: str) -> None:
+    plan = PddlPlans().read(text, ("pick", "drop", "wait"))
+    assert isinstance(plan, Unreadable)
+    assert plan.reason.startswith(f"{line} is no step of a plan, and looks like one: ")
+
+
+@pytest.mark.parametrize("text", ["", "()", "pick ball1", "(pick (ball1))", "see (pick)"])
 def test_other_lines_are_no_plan(text: str) -> None:
     assert isinstance(PddlPlans().read(text), Unreadable)
 

@@ -64,7 +64,7 @@ def test_names_without_arguments_need_no_brackets() -> None:
     rest = Operator("REST", (), (), ())
     notation = SubgoalNotation(toy.DOMAIN.with_operators(rest))
     assert notation.read('{"output": ["REST", "", "now"]}') == WrittenSubgoals(
-        ("REST()",), ("brackets", "no_formula"), ("now",)
+        ("REST()", "now"), ("brackets",)
     )
 
 
@@ -87,11 +87,9 @@ def test_names_that_take_no_objects_need_no_brackets_beside_others(written: str,
     assert found == WrittenSubgoals((read or written,), () if read is None else ("brackets",))
 
 
-def test_a_text_without_formulas_is_none_though_it_has_such_a_name() -> None:
+def test_a_text_that_is_no_formula_is_kept_to_be_refused() -> None:
     notation = SubgoalNotation(toy.DOMAIN.with_operators(Operator("REST", (), (), ())))
-    assert notation.read('{"output": ["go and REST now"]}') == WrittenSubgoals(
-        (), ("no_formula",), ("go and REST now",)
-    )
+    assert notation.read('{"output": ["go and REST now"]}') == WrittenSubgoals(("go and REST now",))
 
 
 def test_names_are_spelt_as_formulas_can_have_them() -> None:

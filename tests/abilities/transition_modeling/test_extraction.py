@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import pytest
 
+from eai.abilities.answer_text import Reading
 from eai.abilities.transition_modeling.extraction import Memory, WrittenOperator, extract
+from eai.abilities.verdict import Unreadable
 from eai.logic.formula import TRUE
 from eai.pddl.check import Offence
 from eai.pddl.model import NO_EFFECT, PddlAction
@@ -24,8 +26,8 @@ def wrapped(text: str) -> str:
 
 def read(answer: str) -> tuple[list[WrittenOperator], tuple[str, ...]]:
     found = extract(answer, Memory())
-    assert found is not None
-    return list(found[0].values()), found[1]
+    assert isinstance(found, Reading), found
+    return list(found.value.values()), found.repairs
 
 
 @pytest.mark.parametrize(
@@ -39,8 +41,8 @@ def read(answer: str) -> tuple[list[WrittenOperator], tuple[str, ...]]:
         (f"<think>(:action</think>{wrapped(BOTH)}", ("reasoning",)),
         (BOTH, ("no_json",)),
         (f"I would say:\n```pddl\n{BOTH}\n```", ("no_json",)),
-        (f'{{"output": "{BOTH}"}}', ("no_json",)),
-        (f'{{"output": "{OPEN}\\n{SHUT}"', ("no_json", "escapes")),
+        (f'{{"output": "{BOTH}"}}', ("line_breaks",)),
+        (f'{{"output": {BOTH}}}', ("no_json",)),
         (wrapped(BOTH.upper()), ()),
         (wrapped(BOTH.replace("\n", " ; a comment (with a parenthesis\n")), ()),
         (wrapped(f"{OPEN}) {SHUT}"), ("stray_parenthesis",)),
@@ -57,7 +59,7 @@ def test_operators_are_found_and_repairs_are_named(answer: str, repairs: tuple[s
 
 @pytest.mark.parametrize("answer", ["", "No.", "{}", "[1]", '{"output": 3}', "(define (domain d))"])
 def test_an_answer_without_operators_or_output_is_unreadable(answer: str) -> None:
-    assert extract(answer, Memory()) is None
+    assert isinstance(extract(answer, Memory()), Unreadable)
 
 
 def test_an_output_without_operators_is_empty() -> None:
@@ -65,14 +67,41 @@ def test_an_output_without_operators_is_empty() -> None:
     assert operators == []
 
 
-def test_a_broken_operator_does_not_take_the_others_with_it() -> None:
-    broken = "(:action lift :parameters (?o) :precondition (and (shut ?o) :effect (shut"
-    operators, _ = read(wrapped(f"{OPEN} {broken} {SHUT}"))
-    readings = {operator.name: operator for operator in operators}
-    assert list(readings) == ["open", "lift", "close"]
-    assert [finding.place for finding in readings["lift"].unread] == ["effect of lift"]
-    assert readings["lift"].unread[0].offence is Offence.UNBALANCED
-    assert readings["open"].action == read_action(OPEN)
+@pytest.mark.parametrize(
+    ("broken", "reason"),
+    [
+        (
+            "(:action lift :parameters (?o) :precondition (and (shut ?o) :effect (shut",
+            "the effect of lift cannot be read: expected a partner for this opening parenthesis",
+        ),
+        (
+            "(:actoin lift :parameters (?o))",
+            "'(:actoin lift :parameters (?o)) (:action' begins no operator",
+        ),
+        (":action lift :parameters (?o)", "begins no operator, and looks like one"),
+        ("(:action lift :parameters (?o)) (wide ?o)", "the parameters of lift cannot be read"),
+    ],
+)
+def test_an_operator_with_wrong_brackets_or_keywords_makes_an_answer_unreadable(
+    broken: str, reason: str
+) -> None:
+    answer = extract(wrapped(f"{OPEN} {broken} {SHUT}"), Memory())
+    assert isinstance(answer, Unreadable)
+    assert reason in answer.reason
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        f'{{"output": "{OPEN}\\n{SHUT}"',
+        f"{OPEN}\n{SHUT[:-1]}",
+        f"{OPEN}\n(:action close",
+        f'{{"output": "{OPEN}", "operators": "{SHUT}"}}',
+        f'{{"output": "{OPEN}", "output": "{SHUT}"}}',
+    ],
+)
+def test_an_answer_that_is_cut_off_or_has_another_part_is_unreadable(answer: str) -> None:
+    assert isinstance(extract(answer, Memory()), Unreadable)
 
 
 HEAD = "(:action open :parameters (?o)"
@@ -87,7 +116,6 @@ OPENED = read_action(f"{HEAD} {BEFORE} {AFTER})")
     [
         (f"{HEAD} {BEFORE} {AFTER}", ("closing_parenthesis",)),
         (f"{HEAD} {BEFORE[:-1]} {AFTER})", ("closing_parenthesis",)),
-        (f"{HEAD} {BEFORE} {AFTER[:-1]}", ("closing_parenthesis",)),
         (f"{HEAD[:-1]} {BEFORE[:-1]} ; )\n {AFTER}", ("closing_parenthesis",)),
         (f"{HEAD} {BEFORE[:-1]} {AFTER}))", ("closing_parenthesis", "stray_parenthesis")),
         (f"{HEAD} {BEFORE}) {AFTER})", ("stray_parenthesis",)),
@@ -106,16 +134,12 @@ def test_parentheses_are_repaired_wherever_they_are_missing_or_stray(
     ("text", "lost", "offence"),
     [
         (f"{HEAD} :precondition (shut ?o) :effect (or (wide ?o)))", "effect", Offence.CONDITION_IN_EFFECT),
-        (f"{HEAD} :precondition (shut ?o) :effect (wide ?o) (lit ?o))", "effect", Offence.MALFORMED),
-        (f"{HEAD} :precondition (shut ?o) :effect (and (not (wide ?o)", "effect", Offence.UNBALANCED),
-        (f"{HEAD} :precondition (shut ?o) :effect", "effect", Offence.MALFORMED),
         (f"{HEAD} :precondition (and ((shut ?o)) :effect (wide ?o))", "precondition", Offence.MALFORMED),
         (
             f"{HEAD} :precondition (when (a) (b)) :effect (wide ?o))",
             "precondition",
             Offence.EFFECT_IN_CONDITION,
         ),
-        (f"{HEAD} :precondition (and (or (shut ?o) :effect (wide ?o))", "precondition", Offence.UNBALANCED),
     ],
 )
 def test_one_side_that_cannot_be_read_leaves_the_other(text: str, lost: str, offence: Offence) -> None:
@@ -135,11 +159,19 @@ def test_one_side_that_cannot_be_read_leaves_the_other(text: str, lost: str, off
         "(:action open",
         "(:action open (?o) :effect (wide ?o))",
         "(:action open :parameters ?o :precondition (shut ?o) :effect (wide ?o))",
-        f"{HEAD} :precondition ((shut ?o)) :effect ((wide ?o)))",
+        f"{HEAD} :precondition (shut ?o) :effect (wide ?o) (lit ?o))",
+        f"{HEAD} :precondition (shut ?o) :effect (and (not (wide ?o)",
+        f"{HEAD} :precondition (shut ?o) :effect",
+        f"{HEAD} :precondition (and (or (shut ?o) :effect (wide ?o))",
+        f"{HEAD} {BEFORE} {AFTER[:-1]}",
     ],
 )
-def test_without_parameters_or_any_side_nothing_of_an_operator_is_read(text: str) -> None:
-    operators, _ = read(text)
+def test_an_operator_whose_parts_are_no_lists_is_unreadable(text: str) -> None:
+    assert isinstance(extract(wrapped(text), Memory()), Unreadable)
+
+
+def test_an_operator_of_which_pddl_allows_no_side_has_no_meaning() -> None:
+    operators, _ = read(f"{HEAD} :precondition ((shut ?o)) :effect ((wide ?o)))")
     (operator,) = operators
     assert operator.action is None
     assert operator.unread

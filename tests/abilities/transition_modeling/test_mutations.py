@@ -130,7 +130,7 @@ MUTATIONS = {
         set(),
     ),
     "upper case": (operator().upper(), S, S, set()),
-    "too deep": (operator("(not " * 150 + "(wide ?o)" + ")" * 150), X, X, {"malformed"}),
+    "too deep": (operator("(not " * 150 + "(wide ?o)" + ")" * 150), X, X, set()),
     LONGEST: (operator(f"(or (shut ?o) {MANY})"), X, S, {"unbound_variable"}),
 }
 

@@ -191,6 +191,6 @@ def test_what_the_reference_passes_over_is_told() -> None:
     text = '[{"action": "OPEN", "object": "fridge_1"}, {"action": "CLEAN"}]'
     assert REFERENCE.explain(text).notes == (
         "lossy_reading: what is no step is passed over; steps that are seen: 1",
-        "strict, which passes over nothing: parsing, no list of steps with an action and an object "
-        'was found: step 2 has no "object"',
+        "strict, which passes over nothing: parsing, there is no list of steps with an action and an "
+        'object: step 2 has no "object"',
     )

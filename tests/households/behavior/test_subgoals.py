@@ -68,7 +68,7 @@ def told(verdict: Verdict) -> str:
         (["open(fridge.1"], "not_parseable parsing", "not_parseable parsing"),
         (["not not open(fridge.1)"], "goal_unreachable", "not_parseable parsing"),
         (["not (open(fridge.1) and open(carton.1))"], "goal_unreachable", "not_parseable parsing"),
-        (["forall(x, open(x))"], "goal_unreachable", "not_parseable parsing"),
+        (["forall(x, open(x))"], "not_parseable parsing", "not_parseable parsing"),
         (["onfloor(agent_n_01.1, room_floor_kitchen.0)"], "goal_unreachable", "not_parseable parsing"),
         ([7], "not_parseable parsing", "not_parseable parsing"),
         # What no action brings about is skipped there; actions are, too.
@@ -161,26 +161,24 @@ def test_a_hand_holds_what_its_content_is_named_after_in_the_reference() -> None
     assert actions_of(REFERENCE, *subgoals)[1:] == ["LEFT_PLACE_INSIDE(sink_1)"]
 
 
-def test_what_is_left_out_of_an_answer_is_told() -> None:
-    everything = "forall(rag_n_01, inside(rag_n_01, sink.1))"
-    text = answer(everything, "onfloor(agent_n_01.1, floor.1)", *REACHED)
-    assert STRICT.score(text).repairs == ("quantifier", "robot")
-    left_out = "left out, neither carried out nor tested: "
-    notes = STRICT.explain(text).notes
-    assert [note.removeprefix(left_out) for note in notes if note.startswith(left_out)] == [
-        everything,
-        "onfloor(agent_n_01.1, floor.1)",
-    ]
+def test_a_quantifier_cannot_be_read_as_the_prompt_rules_it_out() -> None:
+    verdict = STRICT.score(answer(*REACHED, "forall(rag_n_01, inside(rag_n_01, sink.1))"))
+    assert verdict.error is not None
+    assert (verdict.error.kind, verdict.error.step) == (FaultKind.PARSING, len(REACHED))
 
 
-def test_what_is_left_out_is_told_of_answers_that_are_refused_too() -> None:
-    notes = STRICT.explain(answer("or", "open(yacht.1)")).notes
-    assert notes[:4] == (
-        "hallucination",
-        "read with repair: no_formula",
-        "left out, neither carried out nor tested: or",
-        "subgoals are numbered without what is left out",
-    )
+@pytest.mark.parametrize(
+    "robot", ["onfloor(agent_n_01.1, room_floor_kitchen.0)", "not holds_rh(agent_n_01.1)"]
+)
+def test_literals_about_the_robot_are_taken_to_hold(robot: str) -> None:
+    assert told(STRICT.score(answer(*REACHED, robot))) == "correct"
+    assert told(STRICT.score(answer(robot, f"{REACHED[0]} and {robot}", *REACHED[1:]))) == "correct"
+
+
+def test_an_entry_that_is_no_formula_makes_an_answer_unreadable() -> None:
+    verdict = STRICT.score(answer("or", *REACHED))
+    assert verdict.error is not None
+    assert (verdict.error.kind, verdict.error.step) == (FaultKind.PARSING, 0)
 
 
 def test_errors_and_goals_are_told() -> None:

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.json_text import MAX_LENGTH, Pairs
-from eai.abilities.notation.plans import TOO_LONG, WrittenPlan
+from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
+from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome.plan_notation import Identified, VirtualHomePlans, read_steps
 from eai.world.execution import Action
@@ -15,13 +15,15 @@ from protocols import of_reference
 
 virtualhome_plans = of_reference("virtualhome_plans")
 
+ACTION_NAMES = ("WALK", "GRAB", "SIT", "PUTBACK")
+
 Steps = list[tuple[str, tuple[object, ...]]]
 
 WALK_GRAB: Steps = [("WALK", ("sofa",)), ("GRAB", ("cup",))]
 
 
 def steps(text: str) -> Steps:
-    plan = read_steps(text)
+    plan = read_steps(text, ACTION_NAMES)
     assert isinstance(plan, WrittenPlan), plan
     return [tuple(step) for step in plan.steps]
 
@@ -38,13 +40,14 @@ def steps(text: str) -> Steps:
         '{"thought": "Sit?", "plan": {"WALK": ["sofa"], "GRAB": ["cup"]}}',
         '```json\n{"WALK": ["sofa"], "GRAB": ["cup"]}\n```',
         "{'WALK': ['sofa'], 'GRAB': ['cup']}",
-        'First {"SIT": ["sofa"]}. No, rather {"WALK": ["sofa"], "GRAB": ["cup"]}.',
+        'First {"SIT": ["sofa"], "GRAB": ["cup"]}. No, rather {"WALK": ["sofa"], "GRAB": ["cup"]}.',
+        'Each step is {"ACTION": ["object"]}.\n{"WALK": ["sofa"], "GRAB": ["cup"]}\nSee {"ACTION": [1]}.',
         '<think>{"SIT": ["sofa"]}</think>{"WALK": ["sofa"], "GRAB": ["cup"]}<|eot_id|>',
-        '{"WALK": ["sofa"], "GRAB": ["cup"]',
-        '{"WALK": ["sofa"], "GRAB": ["cup"], "PUTBACK": ["cup", "ta',
-        '"WALK": ["sofa"], "GRAB": ["cup"]',
-        "WALK: then 'WALK': ['sofa'] and 'GRAB': ['cup']",
         '{"WALK": ["sofa"],}\n{"GRAB": ["cup"],}',
+        '1. {"WALK": ["sofa"]}\n2. {"GRAB": ["cup"]}',
+        '{"WALK": "sofa", "GRAB": "cup"}',
+        '[{"action": "WALK", "object": "sofa"}, {"action": "GRAB", "objects": ["cup"]}]',
+        '{"plan": "[{\\"WALK\\": [\\"sofa\\"]}, {\\"GRAB\\": [\\"cup\\"]}]"}',
     ],
 )
 def test_one_plan_in_many_guises(text: str) -> None:
@@ -58,7 +61,7 @@ def test_one_plan_in_many_guises(text: str) -> None:
         ('{"STANDUP": []}', [("STANDUP", ())]),
         ('{"STANDUP": [ ]}', [("STANDUP", ())]),
         ('{"WALK": ["sofa", 352]}', [("WALK", ("sofa", 352))]),
-        ('{"WALK": ["sofa", null, {"a": 1}]}', [("WALK", ("sofa", None, Pairs([("a", 1)])))]),
+        ('{"WALK": ["sofa", null, [1]]}', [("WALK", ("sofa", None, [1]))]),
         ('{"walk": ["sofa"]}', [("walk", ("sofa",))]),
         ('{"": [""]}', [("", ("",))]),
         ("{'WALK': ('sofa',)}", [("WALK", ("sofa",))]),
@@ -73,35 +76,50 @@ def test_what_stands_there_is_kept(text: str, expected: Steps) -> None:
     [
         ('{"WALK": ["sofa"]}', ()),
         ('```{"WALK": ["sofa"]}```', ("code_fence",)),
-        ('{"WALK": ["sofa"], "GRAB', ("broken_json",)),
+        ('{"WALK": ["sofa"],}', ("trailing_comma",)),
+        ('{"WALK": "sofa"}', ("step_form",)),
+        ('{"why": "to sit", "plan": {"WALK": ["sofa"]}}', ("wrapper_key",)),
     ],
 )
 def test_repairs_are_named(text: str, repairs: tuple[str, ...]) -> None:
-    plan = read_steps(text)
+    plan = read_steps(text, ACTION_NAMES)
     assert isinstance(plan, WrittenPlan)
     assert plan.repairs == repairs
+
+
+@pytest.mark.parametrize("text", ["{}", "[]", "[{}]", '{"action commands": []}'])
+def test_an_empty_plan_has_no_steps(text: str) -> None:
+    assert steps(text) == []
+
+
+NO_PLAN = "there is no object or list of actions with their objects"
 
 
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("", "no step was found"),
-        ("   \n", "no step was found"),
-        ("I would walk to the sofa.", "no step was found"),
-        ("{}", "no step was found"),
-        ("[]", "no step was found"),
-        ("null", "no step was found"),
-        ('"WALK"', "no step was found"),
-        ('["WALK", "sofa"]', "no step was found"),
-        ('{"WALK": "sofa"}', "no step was found"),
-        ('{"plan": {"a": {"b": 1}}}', "no step was found"),
-        ("[" * 500 + "]" * 500, "no step was found"),
-        ('{"WALK": [sofa]}', "the list of step 1 (WALK) is not JSON"),
-        ('{"WALK": ["sofa"], "GRAB": [cup]}', "the list of step 2 (GRAB) is not JSON"),
+        ("", NO_PLAN),
+        ("   \n", NO_PLAN),
+        ("I would walk to the sofa.", NO_PLAN),
+        ("null", NO_PLAN),
+        ('"WALK"', "'\"WALK\"' looks like a part of the answer and stands outside"),
+        ('["WALK", "sofa"]', f'{NO_PLAN}: step 1 has no "action"'),
+        ('{"SIT": ["a"], "why": "b"}', f'{NO_PLAN}: step 1 has no "action"'),
+        ('{"plan": {"a": {"b": 1}}}', NO_PLAN),
+        ('{"WALK": [sofa]}', f"{NO_PLAN}: line 1, column 11: expected value"),
+        ('{"WALK": ["sofa"], "GRAB": [cup]}', f"{NO_PLAN}: line 1, column 29: expected value"),
+        ('{"WALK": ["sofa"], "GRAB": ["cup"]', "as if the answer were cut off"),
+        ('{"WALK": ["sofa"], "GRAB": ["cup"], "PUTBACK": ["cup", "ta', "as if the answer were cut off"),
+        ('"WALK": ["sofa"], "GRAB": ["cup"]', "looks like a part of the answer and stands outside"),
+        ('{"WALK": ["sofa"]}\nGRAB cup', "'GRAB cup' looks like a part of the answer and stands outside"),
+        ('{"WALK": ["sofa"]} then {"GRAB": ["cup"]}', "'then' looks like a part of the answer"),
+        ('{"plan": {"WALK": ["sofa"]}, "GRAB": ["cup"]}', NO_PLAN),
     ],
 )
-def test_what_no_plan_can_be_read_from(text: str, reason: str) -> None:
-    assert read_steps(text) == Unreadable(reason)
+def test_what_is_no_whole_plan_cannot_be_read(text: str, reason: str) -> None:
+    plan = read_steps(text, ACTION_NAMES)
+    assert isinstance(plan, Unreadable)
+    assert reason in plan.reason
 
 
 def test_an_endless_answer_is_not_searched() -> None:

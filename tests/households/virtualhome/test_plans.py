@@ -67,12 +67,12 @@ def plan(*steps: str) -> str:
         ('{"WALK": ["Fridge"]}', "hallucination 0", "hallucination 0"),
         ('{"WALK": ["fridge", "11"]}', "hallucination 0", "hallucination 0"),
         ('{"WALK": ["fridge", "010"]}', "hallucination 0", "hallucination 0"),
-        ('{"WALK": ["fridge.10"]}', "hallucination 0", "hallucination 0"),
+        ('{"WALK": ["fridge.10"]}', "failure", "hallucination 0"),
         ('{"WALK": [""]}', "hallucination 0", "hallucination 0"),
         ('{"WALK": ["10"]}', "hallucination 0", "hallucination 0"),
         ('{"WALK": [null]}', "hallucination 0", "hallucination 0"),
         ('{"WALK": [true, 1.5]}', "hallucination 0", "hallucination 0"),
-        ('{"WALK": [{"name": "fridge"}]}', "hallucination 0", "hallucination 0"),
+        ('{"WALK": [{"name": "fridge"}]}', "parsing", "hallucination 0"),
         ('{"WALK": ["\ud800"]}', "hallucination 0", "hallucination 0"),
         # A name without an id where others have one.
         ('{"WALK": ["fridge", "10", "milk"]}', "hallucination 0", "parsing 0"),
@@ -89,7 +89,7 @@ def plan(*steps: str) -> str:
         ("I cannot.", "parsing", "parsing"),
         ("", "parsing", "parsing"),
         ('{"WALK": [fridge]}', "parsing", "parsing"),
-        ('{"WALK": ["\0"]}', "parsing", "parsing"),
+        ('{"WALK": ["\0"]}', "hallucination 0", "parsing"),
         # What happens when the plan runs.
         ('{"OPEN": ["fridge"]}', "missing_step 0", "missing_step 0"),
         ('{"WALK": ["table"], "GRAB": ["table"]}', "affordance 1", "affordance 1"),

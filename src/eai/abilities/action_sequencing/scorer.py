@@ -8,16 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.explanation import SLIPPED, Explanation, repair_notes
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.notation.plans import (
-    QUESTION,
-    CarryOut,
-    Course,
-    PlanNotation,
-    WrittenPlan,
-    WrittenStep,
-    reason_of,
-    resolve,
-)
+from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
+from eai.abilities.notation.plans import QUESTION, CarryOut, Course, PlanNotation, reason_of, resolve
 from eai.abilities.repair import Repair
 from eai.abilities.reports import goal_reports, step_reports
 from eai.abilities.scorer import Assessment, PlanScorer, error_report
@@ -100,7 +92,7 @@ class ActionSequencing(PlanScorer):
         declined = self._declining(text)
         if declined is not None or self.task.missing:  # for which no edits make a plan
             return float(declined is not None and declined.is_right)
-        plan = self.notation.read(text)
+        plan = self.read(text)
         return 0.0 if isinstance(plan, Unreadable) else self.mender.nearness(self.mender.steps(plan))
 
     def _mend(self, text: str, verdict: Verdict, limit: int) -> Verdict:
@@ -109,7 +101,7 @@ class ActionSequencing(PlanScorer):
             return verdict
         if verdict.declines and verdict.success:
             return replace(verdict, repair=Repair(at_most=0))
-        plan = self.notation.read(text)
+        plan = self.read(text)
         if verdict.declines or isinstance(plan, Unreadable):
             return replace(verdict, repair=Repair(why_null="unreadable"))
         return replace(verdict, repair=self.mender.mend(plan, verdict, limit))
@@ -138,13 +130,25 @@ class ActionSequencing(PlanScorer):
         declined = self._declining(text)
         if declined is not None:
             return self._declined(declined)
-        plan = self.notation.read(text)
+        plan = self.read(text)
         if isinstance(plan, Unreadable):
-            return self._refuse(ErrorReport(FaultKind.PARSING, plan.step, plan.reason), (), carry_out)
+            error = ErrorReport(FaultKind.PARSING, plan.step, plan.reason)
+            return self._refuse(error, WrittenPlan((), spans=plan.spans), carry_out)
         actions = self.resolve(plan)
         if isinstance(actions, ErrorReport):
-            return self._refuse(actions, plan.repairs, carry_out)
+            return self._refuse(actions, plan, carry_out)
         return self._run(plan, actions, carry_out)
+
+    def read(self, text: str) -> WrittenPlan | Unreadable:
+        """Read the plan in an answer; a plan without steps is one only if all goals hold at the start."""
+        plan = self.notation.read(text, self.domain.arities)
+        if isinstance(plan, Unreadable) or plan.steps or self._holds_at_start:
+            return plan
+        return Unreadable("the plan has no steps, and not all goals hold at the start", spans=plan.spans)
+
+    @cached_property
+    def _holds_at_start(self) -> bool:
+        return all(self._reached(self._execute(())))
 
     def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         """The plan as ground actions, or its first grammar error: of all names before of any arity."""
@@ -180,26 +184,26 @@ class ActionSequencing(PlanScorer):
     def _declined(self, declined: _Declining) -> Assessment:
         """The assessment of an answer without a plan."""
         reached = self.goals.none_reached
-        verdict = self._verdict(reached, success=declined.is_right, refused=declined.reason)
+        verdict = self._verdict(reached, WrittenPlan(()), success=declined.is_right, refused=declined.reason)
         notes = (declined.said, declined.why)
         return Assessment(verdict, lambda: Explanation(notes, goals=goal_reports(self.task, reached)))
 
-    def _refuse(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> Assessment:
+    def _refuse(self, error: ErrorReport, plan: WrittenPlan, carry_out: CarryOut) -> Assessment:
         """The assessment of an answer that cannot be run."""
         step = f"step {error.step + 1}: " if error.step is not None else ""
         reason = f"{error.kind.value}: {step}{error.detail}"
-        verdict = self._rejection(error, repairs, carry_out)
+        verdict = self._rejection(error, plan, carry_out)
 
         def explain() -> Explanation:
             goals = goal_reports(self.task, verdict.goals_satisfied)
-            return Explanation((*self._notes(repairs), reason), goals=goals)
+            return Explanation((*self._notes(plan.repairs), reason), goals=goals)
 
         return Assessment(verdict, explain)
 
-    def _rejection(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> PlanVerdict:
+    def _rejection(self, error: ErrorReport, plan: WrittenPlan, carry_out: CarryOut) -> PlanVerdict:
         """The verdict on an answer that cannot be run."""
         reached = self._reached_without_running(carry_out)
-        return self._verdict(reached, success=False, error=error, repairs=repairs)
+        return self._verdict(reached, plan, success=False, error=error)
 
     def _execute(self, actions: tuple[Action, ...]) -> Course:
         """The course of a plan from the initial state, where every action works."""
@@ -214,10 +218,10 @@ class ActionSequencing(PlanScorer):
     def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: CarryOut) -> Assessment:
         """The assessment of a plan that can be run, as written and as ground actions."""
         course = carry_out(actions)
-        verdict = self._judge(course, plan.repairs)
+        verdict = self._judge(course, plan)
         return Assessment(verdict, partial(self._explain, verdict, course))
 
-    def _judge(self, course: Course, repairs: tuple[str, ...]) -> PlanVerdict:
+    def _judge(self, course: Course, plan: WrittenPlan) -> PlanVerdict:
         reached = self._reached(course)
         trajectory, failure = course.trajectory, course.trajectory.failure
         error = None
@@ -230,9 +234,9 @@ class ActionSequencing(PlanScorer):
         success, additional = self._succeeds(error, reached), trajectory.additional_steps
         return self._verdict(
             reached,
+            plan,
             success=success,
             error=error,
-            repairs=repairs,
             additional_steps=additional,
             partial=self.goals.partial(self._final(course), course.taken, reached),
         )
@@ -240,10 +244,10 @@ class ActionSequencing(PlanScorer):
     def _verdict(
         self,
         reached: tuple[bool, ...],
+        plan: WrittenPlan,
         *,
         success: bool,
         error: ErrorReport | None = None,
-        repairs: tuple[str, ...] = (),
         additional_steps: int = 0,
         refused: str | None = None,
         partial: Share | None = None,
@@ -255,7 +259,8 @@ class ActionSequencing(PlanScorer):
             error=error,
             additional_steps=additional_steps,
             goals=self.goals.tallies(reached),
-            repairs=repairs,
+            repairs=plan.repairs,
+            spans=plan.spans,
             goals_satisfied=reached,
             partial=partial or self.goals.none_met,
             refused=refused,

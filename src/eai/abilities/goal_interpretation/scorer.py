@@ -120,7 +120,7 @@ class GoalInterpretation(Scorer):
     def unread(self, goals: Unreadable) -> GoalVerdict:
         """The verdict on an answer in which no goals can be read."""
         error = ErrorReport(FaultKind.PARSING, None, goals.reason)
-        return replace(self.judge(WrittenGoals(())), error=error)
+        return replace(self.judge(WrittenGoals(())), error=error, spans=goals.spans)
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
         """The verdict on the goals of an answer."""
@@ -148,6 +148,7 @@ class GoalInterpretation(Scorer):
                 ALL: Confusion(found.bit_count(), len(wrong), missing.bit_count()),
             },
             repairs=goals.repairs,
+            spans=goals.spans,
             predicted=found.bit_count() + len(wrong) + len(unknown) + ill_formed,
             ill_formed=ill_formed,
             hallucinated=tuple([name for _, name in unknown]),
@@ -224,7 +225,7 @@ class GoalInterpretation(Scorer):
         ill_formed: dict[WrittenGoal, None] = {}
         for goal in goals.goals:
             if lexicon.is_well_formed(goal):
-                goal = lexicon.canonical(goal)
+                goal = lexicon.canonical(lexicon.with_answer_names(goal))
                 known[goal] = known.get(goal, 0) + 1
             else:
                 ill_formed[goal] = None

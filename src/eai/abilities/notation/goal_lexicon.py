@@ -79,10 +79,21 @@ class GoalLexicon:
         return prod([self.objects[name] for name in goal.names])
 
     def canonical(self, goal: WrittenGoal) -> WrittenGoal:
-        """The goal as all ways to state it come out."""
+        """Return the goal in the one way to state it, of all ways that mean the same."""
         if goal.predicate in self._symmetric:
             return goal._replace(names=tuple(sorted(goal.names)))
         return goal
+
+    def with_answer_names(self, goal: WrittenGoal) -> WrittenGoal:
+        """Return a goal of an answer in which no object is called as in the scene, as messages do."""
+        if all(name in self.objects for name in goal.names):
+            return goal
+        return goal._replace(names=tuple(map(self._answer_name, goal.names)))
+
+    def _answer_name(self, name: str) -> str:
+        """Return the name that answers have for an object that is called as in the scene, as in messages."""
+        in_scene = name if name in self._name_of else "_".join(name.rsplit(".", 1))
+        return name if name in self.objects else self._name_of.get(in_scene, name)
 
     def spelt(self, literal: Literal) -> WrittenGoal:
         """A condition in the words of answers."""

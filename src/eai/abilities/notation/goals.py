@@ -10,18 +10,19 @@ of their own, and a variable may be its category alone.
 from __future__ import annotations
 
 import json
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
+from eai.abilities.answer_text import AnswerForm, Pairs, Reading, holds_strings, read_json
 from eai.abilities.explanation import Statement
-from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.reports import formula_text
 from eai.abilities.task import GoalKind, Task
-from eai.abilities.verdict import Unreadable
+from eai.abilities.verdict import Span, Unreadable
 from eai.logic.choice import Choice, ground
 from eai.logic.formula import Formula
 from eai.logic.traversal import MAX_COUNT_DIGITS
@@ -114,6 +115,59 @@ SECTIONS = {
 """The keys under which an answer lists its goals."""
 
 
+_SECTION_OF = {section: section for section in SECTIONS.values()}
+_NO_WORD = re.compile(r"[\W_]+")
+
+
+class Sections(NamedTuple):
+    """The sections of goals in an object.
+
+    Attributes:
+        members: key and entries of each section, in order; a key of `SECTIONS` is spelt as there.
+        repairs: ``section_name`` if a key was spelt otherwise.
+    """
+
+    members: tuple[tuple[str, object], ...]
+    repairs: tuple[str, ...] = ()
+
+
+def sections_form(
+    read: Callable[[Sections], Sections | None], flaw: Callable[[object], str | None]
+) -> AnswerForm[Sections]:
+    """Return the form of an object that states goals in sections.
+
+    Args:
+        read: returns the sections if they are such goals, else None.
+        flaw: returns why a value is no such object, or None.
+    """
+
+    def sections(value: object) -> Sections | None:
+        if not isinstance(value, Pairs):
+            return None
+        members = [(_section_name(key), section) for key, section in value.members]
+        is_respelt = any(name != key for (name, _), (key, _) in zip(members, value.members, strict=True))
+        return read(Sections(tuple(members), ("section_name",) if is_respelt else ()))
+
+    listed = ", ".join([f'"{key}"' for key in SECTIONS.values()])
+    return AnswerForm(
+        f"JSON object with {listed}",
+        sections,
+        is_part=holds_strings,
+        is_line_of_answer=lambda line: _SECTION_LINE.match(line) is not None,
+        flaw=flaw,
+        repairs_of=lambda found: found.repairs,
+        is_certain=lambda found: any(key in _SECTION_OF for key, _ in found.members),
+    )
+
+
+_SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""", re.IGNORECASE)
+
+
+def _section_name(key: str) -> str:
+    """Return the name of a section as prompts spell it, or the key as it is."""
+    return _SECTION_OF.get(_NO_WORD.sub(" ", key).strip().lower(), key)
+
+
 class WrittenGoal(NamedTuple):
     """A literal, or an action that is to be taken.
 
@@ -150,20 +204,27 @@ class WrittenGoals:
     """The goals of an answer, in order.
 
     Attributes:
-        goals: what is stated.
+        goals: the goals that are stated.
         ill_formed: the entries that are no goals.
-        repairs: the names of the repairs that were needed to read them.
+        repairs: names of the repairs that reading them took.
+        spans: what became of the parts of the text.
     """
 
     goals: tuple[WrittenGoal, ...]
     ill_formed: tuple[IllFormed, ...] = ()
     repairs: tuple[str, ...] = ()
+    spans: tuple[Span, ...] = field(default=(), compare=False)
 
     @classmethod
-    def of(cls, entries: Sequence[WrittenGoal | IllFormed], repairs: tuple[str, ...] = ()) -> WrittenGoals:
-        """The goals among entries, and those that are none."""
-        goals = tuple([each for each in entries if isinstance(each, WrittenGoal)])
-        return cls(goals, tuple([each for each in entries if not isinstance(each, WrittenGoal)]), repairs)
+    def of(
+        cls, entries: Sequence[WrittenGoal | IllFormed], reading: Reading[Sections] | None = None
+    ) -> WrittenGoals:
+        """Return the goals among the entries of an answer, and the entries that are no goals."""
+        goals = tuple([entry for entry in entries if isinstance(entry, WrittenGoal)])
+        ill_formed = tuple([entry for entry in entries if not isinstance(entry, WrittenGoal)])
+        if reading is None:
+            return cls(goals, ill_formed)
+        return cls(goals, ill_formed, reading.repairs, reading.spans)
 
 
 Word: TypeAlias = tuple[str, int]
@@ -276,28 +337,31 @@ class JsonGoals(GoalNotation):
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
         """The goals in an answer, or why there are none."""
-        found = find_json(text, _sections)
-        if found is None:
-            return _NO_LISTS
-        sections, repairs = found
-        entries = [(self._kinds.get(key), entry) for key, entries in sections for entry in entries]
-        read = [self._goal(kind, entry) or (kind, str(entry)) for kind, entry in entries]
-        return WrittenGoals.of(read, repairs)
+        reading = read_json(text, _LISTS)
+        if isinstance(reading, Unreadable):
+            return reading
+        entries = self._entries(reading.value)
+        goals = [self._goal(kind, entry) or (kind, str(entry)) for kind, entry in entries]
+        return WrittenGoals.of(goals, reading)
 
-    def entries(self, text: str) -> list[tuple[GoalKind | None, object]] | None:
-        """All entries of an answer with their kinds, states first; None if it cannot be read."""
-        found = find_json(text, _sections)
-        if found is None:
-            return None
+    def entries(self, text: str) -> list[tuple[GoalKind | None, object]] | Unreadable:
+        """Return all entries of an answer with their kinds, states first, or why it cannot be read."""
+        reading = read_json(text, _LISTS)
+        if isinstance(reading, Unreadable):
+            return reading
         order: list[GoalKind | None] = [*GoalKind, None]
-        read = [(self._kinds.get(key), self._spelt(entry)) for key, entries in found[0] for entry in entries]
-        return sorted(read, key=lambda entry: order.index(entry[0]))
+        entries = [(kind, self._spelt(entry)) for kind, entry in self._entries(reading.value)]
+        return sorted(entries, key=lambda entry: order.index(entry[0]))
+
+    def _entries(self, sections: Sections) -> list[tuple[GoalKind | None, object]]:
+        lists = [(self._kinds.get(key), part) for key, part in sections.members if isinstance(part, list)]
+        return [(kind, entry) for kind, entries in lists for entry in entries]
 
     def conditions(self, text: str, meaning: Meaning) -> Conditions | Unreadable:
         """The goals of an answer as conditions on its task; they may be nested (`nested`)."""
         entries = self.entries(text)
-        if entries is None:
-            return _NO_LISTS
+        if isinstance(entries, Unreadable):
+            return entries
         read = [(entry, self._condition(kind, entry, meaning)) for kind, entry in entries]
         formulas = tuple([formula for _, formula in read if formula is not None])
         return formulas, tuple([str(entry) for entry, formula in read if formula is None])
@@ -366,18 +430,16 @@ class JsonGoals(GoalNotation):
         return words if len(words) == len(entry) else []
 
 
-_NO_LISTS = Unreadable("there is no JSON object of lists of conditions")
+def _lists(sections: Sections) -> Sections | None:
+    """Return sections that are lists; beside one of `SECTIONS` another member may be a plain remark."""
+    has_section = any(key in _SECTION_OF for key, _ in sections.members)
+    plain = [key for key, part in sections.members if not isinstance(part, list | None)]
+    are_remarks = has_section and all(key not in _SECTION_OF for key in plain)
+    has_parts = any(isinstance(part, Pairs) for _, part in sections.members)
+    return sections if not has_parts and (are_remarks or not plain) else None
 
 
-def _sections(value: object) -> list[tuple[str, list[object]]] | None:
-    """The members of an object whose members are lists or null, or of the one member that is one."""
-    if not isinstance(value, Pairs):
-        return None
-    if len(value.members) == 1 and isinstance(value.members[0][1], Pairs):
-        return _sections(value.members[0][1])
-    sections = [(key, section) for key, section in value.members if section is not None]
-    lists = [(key, section) for key, section in sections if isinstance(section, list)]
-    return lists if len(lists) == len(sections) else None
+_LISTS = sections_form(_lists, lambda value: None)
 
 
 def _entry(goal: WrittenGoal) -> object:

@@ -9,12 +9,24 @@ from __future__ import annotations
 import json
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterable, Sequence
+from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
-from eai.abilities.json_text import MAX_LENGTH, Pairs, find_json, is_cut_off
+from eai.abilities.answer_text import ANY_VALUE, MAX_LENGTH, AnswerForm, Pairs, Reading, read_json
+from eai.abilities.notation.plan_form import (
+    STEP_FORM,
+    StepList,
+    WrittenPlan,
+    WrittenStep,
+    flaw_of_list,
+    joined,
+    keyed_steps,
+    labelled_step,
+    plan_form,
+)
+from eai.abilities.notation.plan_lines import read_lines
 from eai.abilities.scorer import UNKNOWN_ACTION
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
@@ -24,31 +36,6 @@ from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory
 from eai.world.fault import FaultKind
 from eai.world.state import Scene
-
-
-class WrittenStep(NamedTuple):
-    """One step of an answer.
-
-    Attributes:
-        action: the action as written.
-        objects: what stands for each of its objects; the text of it is what messages call the object.
-    """
-
-    action: str
-    objects: tuple[object, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class WrittenPlan:
-    """The steps of an answer in order, and the names of the repairs that were needed to read them."""
-
-    steps: tuple[WrittenStep, ...]
-    repairs: tuple[str, ...] = ()
-
-
-TOO_LONG = Unreadable(f"the answer is longer than {MAX_LENGTH:,} characters")
-"""The remark on an answer that no model writes; it is not searched."""
-
 
 ObjectOf: TypeAlias = Callable[[object], int | None]
 """The index of the object that something written stands for, or None."""
@@ -119,17 +106,21 @@ IMPOSSIBLE, QUESTION = "impossible", "ask"
 """The one member of an answer that there is no plan, and of one that asks."""
 
 _SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
-_REMARK = re.compile(r";[^\n]*")
 _STEP = re.compile(r"(?:[\d.]+\s*:\s*)?\(\s*([^\s()][^()]*)\)\s*(?:\[[\d.]*\])?")
-_COMMENT = re.compile(r"(?<=[\[\]{},\s])#[^\n]*")
 
 
 class PlanNotation(ABC):
     """Reads plans from answers and writes them, and knows what operators and objects are called there."""
 
     @abstractmethod
-    def read(self, text: str) -> WrittenPlan | Unreadable:
-        """The plan in an answer, or why there is none."""
+    def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
+        """Read the plan in an answer, or say why the answer cannot be read as a whole.
+
+        Args:
+            text: the answer.
+            actions: the names of actions in answers, by which a step outside the plan is noticed; empty if
+                they are not known.
+        """
 
     def operator(self, word: str) -> str:
         """The name of the operator that a word means, if there is one of this name."""
@@ -182,28 +173,23 @@ class JsonPlans(PlanNotation):
 
     ``[{"action": "OPEN", "object": "jar_0"}]``: two objects are separated by a comma or stand in a list, an
     empty text is no object.
-    Fences, prose, single quotes and comments are accepted; every repair is named.
+    Repairs are those of `eai.abilities.answer_text`, and ``step_form`` for a step ``{"OPEN": ["jar_0"]}``.
     """
 
-    def read(self, text: str) -> WrittenPlan | Unreadable:
-        """The plan in the last JSON value of an answer that is one."""
-        found = find_json(text, _steps)
-        if found is not None:
-            return WrittenPlan(*found)
-        without = _COMMENT.sub("", text)
-        found = find_json(without, _steps) if without != text else None
-        if found is None:
-            reason = "no list of steps with an action and an object was found"
-            if is_cut_off(without):
-                return Unreadable(f"{reason}; a bracket is not closed, as where an answer is cut off")
-            flaw = find_json(without, _flaw)
-            return Unreadable(reason if flaw is None else f"{reason}: {flaw[0]}")
-        plan = WrittenPlan(*found)
-        return replace(plan, repairs=(*plan.repairs, "comments"))
+    def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
+        """Read the plan in an answer. A plan without steps is an empty list."""
+        return plan_of(read_json(text, _form(frozenset(actions))))
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """The names of the scene."""
-        return dict[object, int](task.scene.index.items()).get
+        """Return the lookup of names of the scene; ``jar.0`` means ``jar_0``, as subgoals spell it."""
+        index = task.scene.index
+
+        def object_of(word: object) -> int | None:
+            if not isinstance(word, str):
+                return None
+            return index[word] if word in index else index.get("_".join(word.rsplit(".", 1)))
+
+        return object_of
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
         """Each step as ``{"action": "OPEN", "object": "jar_0"}``."""
@@ -228,15 +214,19 @@ class PddlPlans(JsonPlans):
     """JSON plans, or lines as planners write them, in which names have any case.
 
     ``(pick ball1 rooma left) ; cost 1``: comments, the time before a step and its duration in brackets are
-    passed over. Of several blocks of such lines the last one is the plan.
+    passed over, and so are numbers before a step. A line between steps that is no step cannot be read.
     """
 
-    def read(self, text: str) -> WrittenPlan | Unreadable:
-        """The plan in the last JSON value of an answer that is one, else in its last lines that are steps."""
-        found = super().read(text)
-        if isinstance(found, WrittenPlan) or len(text) > MAX_LENGTH:
-            return found
-        return _of_lines(text, self.step) or found
+    def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
+        """Read the plan in the lines of an answer, or in its JSON if no line is a step."""
+        plan = None
+        if len(text) <= MAX_LENGTH:
+            plan = read_lines(text, self.step, actions, self.looks_like_step)
+        return super().read(text, actions) if plan is None else plan
+
+    def looks_like_step(self, line: str) -> bool:
+        """Whether a line that is no step may be meant as one, whatever its first word."""
+        return False
 
     def step(self, line: str) -> WrittenStep | None:
         """The step that a line is, without remarks and the space around it; None if it is none."""
@@ -254,78 +244,49 @@ class PddlPlans(JsonPlans):
         return lambda name: index.get(str(name).lower())
 
 
-def _of_lines(text: str, step_of: Callable[[str], WrittenStep | None]) -> WrittenPlan | None:
-    """The plan in the last lines of a text that are steps; None if there are none."""
-    steps: list[WrittenStep] = []
-    others, is_over = dict[str, None](), False
-    for line in map(str.strip, _REMARK.sub("", text).splitlines()):
-        step = step_of(line)
-        if step is not None:
-            if is_over:
-                steps, is_over = [], False
-            steps.append(step)
-        elif line:
-            others["code_fence" if line.startswith("```") else "prose"] = None
-            is_over = True
-    return WrittenPlan(tuple(steps), tuple(others)) if steps else None
-
-
 def refusal(reason: str, how: str = IMPOSSIBLE) -> str:
     """The answer that a task is impossible for a reason, or (`QUESTION`) a question about it."""
     return json.dumps({how: reason})
 
 
 def reason_of(text: str, how: str = IMPOSSIBLE) -> str | None:
-    """Why the task is impossible, or what an answer asks; None if its last JSON value says no such thing."""
-    found = find_json(text, lambda value: value if isinstance(value, Pairs | list) else None)
-    members = found[0].members if found is not None and isinstance(found[0], Pairs) else ()
+    """Return why a task is impossible, or the question that an answer asks instead of a plan.
+
+    None if the last JSON value of the answer is not an object with this one member.
+    """
+    reading = read_json(text, ANY_VALUE)
+    value = reading.value if isinstance(reading, Reading) else None
+    members = value.members if isinstance(value, Pairs) else ()
     reasons = [reason for name, reason in members if name == how and isinstance(reason, str)]
     return reasons[0] if len(members) == 1 and reasons else None
 
 
-def _steps(value: object) -> tuple[WrittenStep, ...] | None:
-    """The steps of a JSON value that is a plan of at least one step, or None."""
-    if isinstance(value, Pairs) and len(value.members) == 1:
-        return _steps(value.members[0][1])
-    if not isinstance(value, list):
-        return None
-    steps = []
-    for item in value:
-        step = _step(item)
-        if step is None:
+def plan_of(reading: Reading[StepList] | Unreadable) -> WrittenPlan | Unreadable:
+    """Return the plan that was read in an answer."""
+    if isinstance(reading, Unreadable):
+        return reading
+    return WrittenPlan(reading.value.steps, reading.repairs, reading.spans)
+
+
+@lru_cache(64)
+def _form(actions: frozenset[str]) -> AnswerForm[StepList]:
+    def step_of(value: object) -> StepList | None:
+        if not isinstance(value, Pairs):
             return None
-        steps.append(step)
-    return tuple(steps) or None
+        step = labelled_step(value)
+        if step is None and value.members and all(name in actions for name, _ in value.members):
+            step = keyed_steps(value, actions)
+            return None if step is None else step._replace(repairs=(STEP_FORM,))
+        return step
 
+    def read(value: object) -> StepList | None:
+        if not isinstance(value, list):
+            return step_of(value)
+        steps = [step_of(item) for item in value]
+        return None if None in steps else joined([step for step in steps if step is not None])
 
-def _flaw(value: object) -> str | None:
-    """The first item of a list of steps that is none, in words; None of any other value."""
-    if isinstance(value, Pairs) and len(value.members) == 1:
-        return _flaw(value.members[0][1])
-    if not isinstance(value, list) or not any(map(_step, value)):
-        return None
-    number, item = next((number, item) for number, item in enumerate(value, 1) if _step(item) is None)
-    members = dict(item.members) if isinstance(item, Pairs) else {}
-    missing = [key for key in ("action", "object") if key not in members]
-    return f'step {number} has no "{missing[0]}"' if missing else f"step {number} has another form"
-
-
-def _step(value: object) -> WrittenStep | None:
-    if not isinstance(value, Pairs):
-        return None
-    members = value.members
-    if len(members) == 2 and members[0][0] == "action" and members[1][0] == "object":
-        action, objects = members[0][1], members[1][1]  # as prompts have it
-    else:
-        by_key = dict(members)
-        action, objects = by_key.get("action"), by_key.get("object")
-    if not isinstance(action, str):
-        return None
-    if isinstance(objects, str):
-        if "," in objects:
-            return WrittenStep(action, named(objects.split(",")))
-        return WrittenStep(action, (name,) if (name := objects.strip()) else ())
-    return WrittenStep(action, named(map(str, objects))) if isinstance(objects, list) else None
+    wanted = "list of steps with an action and an object"
+    return plan_form(wanted, read, lambda value: flaw_of_list(value, step_of), actions, "plan")
 
 
 def _objects(number: int, words: Sequence[str] | None) -> Schema:
@@ -336,11 +297,6 @@ def _objects(number: int, words: Sequence[str] | None) -> Schema:
         return text(words)
     one = "(" + "|".join(_SPECIAL.sub(r"\\\g<0>", word) for word in words) + ")"
     return {**text(), "pattern": f"^{', ?'.join([one] * number)}$"}
-
-
-def named(words: Iterable[str]) -> tuple[str, ...]:
-    """Words as names of objects: without the space around them."""
-    return tuple(map(str.strip, words))
 
 
 def _written(action: Action, scene: Scene) -> str:

@@ -6,20 +6,20 @@ import json
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import eai.logic.formula as f
 from eai.abilities.answer_schema import Schema, closed, listed, text
-from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.answer_text import AnswerForm, Pairs, holds_strings, read_json
 from eai.abilities.task import Task
-from eai.abilities.verdict import Unreadable
+from eai.abilities.verdict import Span, Unreadable
 from eai.errors import InputError
 from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl import spelt
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rewrite
 from eai.logic.signature import Signature
-from eai.logic.traversal import predicates_of
+from eai.logic.traversal import objects, predicates_of
 from eai.planning.subgoal import GroundAtom
 from eai.world.derived import is_a
 from eai.world.domain import Domain
@@ -39,7 +39,9 @@ class SubgoalLexicon:
         predicates: for predicates that the domain calls otherwise, its name of them.
         actions: likewise.
         categories: for predicates that say what kind of thing an object is, the category.
-        unobserved: predicates of which the domain knows nothing: what is said with them is passed over.
+        unobserved: predicates of which the domain knows nothing. Literals with them are taken to hold.
+        unobserved_objects: names of objects whose states the domain does not know. Literals about them are
+            taken to hold.
     """
 
     scene: Scene
@@ -49,6 +51,7 @@ class SubgoalLexicon:
     actions: Mapping[str, str] = field(default_factory=dict)
     categories: Mapping[str, str] = field(default_factory=dict)
     unobserved: Collection[str] = frozenset()
+    unobserved_objects: Collection[str] = frozenset()
 
     @cached_property
     def _names(self) -> Mapping[int, str]:
@@ -112,9 +115,16 @@ class SubgoalLexicon:
             raise InputError(f"{formula.action}: an argument is no object")
         return Action(self.actions.get(formula.action, formula.action), arguments)
 
+    def is_class(self, name: str) -> bool:
+        """Whether a name stands for any object of a class."""
+        return name not in self.objects and name not in self.unobserved_objects
+
     def is_unobserved(self, formula: f.Formula) -> bool:
-        """Whether a formula says anything of which the domain knows nothing."""
-        return any(name in self.unobserved for name in predicates_of(formula))
+        """Whether a formula has a predicate or an object of which the domain knows nothing."""
+        names = objects(formula) if self.unobserved_objects else ()
+        return any(name in self.unobserved for name in predicates_of(formula)) or any(
+            name in self.unobserved_objects for name in names
+        )
 
     def meaning(self, formula: f.Formula) -> f.Formula:
         """A formula of subgoals in the words of the domain, with the names that objects have in the scene.
@@ -187,6 +197,13 @@ _NAME = re.compile(r"\w")
 _WORDS = frozenset({"and", "or", "not", "then", "until", "implies", "next", "eventually", "always"})
 """The marks between formulas and in front of them."""
 
+_OUTPUT = "output"
+"""The key of the subgoals in an answer."""
+
+_FORMULA_LINE = re.compile(
+    rf"""\W*(?:{_OUTPUT}["']\s*:.*|(?:not\s+)?[\w.]+\([\w.,\s-]*\)(?:\s*(?:and|or)\b.*)?)\W*"""
+)
+
 _NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
 """The marks beside an object or a variable, and beside no formula."""
 
@@ -196,14 +213,14 @@ class WrittenSubgoals:
     """The subgoals of an answer.
 
     Attributes:
-        subgoals: those that are carried out, in order, each a formula as text.
-        repairs: the names of the repairs that were needed to read them.
-        left_out: what the repairs leave out, as it is written.
+        subgoals: the formulas as texts, in order.
+        repairs: names of the repairs that reading them took.
+        spans: what became of the parts of the text.
     """
 
     subgoals: tuple[str, ...]
     repairs: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
+    spans: tuple[Span, ...] = field(default=(), compare=False)
 
 
 class SubgoalNotation:
@@ -304,32 +321,55 @@ class SubgoalNotation:
         return closed({"output": listed(text())})
 
 
-def read_output(text: str, without_arguments: Collection[str]) -> WrittenSubgoals | Unreadable:
-    """The formulas in the list ``output`` of the last object in a text that has one, or why there are none.
+def read_output(
+    text: str, without_arguments: Collection[str], others: Collection[str] = ()
+) -> WrittenSubgoals | Unreadable:
+    """Read the formulas in the list ``output`` of the object in an answer, or say why they cannot be read.
 
-    Texts in the list that have no formula at all are left out, and names without objects need no brackets,
-    alone or beside others; both are repairs.
+    Empty texts in the list are passed over. Names without objects need no brackets, alone or beside others;
+    that is the repair ``brackets``.
 
     Args:
         text: the answer.
         without_arguments: the names that take no objects.
+        others: other keys of the object that may hold lists.
     """
-    found = find_json(text, _output)
-    if found is None:
-        return Unreadable('there is no JSON object with "output", a list of strings')
+    reading = read_json(text, _output_form(frozenset(others)))
+    if isinstance(reading, Unreadable):
+        return reading
+    repairs = dict.fromkeys(reading.repairs)
     subgoals: list[str] = []
-    left_out: list[str] = []
-    output, repairs = found
-    made = dict.fromkeys(repairs)
-    for subgoal in map(str.strip, output):
+    for subgoal in filter(None, map(str.strip, reading.value)):
         spelt_out = _with_brackets(subgoal, without_arguments) if without_arguments else subgoal
-        if "(" in spelt_out:
-            made |= {} if spelt_out == subgoal else {"brackets": None}
-            subgoals.append(spelt_out)
-        elif subgoal:
-            made["no_formula"] = None
-            left_out.append(subgoal)
-    return WrittenSubgoals(tuple(subgoals), tuple(made), tuple(left_out))
+        repairs |= {} if spelt_out == subgoal else {"brackets": None}
+        subgoals.append(spelt_out)
+    return WrittenSubgoals(tuple(subgoals), tuple(repairs), reading.spans)
+
+
+@lru_cache(16)
+def _output_form(others: frozenset[str]) -> AnswerForm[list[str]]:
+    def flaw(value: object) -> str | None:
+        if not isinstance(value, Pairs):
+            return None
+        if value.repeated is not None:
+            return f'the key "{value.repeated}" occurs twice'
+        unknown = [key for key, part in value.members if isinstance(part, list | Pairs) and key not in others]
+        return next((f'the key "{key}" is not known' for key in unknown if key != _OUTPUT), None)
+
+    def output(value: object) -> list[str] | None:
+        if flaw(value) is not None or not isinstance(value, Pairs):
+            return None
+        entries = dict(value.members).get(_OUTPUT)
+        texts = [entry for entry in entries if isinstance(entry, str)] if isinstance(entries, list) else []
+        return texts if isinstance(entries, list) and len(texts) == len(entries) else None
+
+    wanted = f'JSON object with "{_OUTPUT}", a list of strings'
+    return AnswerForm(wanted, output, is_part=holds_strings, is_line_of_answer=_is_formula, flaw=flaw)
+
+
+def _is_formula(line: str) -> bool:
+    """Whether a line outside the object is a formula or a key, and nothing else."""
+    return _FORMULA_LINE.fullmatch(line) is not None
 
 
 def _with_brackets(text: str, without_arguments: Collection[str]) -> str:
@@ -345,11 +385,3 @@ def _with_brackets(text: str, without_arguments: Collection[str]) -> str:
             tokens[i] = token if after == "(" else f"{token}()"
     pieces = _TOKEN.split(text)
     return "".join([piece for pair in zip(pieces, [*tokens, ""], strict=True) for piece in pair])
-
-
-def _output(value: object) -> list[str] | None:
-    output = dict(value.members).get("output") if isinstance(value, Pairs) else None
-    if not isinstance(output, list):
-        return None
-    texts = [entry for entry in output if isinstance(entry, str)]
-    return texts if len(texts) == len(output) else None

@@ -219,8 +219,8 @@ class Programs:
     def compile(self, written: WrittenSubgoals | Unreadable) -> Compiled | Rejected:
         """An answer whose subgoals are each a text of its own, each read by itself."""
         if isinstance(written, Unreadable):
-            return unparseable(written.reason)
-        return replace(self._compile(written), left_out=written.left_out)
+            return replace(unparseable(written.reason), spans=written.spans)
+        return replace(self._compile(written), spans=written.spans)
 
     def _compile(self, written: WrittenSubgoals) -> Compiled | Rejected:
         formulas: list[f.Formula] = []
@@ -328,7 +328,7 @@ class _Builder:
             for part in walk(subgoal)
             if isinstance(part, (f.Atom, f.Occurs))
             for term in part.arguments
-            if isinstance(term, f.Constant) and term.name not in self._lexicon.objects
+            if isinstance(term, f.Constant) and self._lexicon.is_class(term.name)
         )
         if not names:
             return subgoal

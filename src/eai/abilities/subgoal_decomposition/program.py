@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
-from eai.abilities.verdict import ErrorReport
+from eai.abilities.verdict import ErrorReport, Span
 from eai.logic.formula import TRUE, Formula
 from eai.logic.signature import Misuse
 from eai.world.execution import Action
@@ -92,12 +92,12 @@ Program: TypeAlias = Sequence[Instruction]
 
 @dataclass(frozen=True, slots=True)
 class Compiled:
-    """An answer that can be carried out: its subgoals, their program, what reading repaired and left out."""
+    """An answer that can be carried out: its subgoals, their program, and how its text was read."""
 
     subgoals: tuple[Formula, ...]
     program: Program
     repairs: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
+    spans: tuple[Span, ...] = ()
 
 
 Offence: TypeAlias = tuple[int, Misuse]
@@ -106,13 +106,13 @@ Offence: TypeAlias = tuple[int, Misuse]
 
 @dataclass(frozen=True, slots=True)
 class Rejected:
-    """An answer that cannot be carried out: why, what is wrong with its names, what reading left out."""
+    """An answer that cannot be carried out: why, what is wrong with its names, and how its text was read."""
 
     category: SubgoalCategory
     error: ErrorReport
     repairs: tuple[str, ...] = ()
     offences: tuple[Offence, ...] = ()
-    left_out: tuple[str, ...] = ()
+    spans: tuple[Span, ...] = ()
 
 
 def unparseable(reason: str, repairs: tuple[str, ...] = (), subgoal: int | None = None) -> Rejected:

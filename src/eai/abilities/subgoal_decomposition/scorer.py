@@ -145,6 +145,7 @@ class SubgoalDecomposition(Scorer):
             category=category_of(outcome),
             goals=self.goals.tallies(reached),
             repairs=compiled.repairs,
+            spans=compiled.spans,
             goals_satisfied=reached,
             partial=self._most_conditions(outcome),
             goals_elsewhere=best is not branch,
@@ -170,6 +171,7 @@ class SubgoalDecomposition(Scorer):
             category=rejected.category,
             goals=self.goals.tallies(reached),
             repairs=rejected.repairs,
+            spans=rejected.spans,
             goals_satisfied=reached,
             partial=self.goals.none_met,
             offences=tuple(dict.fromkeys([misuse.kind for _, misuse in rejected.offences])),
@@ -214,7 +216,6 @@ class SubgoalDecomposition(Scorer):
     def _explain(self, compiled: Compiled, outcome: Outcome) -> Explanation:
         branch, best = outcome.reported, self._with_most_goals(outcome)
         notes = [category_of(outcome).value, *repair_notes(compiled.repairs)]
-        notes += _left_out(compiled)
         notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end != "complete":
             notes.append(f"the search was ended: {outcome.end}")
@@ -244,11 +245,8 @@ class SubgoalDecomposition(Scorer):
         if not wrong:
             error = rejected.error
             wrong = [error.detail if error.step is None else f"subgoal {error.step + 1}: {error.detail}"]
-        left_out = _left_out(rejected)
-        if left_out:
-            left_out.append("subgoals are numbered without what is left out")
         return Explanation(
-            (rejected.category.value, *repair_notes(repairs), *left_out, *wrong),
+            (rejected.category.value, *repair_notes(repairs), *wrong),
             goals=goal_reports(self.task, verdict.goals_satisfied),
         )
 
@@ -256,8 +254,3 @@ class SubgoalDecomposition(Scorer):
 def executed(branch: Branch) -> Sequence[str]:
     """The names of the actions that were executed in a branch, in order."""
     return [step.action.operator for step in branch.steps if step.fault is None]
-
-
-def _left_out(answer: Compiled | Rejected) -> list[str]:
-    """The parts of an answer that are no subgoals; the others are numbered without it."""
-    return [f"left out, neither carried out nor tested: {text}" for text in answer.left_out]

@@ -1,16 +1,15 @@
-r"""Reading operators out of an answer.
+r"""Reading operators out of an answer, as a whole or not at all.
 
-Looked for is JSON with a text under ``output``, anywhere in the answer; failing that, PDDL in the answer
-itself. Each operator is read on its own, and each of its sides, so that a broken one does not take the others
-with it. What had to be put right on the way is named in ``repairs``:
+An answer is JSON with a text under ``output``, or PDDL by itself. Parentheses or keywords that are wrong make
+it unreadable. An operator whose parts are whole lists, but say what PDDL does not allow, is read: such a part
+is a finding on the operator, and is wrong. Repairs beside those of `eai.abilities.answer_text`:
 
-* those of `json_text`: ``reasoning``, ``special_tokens``, ``code_fence``, ``prose``, ``single_quotes``;
-* ``no_json``: the PDDL does not stand in readable JSON;
-* ``escapes``: ``\n`` and the like stood where line ends were meant;
-* ``closing_parenthesis``: the last parenthesis of an operator or of one of its parts is missing; with it the
-  part can be read;
+* ``no_json``: the PDDL stands by itself, or in JSON with an error of its own;
+* ``escapes``: ``\n`` and the like stood for line breaks;
+* ``closing_parenthesis``: one parenthesis is missing at the end of an operator, or of a condition whose parts
+  are not nested, so that its place is known;
 * ``stray_parenthesis``: there are too many behind an operator or one of its parts;
-* ``duplicate_operator``: an operator is written twice; the last counts.
+* ``duplicate_operator``: an operator is written twice; the last one counts.
 """
 
 from __future__ import annotations
@@ -24,7 +23,9 @@ from itertools import pairwise
 from threading import Lock
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
-from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.answer_text import ANY_VALUE, AnswerForm, Pairs, Reading, read_json
+from eai.abilities.reasoning import thoughts_in, without
+from eai.abilities.verdict import Span, SpanKind, Unreadable
 from eai.logic.formula import TRUE
 from eai.pddl.check import Offence, PddlError, PddlFinding
 from eai.pddl.model import NO_EFFECT, PddlAction
@@ -74,22 +75,33 @@ _COMMENT = re.compile(r";[^\n]*")
 _BRACKET = re.compile(r"[()]")
 _STRAYS = re.compile(r"[\s)]*")
 _ESCAPE = re.compile(r'\\(["\\nrt])')
-_TAIL = re.compile(r"""[\s"'`}\]]*""")
-"""Text that may stand behind the last operator: the end of JSON, of a code fence."""
+_CONNECTIVE = re.compile(r"\(\s*(?:and|or|imply|when|forall|exists)\b", re.IGNORECASE)
+_SIGN = re.compile(r"\(\s*:|\(\s*action\b|:\s*action\b", re.IGNORECASE)
+_KNOWN_SIGN = re.compile(
+    r"\(\s*:(?:action|domain|requirements|types|constants|predicates|functions|objects|init|goal)\b"
+    r"|(?<=\()\s*:action\b|(?<=\(\s):action\b",
+    re.IGNORECASE,
+)
+"""The beginnings of sections of PDDL."""
+_OPERATOR_SIGN = re.compile(r"""\(\s*:action\b|["']output["']""", re.IGNORECASE)
+_WRAPPER = re.compile(r"[{\[]")
+_END_OF_WRAPPER = re.compile(r"""[\s"'`\]]*\}""")
+_READ = (SpanKind.READ, SpanKind.REPAIRED)
 _CLOSING, _STRAY = "closing_parenthesis", "stray_parenthesis"
 _MEANING = {"n": "\n", "r": "\n", "t": "\t", '"': '"', "\\": "\\"}
 
 
 @dataclass(frozen=True, slots=True)
 class WrittenOperator:
-    """An operator of an answer, as far as it can be read.
+    """An operator of an answer.
 
     Attributes:
-        action: its value, in which a side that cannot be read is empty; None if no side can be, or not the
-            parameters.
-        unread: what is wrong with what cannot be read, and in which part.
-        repairs: the names of the repairs that it took to read it.
-        size: how many characters it takes.
+        name: its name, in small letters.
+        action: its meaning, in which a side that PDDL does not allow is empty; None if PDDL allows no side,
+            or not the parameters.
+        unread: what PDDL does not allow, and in which part.
+        repairs: names of the repairs that reading it took.
+        size: number of its characters.
     """
 
     name: str
@@ -99,46 +111,107 @@ class WrittenOperator:
     size: int
 
 
-Readings: TypeAlias = Memory[str, WrittenOperator]
+Readings: TypeAlias = Memory[str, WrittenOperator | PddlFinding]
+"""The operators that were read, by their text; the finding for one whose parentheses are wrong."""
 
 
-def extract(answer: str, readings: Readings) -> tuple[dict[str, WrittenOperator], tuple[str, ...]] | None:
-    """The operators of an answer in order, by name, and the repairs that it took to read them.
-
-    None if it holds neither JSON with ``output`` nor an operator.
+def extract(answer: str, readings: Readings) -> Reading[dict[str, WrittenOperator]] | Unreadable:
+    """Read the operators of an answer by name, in order, or say why it cannot be read as a whole.
 
     Args:
         answer: the text.
-        readings: what operators written the same way were read as.
+        readings: operators that were read before, by their text.
     """
-    found = find_json(answer, _output)
-    if found is not None:
-        text, repairs = found
-    elif _HEAD.search(answer):
-        text, repairs = answer, ("no_json",)
-    else:
-        return None
+    reading = read_json(answer, _OUTPUT)
+    if isinstance(reading, Unreadable):
+        reading = _without_json(answer) or reading
+    if isinstance(reading, Unreadable):
+        return reading
+    text, repairs = reading.value, reading.repairs
     if _ESCAPE.search(text):
         text = _ESCAPE.sub(lambda match: _MEANING[match.group(1)], text)
         repairs = (*repairs, "escapes")
+    piece = _unknown_piece(_COMMENT.sub("", text))
+    if piece is not None:
+        return _unreadable(reading, f"{piece!r} begins no operator, and looks like one")
     operators: dict[str, WrittenOperator] = {}
     for segment in _segments(text):
         operator = readings.recall(segment, len(segment), partial(_read, segment))
+        if isinstance(operator, PddlFinding):
+            return _unreadable(reading, f"the {operator.place} cannot be read: {operator.words}")
         if operators.pop(operator.name, None) is not None:
             operator = replace(operator, repairs=(*operator.repairs, "duplicate_operator"))
         repairs = (*repairs, *operator.repairs)
         operators[operator.name] = operator
-    return operators, tuple(dict.fromkeys(repairs))
+    return Reading(operators, tuple(dict.fromkeys(repairs)), reading.spans)
+
+
+def _unreadable(reading: Reading[str], reason: str) -> Unreadable:
+    unread = [replace(span, kind=SpanKind.UNREAD) for span in reading.spans if span.kind in _READ]
+    others = [span for span in reading.spans if span.kind not in _READ]
+    return Unreadable(reason, spans=tuple(sorted([*unread, *others])))
 
 
 def _output(value: object) -> str | None:
-    """The text that a JSON value offers as the answer."""
-    if not isinstance(value, Pairs):
+    """Return the text of operators that a JSON value holds, if the rest of it is plain."""
+    if not isinstance(value, Pairs) or _flaw(value) is not None:
         return None
     output = dict(value.members).get("output")
     if isinstance(output, list) and all(isinstance(item, str) for item in output):
         return "\n".join(output)
     return output if isinstance(output, str) else None
+
+
+def _flaw(value: object) -> str | None:
+    if not isinstance(value, Pairs):
+        return None
+    if value.repeated is not None:
+        return f'the key "{value.repeated}" occurs twice'
+    keys = [key for key, part in value.members if key != "output" and _HEAD.search(repr(part))]
+    return f'the key "{keys[0]}" is not known' if keys else None
+
+
+_OUTPUT = AnswerForm(
+    'JSON object with a text of operators under "output"',
+    _output,
+    is_part=lambda text: _OPERATOR_SIGN.search(text) is not None,
+    is_line_of_answer=lambda line: _HEAD.search(line) is not None,
+    flaw=_flaw,
+    is_certain=lambda text: _HEAD.search(text) is not None,
+)
+
+
+def _without_json(answer: str) -> Reading[str] | None:
+    """Return the PDDL of an answer that is no JSON; None if it has no operator, or was cut off."""
+    thoughts = thoughts_in(answer)
+    body = without(thoughts, answer)
+    heads = list(_HEAD.finditer(body))
+    if not heads:
+        return None
+    start, end = heads[0].start(), body.rfind(")") + 1
+    if end <= heads[-1].start():
+        return None
+    before, after = body[:start], body[end:]
+    is_wrapped = _WRAPPER.search(before) is not None
+    if is_wrapped and (not _END_OF_WRAPPER.match(after) or isinstance(read_json(answer, ANY_VALUE), Reading)):
+        return None  # cut off, or JSON that says something else
+    last = _read(body[heads[-1].start() :])
+    if not is_wrapped and isinstance(last, WrittenOperator) and _CLOSING in last.repairs:
+        return None
+    spans = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in thoughts]
+    spans += [Span(0, start, SpanKind.PROSE)] if before.strip() and not is_wrapped else []
+    spans += [Span(end, len(body), SpanKind.PROSE)] if after.strip() and not is_wrapped else []
+    spans.append(Span(start, end, SpanKind.REPAIRED))
+    operators = body[start:end] if is_wrapped else body[start:]
+    return Reading(operators, (*(["reasoning"] if thoughts else []), "no_json"), tuple(sorted(spans)))
+
+
+def _unknown_piece(text: str) -> str | None:
+    """Return the beginning of what looks like an operator or a part of one, and is not written as one."""
+    for sign in _SIGN.finditer(text):
+        if _KNOWN_SIGN.match(text, sign.start()) is None:
+            return text[sign.start() :][:40].split("\n")[0]
+    return None
 
 
 def _segments(text: str) -> list[str]:
@@ -147,34 +220,48 @@ def _segments(text: str) -> list[str]:
     return [text[start:end] for start, end in pairwise(bounds)]
 
 
-def _read(segment: str) -> WrittenOperator:
-    """An operator, each of its parts on its own."""
+def _read(segment: str) -> WrittenOperator | PddlFinding:
+    """Read an operator, and the prose behind it if there is some."""
     text = _COMMENT.sub("", segment)
+    operator = _read_parts(text, len(segment))
+    end = _end_before_prose(text) if isinstance(operator, PddlFinding) else None
+    return operator if end is None else _read_parts(text[:end], len(segment))
+
+
+def _end_before_prose(text: str) -> int | None:
+    """Return the end of an operator that prose follows, or None if no prose does."""
+    try:
+        end = read_group(text).end
+    except PddlError:
+        return None
+    return end if text[end:].lstrip()[:1].isalpha() else None
+
+
+def _read_parts(text: str, size: int) -> WrittenOperator | PddlFinding:
+    """Read an operator, each of its parts on its own."""
     head = _HEAD.match(text)
     name = head.group(1).lower() if head else ""
     action = PddlAction(name, (), TRUE, NO_EFFECT)
-    read: set[str] = set()
+    allowed: set[str] = set()
     unread: list[PddlFinding] = []
-    repairs: tuple[str, ...] = ()
+    repairs: dict[str, None] = {}
+    place = f"operator {name}"
     try:
         parts = _parts(text, name, head.end() if head else 0)
+        for part in parts:
+            place = f"{part.keyword} of {name}"
+            group, made = _list(part)
+            repairs |= dict.fromkeys(made)
+            try:
+                action = _with(action, part, group)
+                allowed.add(part.keyword)
+            except PddlError as error:
+                unread.append(PddlFinding(error.offence, error.expected, place))
     except PddlError as error:
-        finding = PddlFinding(error.offence, error.expected, f"operator {name}")
-        return WrittenOperator(name, None, (finding,), (), len(segment))
-    for part in parts:
-        try:
-            group, made, ends = _list(part)
-            repairs = (*repairs, *made)
-            action = _with(action, part, group)
-            read.add(part.keyword)
-            if ends:
-                break
-        except PddlError as error:
-            unread.append(PddlFinding(error.offence, error.expected, f"{part.keyword} of {name}"))
-    no_parameters = any(finding.place == f"parameters of {name}" for finding in unread)
-    known = not unread or (not no_parameters and not read.isdisjoint(("precondition", "effect")))
-    repairs = tuple(dict.fromkeys(repairs))
-    return WrittenOperator(name, action if known else None, tuple(unread), repairs, len(segment))
+        return PddlFinding(error.offence, error.expected, place)
+    has_parameters = all(finding.place != f"parameters of {name}" for finding in unread)
+    is_known = not unread or (has_parameters and not allowed.isdisjoint(("precondition", "effect")))
+    return WrittenOperator(name, action if is_known else None, tuple(unread), tuple(repairs), size)
 
 
 class _Part(NamedTuple):
@@ -204,30 +291,27 @@ def _parts(text: str, name: str, offset: int) -> list[_Part]:
     ]
 
 
-def _list(part: _Part) -> tuple[Group, tuple[str, ...], bool]:
-    """The list of a part, the repairs that it took, and whether the operator ends behind it.
-
-    Where need be one parenthesis is put behind it.
+def _list(part: _Part) -> tuple[Group, tuple[str, ...]]:
+    """Return the list of a part and the repairs that it took.
 
     Raises:
-        PddlError: there is not one list.
+        PddlError: there is not one list, or more than one parenthesis is missing.
     """
     try:
         group = read_group(part.text)
     except PddlError as error:
-        end = part.text.rfind(")") + 1 if part.last else len(part.text)
-        if error.offence is not Offence.UNBALANCED or not _TAIL.fullmatch(part.text, end):
+        closed = part.text.rstrip() + ")"
+        if part.last or error.offence is not Offence.UNBALANCED or len(_CONNECTIVE.findall(closed)) > 1:
             raise
-        return read_group(part.text[:end] + ")"), (_CLOSING,), False
+        return read_group(closed), (_CLOSING,)
     rest = part.text[group.end :].strip()
     if part.last and not _BRACKET.search(rest):
-        return group, (_CLOSING,), False
-    if part.last and rest.startswith(")"):
-        return group, (_STRAY,) if ")" in rest[1:] else (), False
+        return group, (_CLOSING,)
+    is_closed = rest.startswith(")") and rest.lstrip(") \n\t\r")[:1] not in ("(", ":")
+    if part.last and is_closed:
+        return group, (_STRAY,) if ")" in rest[1:] else ()
     if not part.last and _STRAYS.fullmatch(rest):
-        return group, (_STRAY,) if rest else (), False
-    if not part.last and rest.startswith(")"):
-        return group, (), True
+        return group, (_STRAY,) if rest else ()
     raise error_at(part.text, group.end, Offence.MALFORMED, "one list behind a keyword")
 
 

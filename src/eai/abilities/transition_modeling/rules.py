@@ -18,7 +18,7 @@ from typing import ClassVar, Literal, TypeAlias
 from eai.abilities.operator_task import TransitionTask
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.extraction import Memory, Readings, WrittenOperator, extract
-from eai.abilities.verdict import Confusion, ErrorReport, TaskExclusion, add
+from eai.abilities.verdict import Confusion, ErrorReport, Span, TaskExclusion, Unreadable, add
 from eai.pddl.check import Declarations, PddlFinding, check_action
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
@@ -62,11 +62,6 @@ NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
 NO_OPERATORS = PlannerResult(PlannerOutcome.INPUT_ERROR, detail="the answer holds no operator")
 """The result where there is nothing to plan with."""
 
-UNREADABLE = ErrorReport(
-    FaultKind.PARSING, None, 'expected JSON with a text under "output", or operators (:action ...)'
-)
-"""The error of an answer in which no operator is found."""
-
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
@@ -79,6 +74,7 @@ class Judgement:
         plan_works: whether its plan works with the gold operators; None where the rules do not ask.
         plan_flaw: the step at which it does not, and why; None if it does, or there is no plan.
         repairs: the names of the repairs that reading made.
+        spans: what became of the parts of the answer's text.
         repaired: those of them that were made of single operators, by operator.
         matches: how the operators that are asked for compare with the gold ones; none where rules do not say.
         error: why nothing could be read, or None.
@@ -91,6 +87,7 @@ class Judgement:
     plan_flaw: tuple[int, str] | None = None
     literals: Mapping[str, Confusion] | None = None
     repairs: tuple[str, ...] = ()
+    spans: tuple[Span, ...] = ()
     repaired: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     matches: Mapping[str, OperatorMatch] = field(default_factory=dict)
     error: ErrorReport | None = None
@@ -182,9 +179,10 @@ class PaperRules(Rules):
     def judge(self, task: TransitionTask, text: str) -> Judgement:
         """The judgement on an answer; one without any operator misses all that are asked for."""
         written = extract(text, self.readings)
-        if written is None:
-            return replace(self.unanswered(task), error=UNREADABLE)
-        by_name, repairs = written
+        if isinstance(written, Unreadable):
+            error = ErrorReport(FaultKind.PARSING, None, written.reason)
+            return replace(self.unanswered(task), error=error, spans=written.spans)
+        by_name = written.value
         compared = [self._compare(task, name, by_name.get(name)) for name in task.operators]
         asked = tuple([report for report, _ in compared])
         others = tuple(
@@ -203,7 +201,8 @@ class PaperRules(Rules):
             plan_works=None if unplanned else solved and flaw is None,
             plan_flaw=flaw,
             literals=_literals(compared),
-            repairs=repairs,
+            repairs=written.repairs,
+            spans=written.spans,
             repaired={name: operator.repairs for name, operator in by_name.items() if operator.repairs},
             matches={report.name: match for report, match in compared},
         )
@@ -221,7 +220,7 @@ class PaperRules(Rules):
     ) -> dict[str, PlannerResult | None]:
         """The result of each operator that is asked for, among the other gold ones that are asked for."""
         written = extract(text, self.readings)
-        by_name = {} if written is None else written[0]
+        by_name = {} if isinstance(written, Unreadable) else written.value
         return {
             name: self._plan_with(task, _mixed(by_name[name], task.gold[name], replaced))
             if name in by_name

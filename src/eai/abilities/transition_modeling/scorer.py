@@ -98,6 +98,7 @@ class TransitionModeling(Scorer):
             planner=outcome,
             plan_works=works,
             repairs=judgement.repairs,
+            spans=judgement.spans,
             task_categories=categories,
             operators=judgement.operators,
             plan=tuple(str(step) for step in judgement.planning.plan),

@@ -16,6 +16,7 @@ from functools import partial
 from eai.abilities.notation.goals import parts_of
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
+from eai.abilities.verdict import Unreadable
 from eai.abilities.wording import ObjectName, Wording, declared_name
 from eai.benchmark.benchmark import Benchmark, formats_of
 from eai.benchmark.errata import errata_of
@@ -24,7 +25,7 @@ from eai.data.grouping import grouped
 from eai.english import english_of
 from eai.households.behavior.activities import open_activities, problem_text
 from eai.households.behavior.domain import as_meant
-from eai.households.behavior.notation import BehaviorGoals, BehaviorSubgoals
+from eai.households.behavior.notation import PLANS, BehaviorGoals, BehaviorSubgoals
 from eai.households.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
 from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.households.packs import published_task
@@ -65,7 +66,8 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 
 def _entries(belief: Belief) -> Iterator[object]:
     """The entries of an answer, states first; none of an answer that cannot be read."""
-    return (_unwrapped(entry) for _, entry in _NOTATION.entries(belief.answer) or ())
+    entries = _NOTATION.entries(belief.answer)
+    return iter(() if isinstance(entries, Unreadable) else [_unwrapped(entry) for _, entry in entries])
 
 
 def _names(belief: Belief) -> Mapping[str, str]:
@@ -185,6 +187,7 @@ def behavior() -> Benchmark:
         domain=as_meant(),
         open_tasks=open_tasks,
         goals=BehaviorGoals(),
+        plans=PLANS,
         subgoals=BehaviorSubgoals(),
         open_operators=open_operators,
         wordings=wording,

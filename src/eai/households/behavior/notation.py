@@ -1,19 +1,21 @@
 """The notations of answers to BEHAVIOR's prompts: goals and subgoals, and the names that they may use.
 
 Goals name objects by instance, as in ``rag.n.01_1``. Subgoals are an object with the key ``output``, anywhere
-in the text: a list of formulas. A subgoal about the robot or with a quantifier, which the prompt rules out,
-is left out; ``toggled.on`` and the hyphen of t-shirts are spelt as formulas can have them. All of these are
-repairs.
+in the text: a list of formulas. ``toggled.on`` and the hyphen of t-shirts are spelt as formulas can have
+them, which is the repair ``spelling``. The prompt rules out quantifiers and the robot as an object: a
+quantifier cannot be read, and literals about the robot are taken to hold.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache
 from typing import ClassVar
 
 from eai.abilities.notation.goals import Alternatives, JsonGoals, Word
+from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.notation.subgoals import SubgoalLexicon, SubgoalNotation, WrittenSubgoals, read_output
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
@@ -75,6 +77,9 @@ ARITIES: Mapping[str, int] = {
 UNOBSERVED = frozenset(ARITIES) - {*_ONE_OBJECT, *RELATIONS, "inHandOfRobot"}
 """Predicates about rooms, sight and reach, of which the symbolic scene knows nothing."""
 
+ROBOT = frozenset(("agent", "agent_n_01", "agent.1", "agent_n_01.1"))
+"""Names of the robot in subgoals. The symbolic scene does not know where it is."""
+
 IN_DOMAIN: Mapping[str, str] = {
     "toggledon": "toggled_on",
     "touching": "nextto",
@@ -97,7 +102,7 @@ def meant(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> Sub
     """The meanings of these names in the domain."""
     categories = {n: c for n, c in category_predicates(scene).items() if scene.vocabulary.arity(n) is None}
     actions = {name: name.upper() for name in ACTIONS}
-    return SubgoalLexicon(scene, signature, objects, IN_DOMAIN, actions, categories, UNOBSERVED)
+    return SubgoalLexicon(scene, signature, objects, IN_DOMAIN, actions, categories, UNOBSERVED, ROBOT)
 
 
 def category_predicates(scene: Scene) -> dict[str, str]:
@@ -125,8 +130,6 @@ def _dotted(name: str) -> str:
     return name if match is None else f"{match[1]}.{match[2]}"
 
 
-_QUANTIFIER = re.compile(r"\b(?:forall|exists|forn|forpairs|fornpairs)\b")
-_ROBOT = re.compile(r"\bagent(?:_n_01)?\b")
 _SPELLINGS = (("toggled.on", "toggledon"), ("toggled_on", "toggledon"), ("t-shirt", "t_shirt"))
 
 
@@ -140,35 +143,43 @@ class BehaviorSubgoals(SubgoalNotation):
         """The prompts' names of states, actions and objects."""
         known = {name: arity for name, arity in ACTIONS.items() if arity is not None}
         objects = object_names(scene)
+        names = {*objects, *ROBOT}
         predicates = {**dict.fromkeys(category_predicates(scene), 1), **ARITIES}
-        return meant(scene, Signature(predicates, known, objects), objects)
+        return meant(scene, Signature(predicates, known, names), objects)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
-        """The subgoals in an answer, or why there are none."""
+        """Read the subgoals in an answer, or say why they cannot be read."""
         written = read_output(text, frozenset())
         if isinstance(written, Unreadable):
             return written
-        repairs = dict.fromkeys(written.repairs)
-        kept: list[str] = []
-        left_out = [*written.left_out]
-        for subgoal in written.subgoals:
-            if _QUANTIFIER.search(subgoal):
-                repairs["quantifier"] = None
-                left_out.append(subgoal)
-            elif _ROBOT.search(subgoal):
-                repairs["robot"] = None
-                left_out.append(subgoal)
-            else:
-                spelt = _spelt(subgoal)
-                repairs |= {} if spelt == subgoal else {"spelling": None}
-                kept.append(spelt)
-        return WrittenSubgoals(tuple(kept), tuple(repairs), tuple(left_out))
+        subgoals = tuple(map(_spelt, written.subgoals))
+        repairs = written.repairs if subgoals == written.subgoals else (*written.repairs, "spelling")
+        return replace(written, subgoals=subgoals, repairs=repairs)
 
 
 def _spelt(subgoal: str) -> str:
     for written, meant in _SPELLINGS:
         subgoal = subgoal.replace(written, meant)
     return subgoal
+
+
+class _BehaviorPlans(JsonPlans):
+    """The default notation of plans, which also knows the names of goals, as in ``rag.n.01_1``."""
+
+    def objects(self, task: Task) -> Callable[[object], int | None]:
+        """Return the lookup of names of the scene and of goals."""
+        find = super().objects(task)
+        index = {instance: task.scene.index[name] for name, instance in _instances(task).items()}
+
+        def object_of(word: object) -> int | None:
+            number = find(word)
+            return index.get(word) if number is None and isinstance(word, str) else number
+
+        return object_of
+
+
+PLANS = _BehaviorPlans()
+"""The notation of plans."""
 
 
 class BehaviorGoals(JsonGoals):

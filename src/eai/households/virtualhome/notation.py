@@ -9,8 +9,17 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 
 from eai.abilities.answer_schema import Schema, closed, listed, text
-from eai.abilities.json_text import Pairs, find_json
-from eai.abilities.notation.goals import SECTIONS, GoalNotation, IllFormed, Word, WrittenGoal, WrittenGoals
+from eai.abilities.answer_text import Pairs, read_json
+from eai.abilities.notation.goals import (
+    SECTIONS,
+    GoalNotation,
+    IllFormed,
+    Sections,
+    Word,
+    WrittenGoal,
+    WrittenGoals,
+    sections_form,
+)
 from eai.abilities.notation.subgoals import (
     SubgoalLexicon,
     SubgoalNotation,
@@ -45,13 +54,12 @@ class VirtualHomeGoals(GoalNotation):
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
         """The goals in an answer, or why there are none."""
-        found = find_json(text, _sections)
-        if found is None:
-            keys = ", ".join(f'"{key}"' for key in SECTIONS.values())
-            return Unreadable(f"there is no JSON object with {keys}")
-        sections, repairs = found
-        read = [each for kind in FIELDS for each in _read(kind, sections.get(SECTIONS[kind]))]
-        return WrittenGoals.of(read, repairs)
+        reading = read_json(text, _FORM)
+        if isinstance(reading, Unreadable):
+            return reading
+        sections = dict(reading.value.members)
+        entries = [entry for kind in FIELDS for entry in _read(kind, sections.get(SECTIONS[kind]))]
+        return WrittenGoals.of(entries, reading)
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
         """Each goal as an object with its section as key."""
@@ -99,12 +107,26 @@ def goal_of(fields: list[str]) -> WrittenGoal:
     return WrittenGoal(fields[0].upper(), is_action=True)
 
 
-def _sections(value: object) -> dict[str, object] | None:
-    """The members of an object that has one of the sections."""
-    if not isinstance(value, Pairs):
-        return None
-    members = dict(value.members)
-    return members if any(key in members for key in SECTIONS.values()) else None
+def _flaw(value: object) -> str | None:
+    """Return why an object does not state goals in sections, or None if it does."""
+    return None if not isinstance(value, Pairs) else _unknown(value.members)
+
+
+def _unknown(members: Iterable[tuple[str, object]]) -> str | None:
+    lists = [key for key, part in members if isinstance(part, list | Pairs)]
+    repeated = [key for key in lists if lists.count(key) > 1]
+    if repeated:
+        return f'the section "{repeated[0]}" occurs twice'
+    return next((f'there is no section "{key}"' for key in lists if key not in SECTIONS.values()), None)
+
+
+def _sections(sections: Sections) -> Sections | None:
+    """Return sections of which at least one and no unknown one states goals."""
+    has_section = any(key in SECTIONS.values() for key, _ in sections.members)
+    return sections if has_section and _unknown(sections.members) is None else None
+
+
+_FORM = sections_form(_sections, _flaw)
 
 
 def _read(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
@@ -185,7 +207,7 @@ class VirtualHomeSubgoals(SubgoalNotation):
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """The subgoals in an answer; actions without objects need no brackets."""
-        return read_output(text, self._alone)
+        return read_output(text, self._alone, ("actions_to_include",))
 
     def join(self, parts: Iterable[str]) -> str:
         """The subgoals as one answer."""

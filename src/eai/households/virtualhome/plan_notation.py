@@ -8,13 +8,27 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
 from itertools import starmap, zip_longest
 from typing import NamedTuple
 
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
-from eai.abilities.json_text import MAX_LENGTH, Pairs, find_json
-from eai.abilities.notation.plans import TOO_LONG, PlanNotation, WrittenPlan, WrittenStep
+from eai.abilities.answer_text import AnswerForm, Pairs, read_json
+from eai.abilities.notation.plan_form import (
+    ACTION,
+    STEP_FORM,
+    StepList,
+    WrittenPlan,
+    WrittenStep,
+    flaw_of_list,
+    joined,
+    keyed_steps,
+    labelled_step,
+    plan_form,
+)
+from eai.abilities.notation.plans import PlanNotation, plan_of
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.world.domain import Domain
@@ -24,7 +38,8 @@ from eai.world.state import Scene
 _STEPS = "action commands"
 """The key of the steps where the form of an answer is enforced; of one word the reference makes a step."""
 
-_STEP = re.compile(r"""["'](\w+)["']\s*:\s*(\[[^\[\]{}]*\])""")
+
+_DOTTED = re.compile(r"\w+\.\d+")
 
 
 class Identified(NamedTuple):
@@ -40,15 +55,18 @@ class Identified(NamedTuple):
 class VirtualHomePlans(PlanNotation):
     """The notation of VirtualHome.
 
-    Lists of such JSON objects, an object around them, fences, prose, single quotes and operators in lower
-    case are accepted. An answer is read with ids if a number stands where one would. A class alone means the
-    last object of it that the task is about; with its id, any object of the scene may be named.
+    Lists of such JSON objects and operators in lower case are accepted. Repairs are those of
+    `eai.abilities.answer_text`, and ``step_form`` for other forms of a step. An answer is read with ids if a
+    number stands where one would. A class alone means the last object of it that the task is about; with its
+    id, any object of the scene may be named, also as in ``soap.1002``.
     """
 
-    def read(self, text: str) -> WrittenPlan | Unreadable:
-        """The plan in the last JSON value of an answer that is one, else all pairs in the text."""
-        plan = read_steps(text)
-        return identified(plan) if isinstance(plan, WrittenPlan) and has_ids(plan) else plan
+    def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
+        """Read the plan in an answer; a plan without steps is an empty object or list."""
+        plan = read_steps(text, actions)
+        if isinstance(plan, Unreadable) or not has_ids(plan):
+            return plan
+        return replace(plan, steps=tuple([_with_ids(step) for step in plan.steps]))
 
     def operator(self, word: str) -> str:
         """Operators have names in capitals."""
@@ -56,7 +74,13 @@ class VirtualHomePlans(PlanNotation):
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
         """The classes of the task's objects, and all objects of the scene by class and id."""
-        return index_of({task.scene.objects[i].category: i for i in task.relevant}, task.scene.index)
+        index = task.scene.index
+        usual = index_of({task.scene.objects[i].category: i for i in task.relevant}, index)
+
+        def object_of(word: object) -> int | None:
+            return index.get(word) if isinstance(word, str) and word in index else usual(word)
+
+        return object_of
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
         """Each step as ``"GRAB": ["soap", "1002"]``; the reference needs the blank in an empty list."""
@@ -92,6 +116,20 @@ def index_of(
     return found
 
 
+def _with_ids(step: WrittenStep) -> WrittenStep:
+    """Return a step in which a class and an id are one object; a name such as ``soap.1002`` has its id."""
+    if any(isinstance(word, str) and _DOTTED.fullmatch(word) for word in step.objects):
+        objects: list[object] = []
+        words = list(step.objects)
+        while words:
+            word = words.pop(0)
+            is_whole = isinstance(word, str) and _DOTTED.fullmatch(word) is not None
+            has_id = not is_whole and bool(words) and _is_id(words[0])
+            objects.append(Identified(word, words.pop(0)) if has_id else word)
+        return step._replace(objects=tuple(objects))
+    return step._replace(objects=_in_pairs(step.objects))
+
+
 def has_ids(plan: WrittenPlan) -> bool:
     """Whether a plan names objects with their ids: a number stands where an id would."""
     return any(_is_id(word) for step in plan.steps for word in step.objects[1::2])
@@ -100,7 +138,7 @@ def has_ids(plan: WrittenPlan) -> bool:
 def identified(plan: WrittenPlan) -> WrittenPlan:
     """The plan with a class and an id as one object."""
     steps = [WrittenStep(step.action, _in_pairs(step.objects)) for step in plan.steps]
-    return WrittenPlan(tuple(steps), plan.repairs)
+    return replace(plan, steps=tuple(steps))
 
 
 def _in_pairs(words: tuple[object, ...]) -> tuple[Identified, ...]:
@@ -111,47 +149,30 @@ def _is_id(word: object) -> bool:
     return isinstance(word, int) or (isinstance(word, str) and word.isdigit())
 
 
-def read_steps(text: str) -> WrittenPlan | Unreadable:
-    """The steps of an answer, as written."""
-    if len(text) > MAX_LENGTH:
-        return TOO_LONG
-    found = find_json(text, _steps)
-    return _scan(text) if found is None else WrittenPlan(*found)
+def read_steps(text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
+    """Read the steps of an answer, as written."""
+    return plan_of(read_json(text, _form(frozenset(actions))))
 
 
-def _steps(value: object) -> tuple[WrittenStep, ...] | None:
-    """The steps of a JSON value that is a plan of at least one step, or None."""
-    if isinstance(value, list):
-        parts = [_steps(item) for item in value]
-        if not parts or any(part is None for part in parts):
+@lru_cache(64)
+def _form(actions: frozenset[str]) -> AnswerForm[StepList]:
+    known = frozenset([*actions, *[action.lower() for action in actions]])
+
+    def steps_of(value: object) -> StepList | None:
+        if isinstance(value, list):
+            parts = [steps_of(item) for item in value]
+            return None if None in parts else joined([part for part in parts if part is not None])
+        if not isinstance(value, Pairs):
             return None
-        return tuple(step for part in parts if part is not None for step in part)
-    if not isinstance(value, Pairs) or not value.members:
-        return None
-    wrapped = _steps(value.members[0][1]) if len(value.members) == 1 else None
-    if wrapped is not None:
-        return wrapped
-    steps = []
-    for action, arguments in value.members:
-        if not isinstance(arguments, list):
-            return None
-        steps.append(WrittenStep(action, tuple(arguments)))
-    return tuple(steps)
+        if value.members == ((_STEPS, []),):
+            return StepList(())
+        if any(key == ACTION and isinstance(member, str) for key, member in value.members):
+            step = labelled_step(value)
+            return None if step is None else step._replace(repairs=(STEP_FORM,))
+        return keyed_steps(value, known)
 
-
-def _scan(text: str) -> WrittenPlan | Unreadable:
-    """All ``"ACTION": [...]`` pairs of a text that is not JSON, say because it is cut off."""
-    steps: list[WrittenStep] = []
-    for match in _STEP.finditer(text):
-        action, written = match.groups()
-        try:
-            arguments = json.loads(written.replace("'", '"'))
-        except ValueError:
-            return Unreadable(f"the list of step {len(steps) + 1} ({action}) is not JSON")
-        steps.append(WrittenStep(action, tuple(arguments)))
-    if not steps:
-        return Unreadable("no step was found")
-    return WrittenPlan(tuple(steps), ("broken_json",))
+    wanted = "object or list of actions with their objects"
+    return plan_form(wanted, steps_of, lambda value: flaw_of_list(value, steps_of), known, _STEPS)
 
 
 def _written(action: Action, scene: Scene) -> str:

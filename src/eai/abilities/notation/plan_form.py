@@ -1,0 +1,236 @@
+"""Steps of plans in JSON: the forms that answers use, and signs of a step outside the plan.
+
+Prompts ask for ``{"action": "OPEN", "object": "jar_0"}`` or ``{"OPEN": ["jar_0"]}``. A step in the form that
+a benchmark does not ask for is read too, with the repair ``step_form``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import NamedTuple
+
+from eai.abilities.answer_text import AnswerForm, Pairs
+from eai.abilities.verdict import Span
+
+ACTION, OBJECT = "action", "object"
+"""Keys of a step that names its parts."""
+
+_OBJECT_KEYS = (OBJECT, "objects", "args", "arguments", "parameters")
+_REMARK_KEYS = frozenset(
+    (
+        "thought",
+        "thoughts",
+        "reason",
+        "reasoning",
+        "explanation",
+        "description",
+        "comment",
+        "note",
+        "step",
+        "id",
+    )
+)
+"""Keys of remarks beside the parts of a step."""
+
+STEP_FORM = "step_form"
+"""Repair of a step in a form that the benchmark does not ask for."""
+
+_LABEL = r"(?i:[\s*_>#-]|•|step\b|\d+[.):]|\d+\s*:|:)*"
+_KEY = r"""["'“‘]\s*action\s*["'”’]\s*:"""
+_ORDINARY = re.compile(r"\b(?:the|to|a|an|into|from|with|and|on|in|of|is|it)\b", re.IGNORECASE)
+_MAX_WORDS = 3
+"""Maximum number of words after an action's name in a line that is taken for a step."""
+
+
+class WrittenStep(NamedTuple):
+    """One step of an answer.
+
+    Attributes:
+        action: the action as written.
+        objects: what stands for each of its objects; the text of it is what messages call the object.
+    """
+
+    action: str
+    objects: tuple[object, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenPlan:
+    """The steps of an answer in order.
+
+    Attributes:
+        steps: the steps.
+        repairs: names of the repairs that reading them took.
+        spans: what became of the parts of the text.
+    """
+
+    steps: tuple[WrittenStep, ...]
+    repairs: tuple[str, ...] = ()
+    spans: tuple[Span, ...] = field(default=(), compare=False)
+
+
+class StepList(NamedTuple):
+    """Steps that a JSON value holds.
+
+    Attributes:
+        steps: the steps, in order.
+        repairs: names of the repairs that reading them took.
+        is_piece: whether the value is one step, without a list around it.
+    """
+
+    steps: tuple[WrittenStep, ...]
+    repairs: tuple[str, ...] = ()
+    is_piece: bool = False
+
+
+def joined(parts: Iterable[StepList], *, is_piece: bool = False) -> StepList:
+    """Return the steps of several values as one list."""
+    listed = list(parts)
+    repairs = dict.fromkeys([repair for part in listed for repair in part.repairs])
+    return StepList(tuple([step for part in listed for step in part.steps]), tuple(repairs), is_piece)
+
+
+def plan_form(
+    wanted: str,
+    read: Callable[[object], StepList | None],
+    flaw: Callable[[object], str | None],
+    actions: Collection[str],
+    wrapper: str,
+) -> AnswerForm[StepList]:
+    """Return the form of a plan in JSON.
+
+    Args:
+        wanted: the plan in words, after "there is no".
+        read: returns the steps of a value, or None.
+        flaw: returns why a value is no plan, or None if it does not look like one.
+        actions: the names of actions as answers write them; empty if they are not known.
+        wrapper: the key of an object around the plan that the question may ask for.
+    """
+    part, line = _signs(frozenset(actions))
+    return AnswerForm(
+        wanted,
+        read,
+        is_part=lambda text: part.search(text) is not None,
+        is_line_of_answer=lambda text: line is not None and _is_step_line(line, text),
+        flaw=flaw,
+        join=joined,
+        is_piece=lambda steps: steps.is_piece,
+        repairs_of=lambda steps: steps.repairs,
+        is_certain=lambda steps: any(not actions or step.action in actions for step in steps.steps),
+        wrappers=frozenset((wrapper,)),
+    )
+
+
+@lru_cache(64)
+def _signs(actions: frozenset[str]) -> tuple[re.Pattern[str], re.Pattern[str] | None]:
+    """Return the patterns of a part of a plan and of the beginning of a line that is a step."""
+    if not actions:
+        return re.compile(_KEY), None
+    names = "|".join(map(re.escape, sorted(actions, key=len, reverse=True)))
+    part = rf"""{_KEY}|["'“‘]\s*(?:{names})\s*["'”’]"""
+    line = rf"""(?:{_LABEL})["'“‘`\[({{]*(?P<name>{names})\b(?P<rest>.*)"""
+    return re.compile(part), re.compile(line)
+
+
+def _is_step_line(line: re.Pattern[str], text: str) -> bool:
+    """Whether a line is an action's name with what looks like its objects."""
+    if re.search(_KEY, text):
+        return True
+    found = line.match(text)
+    if found is None:
+        return False
+    rest = found["rest"].strip()
+    if rest[:1] in tuple("""([{:"'<`"""):
+        return True
+    return 0 < len(rest.split()) <= _MAX_WORDS and _ORDINARY.search(rest) is None
+
+
+def labelled_step(value: Pairs) -> StepList | None:
+    """Return the step of an object that names its parts, or None if it is no such step.
+
+    Two objects of an action are separated by a comma or stand in a list; an empty text is no object.
+    """
+    members = value.members
+    repairs: tuple[str, ...] = ()
+    if len(members) == 2 and members[0][0] == ACTION and members[1][0] == OBJECT:
+        action, objects = members[0][1], members[1][1]  # as prompts have it
+    else:
+        by_key = dict(members)
+        keys = [key for key in _OBJECT_KEYS if key in by_key]
+        if len(keys) != 1 or len(by_key) != len(members) or unknown_keys(value):
+            return None
+        action, objects = by_key.get(ACTION), by_key[keys[0]]
+        repairs = () if keys == [OBJECT] else (STEP_FORM,)
+    if not isinstance(action, str):
+        return None
+    if isinstance(objects, str):
+        names = named(objects.split(",")) if "," in objects else (name,) if (name := objects.strip()) else ()
+        return StepList((WrittenStep(action, names),), repairs, is_piece=True)
+    if not isinstance(objects, list):
+        return None
+    return StepList((WrittenStep(action, named(map(str, objects))),), repairs, is_piece=True)
+
+
+def unknown_keys(step: Pairs) -> list[str]:
+    """Return the keys of an object that are neither parts of a step nor remarks on it."""
+    return [
+        key
+        for key, _ in step.members
+        if key not in (ACTION, *_OBJECT_KEYS) and key.lower() not in _REMARK_KEYS
+    ]
+
+
+def keyed_steps(value: Pairs, actions: Collection[str]) -> StepList | None:
+    """Return the steps of an object whose keys are actions, or None if a member is no step.
+
+    A member is a list of objects or, with the repair ``step_form``, the text of one object.
+
+    Args:
+        value: the object.
+        actions: names of actions, of which one must be the key of a member with one object as text.
+    """
+    steps: list[WrittenStep] = []
+    repairs: tuple[str, ...] = ()
+    for action, objects in value.members:
+        if isinstance(objects, list) and not any(isinstance(each, Pairs) for each in objects):
+            steps.append(WrittenStep(action, tuple(objects)))
+        elif isinstance(objects, str) and action in actions:
+            steps.append(WrittenStep(action, named(objects.split(",")) if objects.strip() else ()))
+            repairs = (STEP_FORM,)
+        else:
+            return None
+    return StepList(tuple(steps), repairs, is_piece=len(steps) == 1)
+
+
+def named(words: Iterable[str]) -> tuple[str, ...]:
+    """Return words as names of objects, without the space around them."""
+    return tuple(map(str.strip, words))
+
+
+def flaw_of_list(value: object, step_of: Callable[[object], StepList | None]) -> str | None:
+    """Return the first item of a list of steps that is none, in words; None of any other value."""
+    if isinstance(value, Pairs):
+        lists = [member for _, member in value.members if isinstance(member, list | Pairs)]
+        return (
+            flaw_of_list(lists[0], step_of)
+            if len(lists) == 1 and not step_of(value)
+            else _flaw(value, "the step")
+        )
+    if not isinstance(value, list) or not value:
+        return None
+    number, item = next(
+        ((number, item) for number, item in enumerate(value, 1) if step_of(item) is None), (0, None)
+    )
+    return _flaw(item, f"step {number}") if number else None
+
+
+def _flaw(item: object, step: str) -> str:
+    members = dict(item.members) if isinstance(item, Pairs) else {}
+    missing = [key for key in (ACTION, OBJECT) if key not in members]
+    if missing:
+        return f'{step} has no "{missing[0]}"'
+    unknown = unknown_keys(item) if isinstance(item, Pairs) else []
+    return f'{step} has the unknown key "{unknown[0]}"' if unknown else f"{step} has another form"

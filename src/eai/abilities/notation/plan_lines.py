@@ -1,0 +1,117 @@
+"""Plans as lines, as planners and text games write them: one step a line.
+
+Every line is a step, a comment, a number, or prose before or after the plan. A line that begins with the name
+of an action, stands between steps, or has an open bracket is never prose: the answer then cannot be read.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterator, Sequence
+from typing import NamedTuple
+
+from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
+from eai.abilities.reasoning import thoughts_in, without
+from eai.abilities.verdict import Span, SpanKind, Unreadable
+
+_COMMENT = re.compile(r";[^\n]*")
+_FENCE = "```"
+_LABEL = re.compile(r"(?:[*>-]\s+|(?i:step)\s*\d+\s*(?:[.:)]|$)|\d+\s*[.)](?!\d)\s*)\s*")
+"""A number or a sign of lists at the beginning of a line; a time as in ``0.000:`` belongs to the step."""
+_FIRST_WORD = re.compile(r"""[\s"'`(\[{]*([^\s()\[\]{}"'`,:;]+)""")
+_MAX_QUOTED = 60
+"""Maximum number of characters of a line that a message quotes."""
+
+
+class _Line(NamedTuple):
+    """A line that holds more than blanks and comments.
+
+    Attributes:
+        start: position of its first character in the answer.
+        end: position after its last character.
+        text: its text without comments, its label and the space around it.
+        block: number of code-fence marks before it; odd inside a fence.
+        has_label: whether it begins with a number or a sign of lists.
+        step: its step, if it is one.
+    """
+
+    start: int
+    end: int
+    text: str
+    block: int
+    has_label: bool
+    step: WrittenStep | None
+
+
+def read_lines(
+    text: str,
+    step_of: Callable[[str], WrittenStep | None],
+    actions: Collection[str],
+    looks_like_step: Callable[[str], bool],
+) -> WrittenPlan | Unreadable | None:
+    """Read a plan of one step a line; None if no line is a step, unless all are comments.
+
+    A text of comments alone is a plan without steps. If several code fences hold plans, the last one counts.
+
+    Args:
+        text: the answer.
+        step_of: returns the step of a line, or None.
+        actions: the names of actions.
+        looks_like_step: whether a line that is no step may be meant as one.
+    """
+    thoughts = thoughts_in(text)
+    spans = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in thoughts]
+    repairs = dict.fromkeys(["reasoning"] if thoughts else [])
+    body = without(thoughts, text)
+    lines = list(_lines(body, step_of))
+    steps = [line for line in lines if line.step is not None]
+    if not steps:
+        return WrittenPlan((), tuple(repairs), tuple(spans)) if not lines and _COMMENT.search(body) else None
+    block = max((line.block for line in steps if line.block % 2), default=0)
+    plan = [line for line in steps if line.block == block or not block]
+    names = {name.casefold() for name in actions}
+    for line in lines:
+        if line not in plan and (block == 0 or line.block == block or line.block % 2 == 0):
+            is_between = plan[0].start < line.start < plan[-1].start
+            if line.text and (is_between or _is_part(line, names) or looks_like_step(line.text)):
+                return _unreadable(body, line, spans)
+            repairs["prose" if line.text else "numbered"] = None
+        spans.append(Span(line.start, line.end, SpanKind.READ if line in plan else SpanKind.PROSE))
+    repairs |= dict.fromkeys(["code_fence"] if block else [])
+    repairs |= dict.fromkeys(["numbered"] if any(line.has_label for line in plan) else [])
+    taken = tuple([line.step for line in plan if line.step is not None])
+    return WrittenPlan(taken, tuple(repairs), tuple(sorted(spans)))
+
+
+def _lines(text: str, step_of: Callable[[str], WrittenStep | None]) -> Iterator[_Line]:
+    """Yield the lines of a text that hold more than blanks, comments and fence marks."""
+    position = block = 0
+    for whole in text.splitlines(keepends=True):
+        line = _COMMENT.sub("", whole).rstrip()
+        words = line.lstrip()
+        if words.startswith(_FENCE):
+            block += 1
+        elif words:
+            start = position + len(line) - len(words)
+            step = step_of(words)
+            label = None if step is not None else _LABEL.match(words)
+            rest = words if label is None else words[label.end() :]
+            if label is not None:
+                step = step_of(rest) if rest else None
+            yield _Line(start, start + len(words), rest, block, label is not None, step)
+        position += len(whole)
+
+
+def _is_part(line: _Line, names: Collection[str]) -> bool:
+    """Whether a line begins with the name of an action, or has a bracket without a partner."""
+    word = _FIRST_WORD.match(line.text)
+    is_named = word is not None and word[1].casefold() in names
+    return line.step is not None or is_named or line.text.count("(") != line.text.count(")")
+
+
+def _unreadable(text: str, line: _Line, spans: Sequence[Span]) -> Unreadable:
+    number = text.count("\n", 0, line.start) + 1
+    quoted = line.text if len(line.text) <= _MAX_QUOTED else f"{line.text[: _MAX_QUOTED - 3]}..."
+    reason = f"line {number} is no step of a plan, and looks like one: {quoted!r}"
+    unread = Span(line.start, line.end, SpanKind.UNREAD)
+    return Unreadable(reason, spans=tuple(sorted([*spans, unread])))

@@ -1,0 +1,115 @@
+"""Reasoning in a model's output: which part of a text is thought, and which part is the answer.
+
+Models mark reasoning in different ways: tags such as ``<think>``, special tokens, and channels. There is one
+definition for scoring, runs and rewards:
+
+* text between an opening and a closing mark is reasoning;
+* text before a closing mark without an opening one is reasoning, since chat templates may write the opening
+  mark into the prompt;
+* text after an opening mark that is never closed is reasoning, so that it holds no answer.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+_NAMES = r"(?:seed:)?(?:think(?:ing)?|thoughts?|reasoning|reflection|scratchpad|analysis)"
+_FINAL = r"(?:final|response|answer|output|solution)"
+
+_OPENING = "|".join(
+    [
+        rf"(?i:<{_NAMES}>)",
+        rf"(?i:<\|(?:begin_of_|start_)?{_NAMES}\|>)",
+        r"\[THINK\]",
+        rf"◁{_NAMES}▷",
+        r"<unused94>(?:thought\b)?",
+        r"<\|channel\|?>\s*(?:analysis|commentary|thought)\b(?:[^<\n]*<\|message\|>)?",
+        r"\Aanalysis(?=[A-Z])",  # the same channel after a tokenizer has removed its special tokens
+    ]
+)
+_CLOSING = "|".join(
+    [
+        rf"(?i:</{_NAMES}>)",
+        rf"(?i:<\|(?:end_of_|end_|/){_NAMES}\|>)",
+        r"\[/THINK\]",
+        rf"◁/{_NAMES}▷",
+        r"<unused95>",
+        rf"(?:<\|end\|>\s*)?(?:<\|start\|>assistant)?<\|channel\|?>\s*{_FINAL}\b(?:[^<\n]*<\|message\|>)?",
+        r"<channel\|>",
+    ]
+)
+_GLUED = "assistantfinal"
+"""Closing mark of the channel that begins with a glued `analysis`."""
+_MARK = re.compile(rf"(?P<opening>{_OPENING})|(?P<closing>{_CLOSING})|(?P<glued>{_GLUED})")
+_HINT = re.compile(r"<[/|]?\|?[A-Za-z]|\[/?THINK|◁|\Aanalysis[A-Z]")
+
+
+class _Thought(NamedTuple):
+    """A stretch of reasoning, as positions in the text.
+
+    Attributes:
+        start: position of its first character, marks included.
+        end: position after its last character, marks included.
+        text: the reasoning without its marks.
+        is_finished: whether it has a closing mark.
+    """
+
+    start: int
+    end: int
+    text: str
+    is_finished: bool = True
+
+
+def thoughts_in(text: str) -> tuple[_Thought, ...]:
+    """Return the stretches of reasoning in a text, in order and without overlap."""
+    if not _HINT.search(text):
+        return ()
+    thoughts: list[_Thought] = []
+    opening: re.Match[str] | None = None
+    start = _end_of_template(text)
+    for mark in _MARK.finditer(text, start):
+        if mark["opening"] is not None:
+            opening = opening or mark
+        elif opening is not None:
+            thoughts.append(_Thought(opening.start(), mark.end(), text[opening.end() : mark.start()]))
+            opening = None
+    if opening is not None:
+        thoughts.append(_Thought(opening.start(), len(text), text[opening.end() :], is_finished=False))
+    return (_Thought(0, start, _MARK.sub(" ", text[:start])), *thoughts) if start else tuple(thoughts)
+
+
+def _end_of_template(text: str) -> int:
+    """Return the position after the last closing mark without an opening one, or 0 if there is none."""
+    end, is_open = 0, False
+    for mark in _MARK.finditer(text):
+        if mark["closing"] is not None and not is_open:
+            end = mark.end()
+        is_open = mark["opening"] is not None or (
+            is_open and mark["closing"] is None and mark["glued"] is None
+        )
+    return end
+
+
+def without(thoughts: Iterable[_Thought], text: str) -> str:
+    """Return a text of the same length in which reasoning is blank, so that positions stay."""
+    pieces, position = [], 0
+    for thought in thoughts:
+        pieces += [text[position : thought.start], " " * (thought.end - thought.start)]
+        position = thought.end
+    return "".join([*pieces, text[position:]])
+
+
+def split_reasoning(text: str) -> tuple[str, str]:
+    """Return the answer in a model's output, and the reasoning without its marks; either may be empty."""
+    thoughts = thoughts_in(text)
+    if not thoughts:
+        return text, ""
+    answer, position = [], 0
+    for thought in thoughts:
+        answer.append(text[position : thought.start])
+        position = thought.end
+    answer.append(text[position:])
+    reasoning = [thought.text.strip() for thought in thoughts]
+    return "".join(answer).strip(), "\n\n".join(filter(None, reasoning))
