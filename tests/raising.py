@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from eai import given
@@ -15,7 +16,7 @@ NAME = "raising:RAISING"
 
 
 class _RaisingPlans(JsonPlans):
-    def read(self, text: str) -> WrittenPlan | Unreadable:
+    def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         if "BOOM" in text:
             raise OverflowError("cannot convert float infinity to integer")
         return super().read(text)

@@ -17,7 +17,17 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Origin, Record, Usage
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Share, Verdict
+from eai.abilities.verdict import (
+    Confusion,
+    Counted,
+    ErrorReport,
+    GoalTallies,
+    PlanVerdict,
+    Share,
+    Span,
+    SpanKind,
+    Verdict,
+)
 from eai.errors import InputError
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
@@ -34,6 +44,7 @@ PLAN = PlanVerdict(
         ("soap.1002",),
     ),
     repairs=("code_fence", "single_quotes"),
+    spans=(Span(8, 40, SpanKind.REPAIRED),),
     executable=False,
     success=False,
     additional_steps=2,
@@ -139,6 +150,7 @@ def test_the_fields_of_a_plan() -> None:
         "counts": None,
         "planner": None,
         "repairs": ["code_fence", "single_quotes"],
+        "spans": [{"start": 8, "end": 40, "kind": "repaired"}],
         "goals_satisfied": [True, False, False],
         "counted": {
             "success": False,

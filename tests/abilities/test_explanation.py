@@ -169,13 +169,13 @@ def test_every_goal_is_told(protocol: Protocol) -> None:
 @pytest.mark.parametrize(
     ("text", "notes"),
     [
-        ("I cannot.", ("parsing: no step was found",)),
+        ("I cannot.", ("parsing: there is no object or list of actions with their objects",)),
         ('{"FLY": ["fridge"]}', ("hallucination: step 1: FLY is not an action",)),
         (
             '```{"WALK": []}```',
             ("read with repair: code_fence", "argument_number: step 1: WALK takes 1 object, not 0"),
         ),
-        ('{"WALK": [{"a": 1}]}', ("hallucination: step 1: WALK: there is no {'a': 1}",)),
+        ('{"WALK": [[1]]}', ("hallucination: step 1: WALK: there is no [1]",)),
     ],
 )
 def test_an_answer_that_never_runs_is_explained_in_a_note(text: str, notes: tuple[str, ...]) -> None:

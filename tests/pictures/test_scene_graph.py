@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.pictures.scene_graph import UNREADABLE, NamedFact, SceneGraph, read_scene_graph
+from eai.pictures.scene_graph import NamedFact, SceneGraph, read_scene_graph
 
 ARITIES = {"in": 2, "lit": 1}
 GRAPH = SceneGraph(("a", "b"), (NamedFact("in", ("a", "b")), NamedFact("lit", ("a",))))
@@ -33,7 +33,7 @@ def test_entries_that_are_no_facts_are_left_out(
     "text", ["", "a table and a cup", "[]", '{"facts": {"lit": "a"}}', '{"objects": ["a"]}']
 )
 def test_without_facts_nothing_is_perceived(text: str) -> None:
-    assert read_scene_graph(text, ARITIES) == SceneGraph(unreadable=UNREADABLE)
+    assert read_scene_graph(text, ARITIES).unreadable is not None
 
 
 def test_names_are_those_of_objects_and_facts() -> None:

@@ -11,7 +11,9 @@ from eai.run.solver import _Parts, complete, part, thoughts_in
     [
         ('<think>\nhm, {"a": 1}?\n</think>\n\n{"b": 2}', '{"b": 2}', 'hm, {"a": 1}?'),
         ('hm, first the cup\n</think>{"b": 2}', '{"b": 2}', "hm, first the cup"),
-        ("<think>a</think>b<think>c</think>d", "d", "a</think>b<think>c"),
+        ("<think>a</think>b<think>c</think>d", "bd", "a\n\nc"),
+        ('{"b": 2}\n<think>or not', '{"b": 2}', "or not"),
+        ("<|channel|>analysis<|message|>hm<|end|><|channel|>final<|message|>{}", "{}", "hm"),
         ("\n<think>and so on and so", "", "and so on and so"),
     ],
 )
@@ -19,7 +21,7 @@ def test_reasoning_is_kept_apart(text: str, answer: str, reasoning: str) -> None
     assert part(text) == _Parts(answer, reasoning, ("reasoning",))
 
 
-@pytest.mark.parametrize("text", ["", ' {"a": "b"}\n', "I <think> so", "```json\n{}\n```"])
+@pytest.mark.parametrize("text", ["", ' {"a": "b"}\n', "I think so", "```json\n{}\n```"])
 def test_other_text_is_left_as_it_is(text: str) -> None:
     assert part(text) == _Parts(text, "", ())
 

@@ -133,6 +133,7 @@ class AnswerForm(Generic[T]):
         repairs_of: the names of the repairs that reading a value took.
         is_certain: whether a meaning names something of the task. Meanings that do not are taken for examples
             if another one does.
+        stands_alone: whether two values side by side make the answer unreadable, unless they are equal.
         wrappers: keys of objects around the value that the question asks for, which are no repair.
     """
 
@@ -145,14 +146,23 @@ class AnswerForm(Generic[T]):
     is_piece: Callable[[T], bool] = _is_no_piece
     repairs_of: Callable[[T], tuple[str, ...]] = _no_repairs
     is_certain: Callable[[T], bool] = bool
+    stands_alone: bool = True
     wrappers: frozenset[str] = frozenset()
+
+
+_QUOTED = re.compile(r"""["'“‘]""")
+
+
+def holds_strings(text: str) -> bool:
+    """Whether a bracketed text holds a string, as JSON that a question asks for does."""
+    return _QUOTED.search(text) is not None
 
 
 def _object_or_list(value: object) -> Pairs | list[object] | None:
     return value if isinstance(value, Pairs | list) else None
 
 
-ANY_VALUE = AnswerForm("JSON object or list", _object_or_list)
+ANY_VALUE = AnswerForm("JSON object or list", _object_or_list, is_part=holds_strings, stands_alone=False)
 """Any object or list; the last one of an answer counts."""
 
 
@@ -163,14 +173,6 @@ class Reading(Generic[T]):
     value: T
     repairs: tuple[str, ...] = ()
     spans: tuple[Span, ...] = ()
-
-
-_QUOTED = re.compile(r"""["'“‘]""")
-
-
-def holds_strings(text: str) -> bool:
-    """Whether a bracketed text holds a string, as JSON that a question asks for does."""
-    return _QUOTED.search(text) is not None
 
 
 class _Decoded(NamedTuple):
@@ -312,7 +314,8 @@ class _AnswerText(Generic[T]):
             are_numbered = not all(map(_SEPARATORS.fullmatch, texts))
             repairs = ("json_lines", *(["numbered"] if are_numbered else []))
             return self._result(chosen, self.form.join([value.meaning for value in chosen]), repairs)
-        if any(map(_SEPARATORS.fullmatch, texts)) and not _are_equal(self.text, chosen):
+        are_adjacent = self.form.stands_alone and any(map(_SEPARATORS.fullmatch, texts))
+        if are_adjacent and not _are_equal(self.text, chosen):
             return self._stray(_Stretch(chosen[-2].start, chosen[-1].end))
         return self._result(chosen[-1:], chosen[-1].meaning, ())
 

@@ -222,7 +222,7 @@ class Verdict:
     excluded: TaskExclusion | None = None
     error: ErrorReport | None = None
     repairs: tuple[str, ...] = ()
-    spans: tuple[Span, ...] = ()
+    spans: tuple[Span, ...] = field(default=(), compare=False)
     repair: Repair | None = None
 
     def without_answer(self) -> Self:

@@ -84,7 +84,7 @@ def test_goals_are_told_also_where_nothing_is_executed() -> None:
         assert [goal.satisfied for goal in SCORER.explain(text).goals] == [False, False, False]
 
 
-@pytest.mark.parametrize("text", ["", "I would go to the shed.", '{"GO": ["shed"]}', "[]"])
+@pytest.mark.parametrize("text", ["", "I would go to the shed.", '{"OPEN": 3}', "[]"])
 def test_an_answer_without_a_plan_is_a_parsing_error(text: str) -> None:
     error = verdict(text).error
     assert error is not None
@@ -162,4 +162,4 @@ def test_explanations_tell_repairs_errors_steps_and_goals() -> None:
     assert SCORER.explain(answer("GO shed", "FLY shed")).notes == (
         "hallucination: step 2: FLY is not an action",
     )
-    assert SCORER.explain("?").notes[0].startswith("parsing: no list")
+    assert SCORER.explain("?").notes[0].startswith("parsing: there is no list")
