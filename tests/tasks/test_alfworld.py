@@ -9,6 +9,7 @@ import pytest
 
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability
+from eai.abilities.verdict import Unreadable
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
@@ -149,6 +150,18 @@ def test_plans_are_commands_one_a_line(tmp_path: Path) -> None:
     assert suite.scorer(ID).score("(goto fridge_1)\n" + "\n".join(WON[1:])).success
     verdict = suite.scorer(ID).score("\n".join([*WON[:3], *WON[4:]]))
     assert not verdict.success
+
+
+@pytest.mark.parametrize(
+    "old", ["put apple 1 in/on fridge 1", "put apple 1 on countertop 2", "> heat apple 1"]
+)
+def test_a_command_that_the_game_does_not_have_is_no_prose(tmp_path: Path, old: str) -> None:
+    write(tmp_path)
+    benchmark = opened(tmp_path)
+    lines = [*WON[:-1], old, "That is all."]
+    plan = benchmark.plans.read("\n".join(lines), benchmark.domain.arities)
+    assert isinstance(plan, Unreadable)
+    assert plan.reason.startswith(f"line {len(WON)} is no step of a plan")
 
 
 def test_a_run_asks_for_commands_and_the_oracle_wins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,6 +39,8 @@ _TEMPLATE = re.compile(r'\baction\s+(\w+)\s*\{\s*template\s*::\s*"([^"]*)"')
 _LISTED = re.compile(r"\[\{(\w+)\.name \|[^\]]*\]")
 """A place of a template that names a parameter and tells where it is to be looked for."""
 _NUMBERED = re.compile(r"^(?:\d+[.):]|[->*])\s*")
+_COMMAND_LIKE = re.compile(r"[a-z]+(?: [a-z/]+)*(?: \d+)(?: [a-z/]+| \d+)*")
+"""Small letters and numbers alone, with at least one numbered object."""
 _BEFORE_NUMBER = re.compile(r"_(?=\d+$)")
 _COMMA = re.compile(r"- (\w+),")
 _PLACE = re.compile(r"\{(\w+)\}")
@@ -275,6 +277,10 @@ class _CommandPlans(PddlPlans):
             if (match := pattern.fullmatch(command)) is not None:
                 return WrittenStep(name, tuple([word.replace(" ", "_") for word in match.groups()]))
         return super().step(line)
+
+    def looks_like_step(self, line: str) -> bool:
+        """Whether a line has the form of a command, as in ``put apple 1 in/on fridge 1`` of older games."""
+        return _COMMAND_LIKE.fullmatch(_NUMBERED.sub("", line)) is not None
 
     def command(self, operator: str, names: Sequence[str]) -> str:
         """An action as its command."""
