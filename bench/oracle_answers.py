@@ -13,6 +13,9 @@ ORACLE = Path(__file__).resolve().parents[2] / "shared" / "oracle"
 NO_MODELS = ("gold", "gt", "perturb", "helm")
 """How the names of files begin that hold no model's answers."""
 
+WITHOUT_ANSWERS = "third_party_run.json.gz"
+"""A file of verdicts whose answers are in other files."""
+
 OTHER_PLANNER = ".fd26.6"
 """In the name of a file that repeats the answers of another, with the outcomes of another planner."""
 
@@ -41,7 +44,8 @@ def require_oracle() -> None:
 
 def answer_files(suite: str) -> list[Path]:
     """The files of a suite, `DOMAIN/ABILITY`, by name; each answer is in one of them."""
-    return [path for path in sorted((ORACLE / suite).glob("*.json.gz")) if OTHER_PLANNER not in path.name]
+    files = sorted((ORACLE / suite).glob("*.json.gz"))
+    return [path for path in files if OTHER_PLANNER not in path.name and path.name != WITHOUT_ANSWERS]
 
 
 def model_files(suite: str) -> list[Path]:

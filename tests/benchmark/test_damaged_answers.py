@@ -96,6 +96,12 @@ def joined(answer: WrittenAnswer, parts: list[str]) -> str:
     return text
 
 
+def as_lines(answer: WrittenAnswer) -> WrittenAnswer:
+    """Return a plan as JSON lines: one object a line, without a list around them."""
+    parts = [part if part.startswith("{") else f"{{{part}}}" for part in answer.parts]
+    return WrittenAnswer(tuple(parts), "\n".join)
+
+
 DAMAGES: tuple[Damage, ...] = (
     cut,
     sign_lost,
@@ -138,6 +144,21 @@ def damaged(
         damage = DAMAGES[seed % len(DAMAGES)]
         answer = book[task_id]
         yield damage.__name__, suite.scorer(task_id), answer.text, damage(answer, random.Random(seed))
+
+
+@pytest.mark.parametrize("number", [105, pytest.param(2000, marks=sweep)])
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+def test_no_line_of_damaged_json_lines_is_lost(data_store: Store, name: str, number: int) -> None:
+    """A cut between two lines leaves an answer that is whole by itself, and is left out."""
+    source = Source(data_store)
+    suite = open_suite(name, Ability.ACTION_SEQUENCING, source=source)
+    book = open_answer_book(find_benchmark(name), Ability.ACTION_SEQUENCING, source)
+    task_ids = [task_id for task_id in book if book[task_id].parts]
+    for seed in range(number):
+        task_id, damage = task_ids[seed % len(task_ids)], DAMAGES[1 + seed % (len(DAMAGES) - 1)]
+        answer = as_lines(book[task_id])
+        text = damage(answer, random.Random(seed))
+        assert number_of_parts(suite.scorer(task_id), text) in (None, len(answer.parts)), text
 
 
 @pytest.mark.parametrize("number", [210, pytest.param(2000, marks=sweep)])

@@ -296,7 +296,7 @@ class _AnswerText(Generic[T]):
 
     def _chosen(self, values: list[_Value[T]]) -> Reading[T] | Unreadable:
         """Choose the value that is the answer, or join the pieces of one."""
-        chosen = [value for value in values if self.form.is_certain(value.meaning)] or values
+        chosen = self._relevant(values)
         line = self._line_of_answer(values)
         if line is not None:
             return self._stray(line)
@@ -318,6 +318,18 @@ class _AnswerText(Generic[T]):
         if are_adjacent and not _are_equal(self.text, chosen):
             return self._stray(_Stretch(chosen[-2].start, chosen[-1].end))
         return self._result(chosen[-1:], chosen[-1].meaning, ())
+
+    def _relevant(self, values: list[_Value[T]]) -> list[_Value[T]]:
+        """Return the values that name something of the task, and their neighbours; all if none does."""
+        groups: list[list[_Value[T]]] = []
+        for value in values:
+            is_neighbour = groups and _NUMBERING.fullmatch(self.text[groups[-1][-1].end : value.start])
+            if is_neighbour:
+                groups[-1].append(value)
+            else:
+                groups.append([value])
+        certain = [group for group in groups if any(self.form.is_certain(each.meaning) for each in group)]
+        return [value for group in certain or groups for value in group]
 
     def _line_of_answer(self, values: Sequence[_Value[T]]) -> _Stretch | None:
         """Find a line outside the values that looks like a part of the answer."""
