@@ -101,5 +101,9 @@ class Commands:
             objects = line[2].split(",") if line[2] and line[2].strip() else []
             return WrittenPlan((WrittenStep(line[1], tuple(map(str.strip, objects))),))
         plan = self._notation.read(text)
-        part = self._notation.read(self._notation.join((text,))) if isinstance(plan, Unreadable) else plan
-        return Unreadable("no action was found") if isinstance(part, Unreadable) else part
+        if isinstance(plan, WrittenPlan) and plan.steps:
+            return plan
+        part = self._notation.read(self._notation.join((text,)))
+        if isinstance(part, WrittenPlan):
+            return part
+        return Unreadable("no action was found") if isinstance(plan, Unreadable) else plan
