@@ -59,6 +59,7 @@ EXPERIMENTS = with_every_field(
     replans=COUNTS,
     slip=st.floats(0, 1),
     goals_from=st.just("a/b"),
+    subgoals_from=st.just("a/b"),
     prompt_name=st.just("base"),
     scene=st.just("image"),
     harness=st.just("react"),

@@ -84,6 +84,9 @@ def test_what_is_out_of_range() -> None:
         {"prompt_name": ".."},
         {"prompt_name": ""},
         {"scene": "."},
+        {"goals_from": ""},
+        {"subgoals_from": ".."},
+        {"preset": ""},
         {"feedback": "state"},  # which is the initial one again
     ):
         with pytest.raises(InputError):

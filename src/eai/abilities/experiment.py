@@ -99,7 +99,16 @@ class Experiment:
             raise InputError(f"a slip probability of {self.slip:g} is not between 0 and 1")
         if self.replans < 0:
             raise InputError(f"replans: expected 0 or more, not {self.replans}")
-        for name in (self.prompt_name, self.scene, self.harness, self.effort, self.rules):
+        models = (self.goals_from, self.subgoals_from)
+        for name in (
+            *models,
+            self.preset,
+            self.prompt_name,
+            self.scene,
+            self.harness,
+            self.effort,
+            self.rules,
+        ):
             if name is not None:
                 file_name(name)
         if self.feedback == "state" and self.world == "restart":
