@@ -51,18 +51,10 @@ def nights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "nights.jsonl"
 
 
-@pytest.mark.parametrize(
-    ("ability", "left_out"),
-    [
-        ("action_sequencing", {NO_SOLUTION: 2}),
-        ("acting", {NO_SOLUTION: 1, FREE: 1}),
-    ],
-)
-def test_tasks_are_left_out_and_counted(
-    ability: str, left_out: dict[str, int], nights: Path, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("ability", ["action_sequencing", "acting"])
+def test_tasks_are_left_out_and_counted(ability: str, nights: Path, tmp_path: Path) -> None:
     counts = write_task_folders(*asked(str(nights), ability), tmp_path / "out")
-    assert counts == (1, left_out)
+    assert counts == (1, {NO_SOLUTION: 1, FREE: 1})
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         IMAGE,
         f"lamps-nights-{ability}-dark-1",

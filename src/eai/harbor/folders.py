@@ -42,6 +42,9 @@ NO_SOLUTION = "without a solution that is known to be right"
 FREE = "in which doing nothing, or copying the question, is right"
 """Why a task has no folder."""
 
+_EMPTY_ANSWERS = ("", "[]", "{}", DONE)
+"""Answers of an agent that does nothing: empty texts, plans and episodes."""
+
 
 def _written(answer: str) -> str:
     return f"cat > /workdir/answer.txt <<'END_OF_ANSWER'\n{answer}\nEND_OF_ANSWER"
@@ -113,7 +116,7 @@ def _reason(suite: Suite, task_id: str, prompt: Prompt, solution: str) -> str | 
         raise InputError(f"{suite.domain} {suite.ability}: Harbor's instructions have no pictures")
     if not is_right(suite, suite.score(task_id, solution)):
         return NO_SOLUTION
-    free = any(is_right(suite, suite.score(task_id, text)) for text in ("", DONE, prompt.user))
+    free = any(is_right(suite, suite.score(task_id, text)) for text in (*_EMPTY_ANSWERS, prompt.user))
     return FREE if free else None
 
 
