@@ -385,7 +385,7 @@ CLAIMS: Sequence[Claim] = (
     ),
     Claim(
         "H2",
-        "No model has more than 3.8 % format errors",
+        "No model has more than 3.8 percent format errors",
         "After many trials of prompts every model reads them well: none exceeds a rate of format errors of "
         "3.8 %.",
         "appendix, “Prompt”",
