@@ -28,6 +28,7 @@ VARIABLES = {
     "$domain": "behavior",
     "$ability": "action_sequencing",
     "$name": "base",
+    "$set": "eai",
 }
 """The variables of the shell that pages use, and something that they may stand for."""
 

@@ -33,11 +33,10 @@ COLORS = 128
 INTRODUCTION = """\
 # Gallery
 
-On this page you can see the figures of `eai report` and `eai analyze`.
-A figure's command stands above it or above an earlier figure.
+These are the figures of `eai report` and `eai analyze`.
 
 All figures but the last show public answers of the paper's models under [`strict`](protocols.md).
-[Reports](reports.md) and [Analyses](analyses.md) explain the figures.
+[Reports](reports.md) and [Analyses](analyses.md) explain them.
 """
 
 

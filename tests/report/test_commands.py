@@ -72,7 +72,7 @@ def test_leaderboard_lists_runs_and_papers_by_rank(runs: Path) -> None:
     assert "VirtualHome, protocol strict" in alone.output
     assert "(paper)" not in alone.output
     both = RUNNER.invoke(app, ["report", str(runs), "--paper"])
-    assert both.output.count("(published)") == 9
+    assert both.output.count("(published)") == 18
     assert "(paper)" not in both.output
     as_json = json.loads(RUNNER.invoke(app, ["report", str(runs), "--json"]).stdout)
     assert {table["name"] for table in as_json["tables"]} == {"overview"}

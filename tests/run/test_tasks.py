@@ -56,7 +56,10 @@ def test_arguments_of_a_task() -> None:
         ({"tasks": 99}, "tasks=99 is a number and no task"),
         ({"planner": "fast"}, "planner: expected 'auto', 'full', 'built_in'"),
         ({"protocol": "lax"}, "protocol: expected 'strict' or 'eai-1.0.5', found 'lax'"),
-        ({"prompts": "mine"}, "prompts.set: expected 'official' or 'eai', found 'mine'"),
+        (
+            {"prompts": "mine"},
+            "prompts.set: expected 'official', 'eai', 'eai-brief' or 'eai-careful', found 'mine'",
+        ),
         ({"replan": 3}, "replan: unknown; did you mean replans? (there are replans, world, feedback"),
         ({"scene_model": "eai/captioner"}, "scene_model: in Inspect no second model lists scenes"),
     ):
