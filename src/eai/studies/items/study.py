@@ -163,10 +163,12 @@ def ability_estimate(scores: Scores, place: int) -> Estimate:
     information = weights.sum(axis=1) + 1
     value = float(fitted.abilities[place] - fitted.abilities.mean())
     places = {name: number for number, name in enumerate(dict.fromkeys(scores.names))}
-    member = np.eye(len(places))[[places[name] for name in scores.names]]
     if len(places) < 2:
         return Estimate(_rounded(value))
-    changes = -(residuals @ member) / (information[:, None] - weights @ member)
+    columns = [places[name] for name in scores.names]
+    residual_sums = np.array([np.bincount(columns, row, len(places)) for row in residuals])
+    weight_sums = np.array([np.bincount(columns, row, len(places)) for row in weights])
+    changes = -residual_sums / (information[:, None] - weight_sums)
     own = changes[place] - changes.mean(axis=0)
     share = np.full(len(information), -1 / len(information))
     share[place] += 1
