@@ -16,6 +16,7 @@ from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING
+from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.run import _Order
 from eai.data.store import Store
@@ -58,7 +59,7 @@ def test_what_does_not_count_is_asked_once_and_says_nothing(
 
     monkeypatch.setattr(eai.cli.run, "_obtain_and_score", obtained)
     prompts = dict.fromkeys(suite.task_ids)
-    run = _Order(RunSpec(), tmp_path, quiet=True)
+    run = _Order(RunSpec(), Library("eai"), tmp_path, quiet=True)
     eai.cli.run._obtain_adaptively(run, cast(Any, None), cast(Any, prompts), suite, 0.6)
     assert odd in rounds[0]
     sizes = [len(asked) for asked in rounds]

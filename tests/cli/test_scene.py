@@ -29,6 +29,8 @@ JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
 HOW = ("run", "--domain", "behavior", "--tasks", JARS, "--set", "eai", "--model")
 PLANS = ("eai/planner", "--ability", "action_sequencing")
 
+CONTINUED = ("--with", "attempts.replans=1", "--with", "attempts.world=continue")
+
 
 def with_options(*options: str) -> tuple[str, ...]:
     return tuple([part for each in options for part in ("--with", f"perception.{each}")])
@@ -120,12 +122,12 @@ def test_questions_come_with_pictures(scene: str, data_store: Store, tmp_path: P
             "perception.scene_args, scene_base_url: expected perception.scene_model",
         ),
         (
-            (*with_options("scene=image"), "--with", "pipeline.goals=own"),
-            "pipeline.goals: not with perception.scene image",
+            (*with_options("scene=image", "images=x"), *CONTINUED),
+            "perception.scene image: not with attempts.replans, slip or until; the scene is seen at",
         ),
         (
-            (*with_options("scene=image"), "--with", "attempts.replans=1"),
-            "attempts.replans, slip or until: not with perception.scene image",
+            (*with_options("scene=image"), *CONTINUED, "--with", "attempts.feedback_form=chat"),
+            "perception.scene image: not with attempts.replans, slip or until; pictures of a world that has",
         ),
         (
             (*with_options("scene=image"), "--ability", "transition_modeling"),
