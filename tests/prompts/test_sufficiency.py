@@ -206,7 +206,7 @@ def test_gold_plans_work_in_the_worlds_of_prompts_about_pddl(name: str) -> None:
         *(
             ("behavior", TaskKind.PLAIN, 4),
             ("virtualhome", TaskKind.PLAIN, 6),
-            ("behavior", TaskKind.HAZARDS, 6),
+            ("behavior", TaskKind.HAZARDS, 41),
         ),
         *swept(*product(("virtualhome", "behavior"), TaskKind, (40,))),
     ],
