@@ -129,7 +129,7 @@ class Reward:
         shaping: what an answer is paid for: ``success``, ``goals``, ``progress``, ``diagnosis``, ``partial``
             or, of plans under ``strict``, ``repair``.
         limit: the longest answer that is read, in characters; what is longer is unreadable, so that no text
-            takes long. Separate a model's reasoning from its answer first.
+            takes long. Reasoning in it is set aside.
 
     Raises:
         InputError: there is no such shaping, it is of plans only and the suite is of something else, or the
