@@ -16,7 +16,7 @@ from traceback import extract_tb
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from eai.abilities.explanation import Explanation
-from eai.abilities.verdict import RAISED, ErrorReport, TaskExclusion, Verdict
+from eai.abilities.verdict import RAISED, ErrorReport, TaskExclusion, Unreadable, Verdict
 from eai.errors import EaiError, InputError
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, names_of
@@ -94,6 +94,10 @@ class PlanScorer(Scorer):
             text: the answer.
             carry_out: how the plan is carried out; asked at most once for the verdict.
         """
+
+    @abstractmethod
+    def read(self, text: str) -> WrittenPlan | Unreadable:
+        """Read the plan in an answer as it is scored, or say why it cannot be read as a whole."""
 
     @abstractmethod
     def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:

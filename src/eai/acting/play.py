@@ -126,7 +126,7 @@ def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
     if '"turns"' in answer:
         episode = read_episode(answer)
         return [turn.said for turn in episode.turns] if isinstance(episode, Episode) else []
-    plan = benchmark.plans.read(answer)
+    plan = benchmark.plans.read(answer, benchmark.domain.arities)
     if isinstance(plan, Unreadable):
         return [*filter(str.strip, answer.splitlines()), DONE]
     actions = resolve(plan, benchmark.domain, benchmark.plans, benchmark.plans.objects(task))

@@ -211,7 +211,7 @@ def _rest(suite: Suite, record: Record) -> tuple[str, ...]:
         return ()
     if not isinstance(scorer, PlanScorer):
         return ()
-    plan = scorer.notation.read(record.response)
+    plan = scorer.read(record.response)
     actions = None if isinstance(plan, Unreadable) else scorer.resolve(plan)
     if actions is None or isinstance(actions, ErrorReport):
         return ()

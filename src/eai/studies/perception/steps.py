@@ -37,7 +37,9 @@ def _counter(benchmark: Benchmark, ability: Ability) -> Callable[[str], int | No
     """The counter of steps in an answer; None if answers to the ability have no steps."""
     if ability is Ability.ACTION_SEQUENCING:
         return lambda text: (
-            None if isinstance(plan := benchmark.plans.read(text), Unreadable) else len(plan.steps)
+            None
+            if isinstance(plan := benchmark.plans.read(text, benchmark.domain.arities), Unreadable)
+            else len(plan.steps)
         )
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         notation = benchmark.subgoal_notation
