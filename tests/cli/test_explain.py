@@ -215,6 +215,15 @@ def test_steps_that_were_not_tried_any_more_are_told(eai: Command, data_store: S
     assert re.search(r"  2 PUTIN.* missing_step: .*\n  3 OPEN\(washing_machine.1001\) +not tried", shown)
 
 
+def test_no_step_of_an_unreadable_answer_is_called_not_tried(eai: Command, data_store: Store) -> None:
+    answer = '{"WALK": ["soap"]}\nOPEN washing_machine'
+    Path("n_outputs.json").write_text(json.dumps([{"identifier": "27_2", "llm_output": answer}]))
+    here = ("--data", data_store.folder)
+    assert eai("score", "n_outputs.json", *HERE, *here, "--out", "rest").status == 0
+    shown = eai("explain", "rest", "27_2", *here).out
+    assert "parsing: " in shown and "not tried" not in shown
+
+
 def test_what_holds_both_ways_is_told_once(eai: Command) -> None:
     shown = eai("explain", "out", "27_2").out
     assert "+ NEXT_TO(character.65, soap.1002), and back" in shown
