@@ -1,4 +1,4 @@
-"""Modules of the repository that no package has: tools and benches."""
+"""Folders of the repository, and its modules that no package has: tools and benches."""
 
 from __future__ import annotations
 
@@ -8,6 +8,10 @@ from pathlib import Path
 from types import ModuleType
 
 ROOT = Path(__file__).resolve().parents[1]
+"""The folder of the repository."""
+
+TESTS = ROOT / "tests"
+"""The folder of the tests, which is on the path of modules."""
 
 
 def module_at(path: str) -> ModuleType:

@@ -9,9 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from by_path import module_at
-
-ROOT = Path(__file__).resolve().parents[1]
+from by_path import ROOT, module_at
 
 
 @pytest.fixture(scope="module")

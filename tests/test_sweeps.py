@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import settings
 
 import sweeps
-
-ROOT = Path(__file__).resolve().parents[1]
+from by_path import ROOT
 
 
 def marked(values: list[Any]) -> list[tuple[object, bool]]:

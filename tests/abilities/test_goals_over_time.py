@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 
+from by_path import ROOT
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.experiment import Experiment
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
@@ -37,7 +37,7 @@ OPEN = "GO box, OPEN box"
 
 @pytest.fixture
 def lamps(monkeypatch: pytest.MonkeyPatch) -> Benchmark:
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     return find_benchmark("lamps:lamps")
 
 

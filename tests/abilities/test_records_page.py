@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable
-from pathlib import Path
 from typing import get_args
 
 import pytest
 
+from by_path import ROOT
 from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.declaration import the_four
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, Until, World
@@ -22,7 +22,7 @@ from eai.abilities.verdict import Counted, ErrorReport
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind, Notice
 
-PAGE = (Path(__file__).parents[2] / "docs" / "records.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "records.md").read_text(encoding="utf-8")
 EXAMPLES = {Ability(json.loads(line)["ability"]): line for line in re.findall(r"```json\n(.*?)\n```", PAGE)}
 
 

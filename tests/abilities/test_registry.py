@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from abilities import counting
+from by_path import TESTS
 from eai.abilities import declaration, protocol
 from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.benchmark.suite import open_suite
@@ -20,7 +21,6 @@ from eai.tasks.source import Source
 from envs.switches import SWITCHES
 from processes import eai
 
-TESTS = Path(__file__).parents[1]
 LAMPS = TESTS.parent / "examples" / "lamps"
 
 

@@ -7,11 +7,11 @@ import json
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import get_args
 
 import pytest
 
+from by_path import ROOT
 from eai.abilities.answer_schema import Schema, fits
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.protocol import FOUR, Ability, Protocol
@@ -26,7 +26,7 @@ from eai.tasks.source import Source
 
 jsonschema = pytest.importorskip("jsonschema")
 
-FOLDER = Path(__file__).parents[2] / "examples" / "lamps"
+FOLDER = ROOT / "examples" / "lamps"
 SUITES = [(name, ability) for name in ("virtualhome", "behavior", "lamps") for ability in FOUR]
 EVERY = 30
 """Of how many tasks one is looked at."""

@@ -10,10 +10,10 @@ import random
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 
+from by_path import TESTS
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.protocol import Ability
@@ -30,7 +30,7 @@ from eai.tasks.source import Source
 from suites import SUITES
 from sweeps import sweep
 
-DOMAINS = Path(__file__).parents[1] / "pddl" / "domains"
+DOMAINS = TESTS / "pddl" / "domains"
 BLOCKS = f"pddl:{DOMAINS / 'gripper' / 'domain.pddl'},{DOMAINS / 'gripper'}"
 
 Damage = Callable[[WrittenAnswer, random.Random], str]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from by_path import TESTS
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
@@ -22,7 +23,7 @@ from sweeps import every
 BOOK = {
     task_id: WrittenAnswer(tuple(f"{task_id}{letter}" for letter in "abcdefgh"), " ".join) for task_id in "12"
 }
-DOMAINS = Path(__file__).parents[1] / "pddl" / "domains"
+DOMAINS = TESTS / "pddl" / "domains"
 SUBGOALS = Ability.SUBGOAL_DECOMPOSITION
 PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
 

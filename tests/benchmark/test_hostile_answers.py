@@ -2,15 +2,15 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
+from by_path import ROOT
 from eai.abilities.protocol import FOUR
 from eai.data.store import Store
 from sweeps import swept
 
-FUZZ = Path(__file__).resolve().parents[2] / "bench" / "fuzz.py"
+FUZZ = ROOT / "bench" / "fuzz.py"
 
 
 @pytest.mark.parametrize("rows", [8, *swept(25)])

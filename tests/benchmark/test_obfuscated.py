@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from by_path import ROOT
 from cli.conftest import Command, eai
 from eai.abilities.protocol import Ability
 from eai.abilities.wording import is_property
@@ -29,7 +30,7 @@ PLANNED = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 
 @pytest.fixture(params=["lamps:lamps", "virtualhome", "behavior"])
 def name(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, data_store: Store) -> str:
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     return str(request.param)
 
 
@@ -99,7 +100,7 @@ def test_the_same_prompts_in_true_words_differ_in_words_alone(name: str, ability
 
 
 def test_the_arms_are_compared(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(Path(__file__).parents[2] / "examples" / "lamps")
+    monkeypatch.chdir(ROOT / "examples" / "lamps")
     for arm in ("rules", "obfuscated"):
         answers = tmp_path / arm / "me_outputs.json"
         answers.parent.mkdir()
@@ -112,7 +113,7 @@ def test_the_arms_are_compared(eai: Command, tmp_path: Path, monkeypatch: pytest
 
 
 def test_prompts_say_exactly_what_actions_need_and_do(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     told = find_benchmark("obfuscated:lamps:lamps").wording(PLANNED[0]).operators()
     assert (
         "GO(x)\n"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import random
 from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
+from by_path import ROOT
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import PlanVerdict
@@ -31,7 +31,7 @@ PLANS = Ability.ACTION_SEQUENCING
 @pytest.fixture
 def lamps(monkeypatch: pytest.MonkeyPatch) -> str:
     """A benchmark without any code of its own for it."""
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     return "lamps:lamps"
 
 

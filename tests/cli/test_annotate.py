@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 
+from by_path import TESTS
 from cli.conftest import Command
 from eai.pddl.planners import make_planner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.studies.annotation.decisions import read_decisions
 
-TESTS = Path(__file__).parents[1]
 SHELVES = ("--domain", "studies.annotation.demonstrated:shelves")
 CHOOSE = ("data", "annotate", "choose", *SHELVES, "--title", "Tidy up", "--without", "near")
 

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 import eai as library
+from by_path import ROOT
 from cli.conftest import Command
 from eai.abilities.record import Usage
 from eai.data.store import Store
@@ -70,7 +71,7 @@ def test_prompts_say_what_each_trainer_asks_for(eai: Command, data_store: Store,
 def test_each_file_of_a_folder_of_tasks_is_a_split(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     line = {"base": "lamps:lamps", "instruction": "Light up.", "facts": {}, "goals": ["lit(lamp)"]}
     objects = {"robot": "robot", "lamp": "lamp"}
     tasks = tmp_path / "tasks"
@@ -158,7 +159,7 @@ def test_nothing_is_left_behind_where_it_fails(eai: Command, data_store: Store, 
 def test_records_of_a_benchmark_that_is_a_modules_object_are_exported(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     suite = library.open("lamps:lamps", "action_sequencing")
     task_id = suite.task_ids[0]
     right = answer_book("lamps:lamps", suite.ability)[task_id].text

@@ -8,13 +8,14 @@ from pathlib import Path
 import pytest
 import typer
 
+from by_path import ROOT
 from cli.conftest import Command
 from eai.cli import app
 from eai.data.store import Store
 from eai.run.spec import keys
 from processes import eai as run_eai
 
-PAGE = Path(__file__).parents[2] / "docs" / "run-options.md"
+PAGE = ROOT / "docs" / "run-options.md"
 FORMER = {
     "--top-p": "generation.top_p",
     "--reasoning-effort": "generation.reasoning_effort",

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from by_path import ROOT
 from cli.conftest import Command
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
@@ -121,7 +122,7 @@ def test_a_world_that_has_no_more_tasks_says_so(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("eai.generator.generator._FAILURES", FEW)
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     outcome = eai("generate", "--like", "lamps:lamps", "--n", 1000, "--out", tmp_path)
     assert outcome.status == 2
     kept = (tmp_path / "tasks.jsonl").read_text()

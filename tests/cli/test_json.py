@@ -11,11 +11,12 @@ from typing import Any
 import pytest
 import typer
 
+from by_path import ROOT
 from cli.conftest import Command
 from eai.cli import app
 from eai.data.store import Store
 
-FOLDER = Path(__file__).parents[2] / "examples" / "lamps"
+FOLDER = ROOT / "examples" / "lamps"
 WITHOUT = {"data annotate choose", "demo", "play", "serve mcp"}
 """Conversations."""
 

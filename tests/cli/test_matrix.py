@@ -9,12 +9,13 @@ from typing import Any
 import pytest
 
 import eai as library
+from by_path import ROOT, TESTS
 from cli.conftest import Command
 from processes import eai as in_own_process
 from sweeps import swept
 
-WORLDS = Path(__file__).parents[1] / "worlds"
-LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
+WORLDS = TESTS / "worlds"
+LAMPS = ROOT / "examples" / "lamps"
 NONE = "no task of it gives a question"
 """The reason of `eai export questions` where a world is too small for it."""
 

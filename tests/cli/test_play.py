@@ -16,6 +16,7 @@ from typing import TypeAlias
 
 import pytest
 
+from by_path import TESTS
 from cli.conftest import Command, Outcome
 from eai.acting.play import Arena, commands_of
 from eai.acting.setting import ACTING
@@ -24,7 +25,6 @@ from eai.benchmark.suite import open_suite
 from envs.switches import WON
 
 DOMAIN = "envs.switches:SWITCHES"
-TESTS = Path(__file__).parents[1]
 Playing: TypeAlias = Callable[..., Outcome]
 
 

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from by_path import ROOT
 from cli.conftest import Command
 from processes import eai as in_own_process
 from sweeps import sweep, swept
 
-LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
+LAMPS = ROOT / "examples" / "lamps"
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 import pytest
 from filelock import FileLock
 
+from by_path import TESTS
 from eai.data.dataset import fetch, info, open_pack
 from eai.data.source import Archive, Bundle
 from eai.data.store import Report, Store
@@ -139,7 +140,7 @@ def test_info_tells_what_is_there_and_what_is_not(store: Store, packs: Sequence[
 def test_two_processes_may_fetch_at_once(store: Store, wheel: Archive, index: Path, offline: bool) -> None:
     place = str(index) if offline else ""
     pins = (wheel.name, wheel.version, wheel.filename, wheel.sha256, str(wheel.size))
-    command = [sys.executable, "-c", FETCH, str(Path(__file__).parents[1]), str(store.folder), place, *pins]
+    command = [sys.executable, "-c", FETCH, str(TESTS), str(store.folder), place, *pins]
     store.folder.mkdir()
     with FileLock(store.folder / "fetch.lock"):
         processes = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]

@@ -16,6 +16,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 
+from by_path import ROOT
 from eai.data.store import Store
 from eai.envs import ANY, IDS, AnyText, make
 from eai.errors import EaiError, InputError
@@ -23,7 +24,7 @@ from eai.tasks.source import Source
 from eai.world import Luck
 from envs.switches import SWITCHES, WON
 
-LAMPS = Path(__file__).parents[2] / "examples" / "lamps" / "lamps.py"
+LAMPS = ROOT / "examples" / "lamps" / "lamps.py"
 TASKS = {
     "eai/VirtualHome-v1": "27_2",
     "eai/Behavior-v1": "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46",

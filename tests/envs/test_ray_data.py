@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 import eai
+from by_path import ROOT
 from eai.abilities.responses import Response
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.suite import Suite
@@ -24,7 +25,7 @@ from eai.scoring.records import line_of
 # Ray warns of its own options, and of actors that a test has no work for.
 pytestmark = pytest.mark.filterwarnings("ignore:::ray")
 
-PAGE = Path(__file__).parents[2] / "docs/training.md"
+PAGE = ROOT / "docs/training.md"
 EXAMPLE = re.compile(r"^```py\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 

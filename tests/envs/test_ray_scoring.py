@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import eai
+from by_path import TESTS
 from eai.abilities.responses import Response
 from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
@@ -25,7 +26,7 @@ from eai.envs.ray_scoring import LOCAL, RayScoring  # noqa: E402 - needs it
 def cluster() -> Iterator[RayScoring]:
     """Two actors of a cluster that finds the modules of the tests, not only those of the folder it is in."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PYTHONPATH", str(Path(__file__).parents[1]), prepend=os.pathsep)
+        patch.setenv("PYTHONPATH", str(TESTS), prepend=os.pathsep)
         with RayScoring(LOCAL, 2) as scoring:
             yield scoring
 

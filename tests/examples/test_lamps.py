@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import eai as library
+from by_path import ROOT
 from cli.conftest import Command
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability
@@ -19,7 +20,7 @@ from eai.world import Action, Episode, check, execute
 from processes import eai as in_own_process
 from sweeps import first_of
 
-FOLDER = Path(__file__).parents[2] / "examples" / "lamps"
+FOLDER = ROOT / "examples" / "lamps"
 LAMPS = "lamps:lamps"
 PRESS = [
     {"action": "GO", "object": "lamp_1"},

@@ -9,7 +9,9 @@ from types import ModuleType
 
 import pytest
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+from by_path import ROOT
+
+EXAMPLES = ROOT / "examples"
 
 
 @pytest.fixture

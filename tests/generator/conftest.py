@@ -1,9 +1,8 @@
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
+from by_path import ROOT
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 
@@ -11,5 +10,5 @@ from eai.benchmark.registry import find_benchmark
 @pytest.fixture
 def lamps(monkeypatch: pytest.MonkeyPatch) -> Benchmark:
     """The benchmark of the examples: a declaration and two tasks."""
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     return find_benchmark("lamps:lamps")

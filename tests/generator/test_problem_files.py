@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from by_path import ROOT
 from cli.conftest import Command, eai
 from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
@@ -20,7 +21,7 @@ from logic.bddl_text import print_problem
 
 __all__ = ["eai"]
 
-LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
+LAMPS = ROOT / "examples" / "lamps"
 
 OTHER_EVIDENCE = {
     "brushing_lint_off_clothing_0_Pomaria_2_int_0_2021-06-04_17-41-56",

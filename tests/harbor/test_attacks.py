@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from boxes import lacking
+from by_path import ROOT
 from eai.data.store import Store
 from eai.harbor.folders import IMAGE
 from harbor_trials import Trial, exported
@@ -17,7 +18,7 @@ from harbor_trials import Trial, exported
 WHY_NOT = lacking()
 pytestmark = pytest.mark.skipif(WHY_NOT is not None, reason=f"a trial runs in boxes: {WHY_NOT}")
 
-LAMPS = Path(__file__).parents[2] / "examples/lamps/lamps.py"
+LAMPS = ROOT / "examples/lamps/lamps.py"
 TASK = {
     "id": "dark",
     "base": "lamps:lamps",

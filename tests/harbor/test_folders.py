@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from boxes import lacking
+from by_path import ROOT
 from eai.abilities.protocol import FOUR
 from eai.acting.worlds import opened
 from eai.benchmark.registry import find_benchmark
@@ -41,7 +42,7 @@ GIFTS = "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37"
 @pytest.fixture
 def nights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A file of three tasks; in the second one all is well, and no plan is known to the third."""
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     lines: list[dict[str, Any]] = [
         {"id": "dark/1", **LAMP},
         {"id": "lit", **LAMP, "facts": {"lit": ["lamp"]}, "plan": []},

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from by_path import ROOT
 from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
 from eai.acting.journal import key_in
@@ -26,7 +27,7 @@ LIGHT = ("light", 1)
 
 @pytest.fixture
 def suite(monkeypatch: pytest.MonkeyPatch) -> Suite:
-    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     return open_suite("lamps:lamps", Ability("acting"))
 
 

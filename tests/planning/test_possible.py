@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import random
-from pathlib import Path
 
 import pytest
 
 import eai.logic.formula as f
+from by_path import ROOT
 from eai.abilities.protocol import Ability
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.random_answers import random_walk
@@ -26,7 +26,7 @@ INSIDE, LIT = f.Atom("inside", (f.Constant("ball"), f.Constant("box"))), f.Atom(
 @pytest.fixture
 def lamps(monkeypatch: pytest.MonkeyPatch) -> Benchmark:
     """The example of a world of one's own."""
-    monkeypatch.chdir(Path(__file__).parents[2] / "examples" / "lamps")
+    monkeypatch.chdir(ROOT / "examples" / "lamps")
     return find_benchmark("lamps:lamps")
 
 

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import pytest
 
-from by_path import ROOT
+from by_path import ROOT, TESTS
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
@@ -41,7 +41,7 @@ PLANS = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 INSUFFICIENT = Path(__file__).parent / "golden" / "official_insufficient.tsv"
 """Tasks of which the data set's prompt lacks what the data set's plan needs: benchmark, task and reason."""
 
-FOLDER = Path(__file__).parents[1] / "pddl" / "domains"
+FOLDER = TESTS / "pddl" / "domains"
 
 
 @pytest.fixture(scope="module")

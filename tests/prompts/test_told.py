@@ -6,10 +6,10 @@ import random
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice, product
-from pathlib import Path
 
 import pytest
 
+from by_path import TESTS
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
 from eai.abilities.wording import Wording
@@ -27,7 +27,7 @@ from eai.world.state import Fact, Scene
 from eai.world.vocabulary import Vocabulary
 from world import toy
 
-FOLDER = Path(__file__).parents[1] / "pddl" / "domains"
+FOLDER = TESTS / "pddl" / "domains"
 NAMES = sorted(path.name for path in FOLDER.iterdir())
 ABOUT_STATES = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION, Ability.GOAL_INTERPRETATION)
 ABOUT_ACTIONS = ABOUT_STATES[:2]

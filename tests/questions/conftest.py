@@ -1,13 +1,12 @@
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
+from by_path import ROOT
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 
-LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
+LAMPS = ROOT / "examples" / "lamps"
 
 
 @pytest.fixture

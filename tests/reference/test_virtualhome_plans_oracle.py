@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import pytest
 
+from by_path import ROOT
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmark.suite import open_suite
@@ -22,7 +22,6 @@ from oracle import MODELS, Oracle, read_shared
 from sweeps import first_of
 
 REFERENCE = Protocol("eai-1.0.5")
-ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "protocols.md"
 MEASURED = ROOT / "bench" / "README.md"
 

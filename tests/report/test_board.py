@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from browsing import needs_browser, quiet_page, started_browser
+from by_path import ROOT
 from cli.conftest import Command, eai
 from eai.abilities.protocol import Ability
 from eai.benchmark.gold_answers import open_answer_book
@@ -23,7 +24,7 @@ __all__ = ["eai"]
 
 DESCRIPTION = 'model = "{model}"\ndate = 2026-11-26\n'
 PLACE = "virtualhome/action_sequencing/m_outputs.json"
-LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
+LAMPS = ROOT / "examples" / "lamps"
 
 
 def answers(rows: dict[str, str]) -> str:

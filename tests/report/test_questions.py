@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from by_path import ROOT
 from cli.conftest import Command, eai
 from eai.benchmark.registry import find_benchmark
 from eai.questions.question import gold_text, questions_content
@@ -14,7 +15,7 @@ from eai.questions.writer import Writer
 
 __all__ = ["eai"]
 
-LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
+LAMPS = ROOT / "examples" / "lamps"
 
 
 @pytest.fixture

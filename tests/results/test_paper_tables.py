@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from by_path import module_at
+from by_path import ROOT, module_at
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
@@ -124,7 +124,6 @@ def test_operators_of_behavior_are_the_paper_s_to_the_digit(model: str, oracle: 
 _SIDES = {"precondition": "precond_predicate_type_res", "effect": "effect_predicate_type_res"}
 
 
-ROOT = Path(__file__).parents[2]
 PROTOCOLS = [protocol.value for protocol in Protocol.known()]
 SUITES = published_scores("strict").suites
 SAMPLE = "llama-3-8b-chat"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from by_path import ROOT
 from eai.abilities.verdict import Share
 from eai.errors import EaiError
 from eai.results.certainty import Case
@@ -84,6 +85,6 @@ def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_the_documentation_tells_every_column() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "tidy-tables.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "tidy-tables.md").read_text(encoding="utf-8")
     columns = {column.name for kind in TABLES.values() for column in fields(kind)}
     assert [name for name in sorted(columns) if f"\n| `{name}` | " not in page] == []

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 from inspect_ai import list_tasks
 
 import eai
+from by_path import ROOT
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR
 from eai.benchmark.gold_answers import open_answer_book
@@ -18,7 +18,6 @@ from eai.benchmark.registry import of_the_paper
 from eai.data.store import Store
 from eai.run.registry import TASKS
 
-ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples/lm_eval"
 OF_HOUSEHOLDS = {f"{name}_{ability.value}" for name in of_the_paper() for ability in FOUR} & set(TASKS)
 """The examples have the four abilities of the paper's households: no file of questions, and no pictures."""

@@ -3,14 +3,14 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
+from by_path import ROOT
 from eai.data.store import Store
 from sweeps import swept
 
-BENCH = Path(__file__).resolve().parents[2] / "bench" / "kill_and_resume.py"
+BENCH = ROOT / "bench" / "kill_and_resume.py"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="forks")

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from inspect_ai.log import read_eval_log
 
+from by_path import ROOT
 from eai.abilities.codec import record_to_json
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability, Protocol
@@ -173,7 +174,7 @@ def test_options_that_contradict_each_other(options: str, message: str, tmp_path
 @sweep
 def test_what_is_killed_and_goes_on_loses_and_doubles_nothing(data_store: Store) -> None:
     """A few of the cycles of the benchmark, which has a hundred."""
-    script = Path(__file__).parents[2] / "bench" / "kill_and_resume.py"
+    script = ROOT / "bench" / "kill_and_resume.py"
     command = [sys.executable, str(script), "--kills", "3", "--tasks", "6"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stderr

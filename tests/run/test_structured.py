@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from by_path import ROOT
 from eai.abilities.protocol import FOUR, Ability
 from eai.benchmark.suite import open_suite
 from eai.prompts.prompt import Prompt
@@ -18,7 +19,6 @@ from eai.studies.variation import Endpoint
 from processes import eai
 from run.server import Reply, serve
 
-ROOT = Path(__file__).parents[2]
 LOCAL = "openai-api/local/scripted"
 WORDS = {
     "virtualhome": {"soap", "1002", "CLOSED"},

@@ -7,7 +7,6 @@ import pickle
 from collections.abc import Sequence
 from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -15,6 +14,7 @@ from hypothesis import given as drawn
 from hypothesis import strategies as st
 
 import eai
+from by_path import ROOT
 from eai import Ability, Benchmark, InputError, Suite, Task, given, make_task
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import FOUR
@@ -32,7 +32,7 @@ from threading_tests import asked_by_threads
 from world import toy
 
 ALL = tuple([shaping for shaping in Shaping if shaping is not Shaping.REPAIR])
-LAMPS = Path(__file__).parents[2] / "examples" / "lamps" / "lamps.py"
+LAMPS = ROOT / "examples" / "lamps" / "lamps.py"
 HOUSEHOLDS = ("virtualhome", "behavior")
 WORLDS = ("toy", "lamps", *HOUSEHOLDS)
 FEW = settings(

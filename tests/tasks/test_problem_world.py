@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from by_path import TESTS
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
@@ -29,7 +30,7 @@ from eai.world.execution import Action, Fault, attempt, describe, execute
 from eai.world.fault import FaultKind
 from eai.world.history import Past
 
-FOLDER = Path(__file__).parents[1] / "pddl" / "domains"
+FOLDER = TESTS / "pddl" / "domains"
 NAMES = sorted(path.name for path in FOLDER.iterdir())
 PROBLEMS = [
     (path.parent.name, path.stem) for path in sorted(FOLDER.glob("*/*.pddl")) if path.stem != "domain"

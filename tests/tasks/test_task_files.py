@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from by_path import ROOT, TESTS
 from cli.conftest import Command, eai
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
@@ -26,8 +27,8 @@ from processes import eai as in_own_process
 
 __all__ = ["eai"]
 
-LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
-PAGE = Path(__file__).parents[2] / "docs" / "task-files.md"
+LAMPS = ROOT / "examples" / "lamps"
+PAGE = ROOT / "docs" / "task-files.md"
 LINE: dict[str, Any] = {
     "id": "one",
     "base": "lamps:lamps",
@@ -156,7 +157,7 @@ def test_the_page_shows_the_schema_and_a_sound_line(eai: Command) -> None:
 
 
 def test_pddl_problems_import(eai: Command) -> None:
-    folder = Path(__file__).parents[1] / "pddl" / "domains" / "gripper"
+    folder = TESTS / "pddl" / "domains" / "gripper"
     reference = f"pddl:{folder / 'domain.pddl'},{folder}"
     assert eai("export", "tasks", "--domain", reference, "--out", "g.jsonl.gz").status == 0
     assert eai("check", "g.jsonl.gz").status == 0
