@@ -1,4 +1,4 @@
-"""The flags of ``eai run``: few, and each former one names the option that it has become."""
+"""The flags of ``eai run`` and the options that `--with` sets."""
 
 from __future__ import annotations
 
@@ -16,56 +16,6 @@ from eai.run.spec import keys
 from processes import eai as run_eai
 
 PAGE = ROOT / "docs" / "run-options.md"
-FORMER = {
-    "--top-p": "generation.top_p",
-    "--reasoning-effort": "generation.reasoning_effort",
-    "--reasoning-tokens": "generation.reasoning_tokens",
-    "--stop": "generation.stop=true",
-    "--no-stop": "generation.stop=false",
-    "--structured": "generation.structured=true",
-    "--prompt-name": "prompts.name",
-    "--max-retries": "requests.max_retries",
-    "--timeout": "requests.timeout",
-    "--batch": "requests.batch=true",
-    "--replans": "attempts.replans",
-    "--world": "attempts.world",
-    "--feedback": "attempts.feedback",
-    "--feedback-form": "attempts.feedback_form",
-    "--slip": "attempts.slip",
-    "--slip-seed": "attempts.slip_seed",
-    "--slip-notice": "attempts.slip_notice",
-    "--until": "attempts.until",
-    "--preset": "attempts.preset",
-    "--goals": "pipeline.goals",
-    "--scene": "perception.scene",
-    "--noise": "perception.noise.NAME",
-    "--images": "perception.images",
-    "--clutter": "perception.clutter",
-    "--scene-model": "perception.scene_model",
-    "--scene-arg": "perception.scene_args.NAME",
-    "--scene-base-url": "perception.scene_base_url",
-    "--planner-seconds": "scoring.planner_seconds",
-    "--planner-memory": "scoring.planner_memory",
-    "--explanations": "scoring.explanations=true",
-    "--no-explanations": "scoring.explanations=false",
-    "--allow-missing": "scoring.allow_missing=true",
-}
-
-
-@pytest.mark.parametrize("flag", FORMER)
-def test_a_former_flag_names_what_to_write(flag: str, eai: Command, tmp_path: Path) -> None:
-    for written in ((flag,), (flag, "3"), (f"{flag}=3",)):
-        done = eai("run", "--model", "eai/oracle", *written, "--out", tmp_path)
-        assert (done.status, done.out) == (2, "")
-        assert done.err.startswith(f"eai: {flag}: write --with {FORMER[flag]}")
-        assert done.err.count("\n") == 1
-    assert FORMER[flag].partition("=")[0].removesuffix(".NAME") in keys()
-
-
-def test_prices_are_of_reports(eai: Command) -> None:
-    done = eai("run", "--model", "eai/oracle", "--prices=prices.yaml")
-    assert (done.status, done.out) == (2, "")
-    assert done.err == "eai: --prices: write eai report RUNS --prices FILE, which gives dollars for tokens\n"
 
 
 def test_the_flags_are_few() -> None:

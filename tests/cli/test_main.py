@@ -162,16 +162,6 @@ def test_there_are_few_commands() -> None:
     assert len(top) + len(below) <= 30
 
 
-@pytest.mark.parametrize(("former", "now"), list(cli.RENAMED.items()))
-def test_a_command_that_has_another_name_says_which(eai: Command, former: str, now: str) -> None:
-    done = eai(*former.split(), "x")
-    assert (done.status, done.err) == (2, f"eai: eai {former}: write eai {now}\n")
-    assert (
-        "No such command"
-        not in eai(*[w for w in now.split() if w.islower() and w.isalpha()][:2], "--help").err
-    )
-
-
 def test_a_command_that_there_is_not_is_told_with_its_neighbours(eai: Command) -> None:
     status, _, told = eai("scores", "answers.json")
     assert (status, "'score'" in told) == (2, True)

@@ -20,41 +20,13 @@ from typer.main import get_group
 
 from eai import __version__
 from eai.data.docstrings import meanings
-from eai.errors import EaiError, InputError, InterruptError
+from eai.errors import EaiError, InterruptError
 
 MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
 """The panels of the commands."""
 
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
 """The errors of a device that takes no more."""
-
-
-RENAMED = {
-    "submission build": "export submission RUN --out FILE",
-    "submission check": "export submission FILE",
-    "pictures": "export pictures",
-    "questions run": "run --ability world_model --domain FILE --model NAME",
-    "questions score": "score ANSWERS --ability world_model --domain FILE",
-    "questions": "export questions",
-    "human form": "export prompts --out FILE.html",
-    "prompts": "export prompts",
-    "data croissant": "export tasks --croissant --out DIR",
-    "leaderboard": "report RUNS",
-    "merge": "score DIR --merge",
-    "tasks check": "check",
-    "tasks write": "export tasks",
-    "tasks import": "export tasks FILE... --domain NAME --out FILE",
-    "tasks schema": "check --schema",
-    "tasks reveal": "check FOLDER --split NAME --secret SECRET",
-    "tasks overlap": "check B --against A",
-    "data validate": "data info --check",
-    "annotate frequencies": "data annotate differences --count",
-    "annotate assign": "data annotate goals --assigned",
-    "annotate concrete": "data annotate goals",
-    "annotate check": "data annotate goals --check",
-    "annotate": "data annotate",
-}
-"""The present names of commands that README and documentation once showed, by their former names."""
 
 
 _HELP_OPTIONS = ("-h", "--help")
@@ -124,9 +96,6 @@ _PLACES = {
 }
 """The module in this package, and the name there, of a command that is no function NAME in a module NAME."""
 
-_OLD_FLAGS = {"run": "flags:refuse_old_flags", "analyze": "analyze:refuse_old_flags"}
-"""The functions that refuse flags of a command which are settings now."""
-
 _BARE = frozenset({"demo", "analyze"})
 """The commands that do something without any argument, instead of printing their help."""
 
@@ -158,16 +127,7 @@ class _Commands(TyperGroup):
         super().format_help(ctx, formatter)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that is named.
-
-        Raises:
-            InputError: it, or a flag of it, is called otherwise now.
-        """
-        for words in (" ".join(args[:2]), args[0]):
-            if words in RENAMED:
-                raise InputError(f"eai {words}: write eai {RENAMED[words]}")
-        if args[0] in _OLD_FLAGS:
-            _object_at(_OLD_FLAGS[args[0]])(args[1:])
+        """The command that is named."""
         name, found, rest = super().resolve_command(ctx, args)
         return name, found and _imported(found), rest
 

@@ -42,18 +42,6 @@ class _Formats(Options):
     formats: Annotated[tuple[Literal["csv", "parquet"], ...], BeforeValidator(several)] = ("csv",)
 
 
-def refuse_old_flags(args: Sequence[str]) -> None:
-    """Raise if a flag is an option of the study that is named first, or of the tidy tables."""
-    name = next((each for each in args if not each.startswith("-")), "")
-    if name not in (ALL, TABLE, *study_names()):
-        return
-    now = {"--format": "formats=VALUE"} if name == TABLE else {}
-    for each in _studies(name):
-        for key in each.choices.model_fields:
-            now |= options.former_flags(key, key, each.choices.default_of(key))
-    options.refuse_moved(args, now, "eai analyze")
-
-
 def analyze(
     name: Annotated[str, typer.Argument(metavar="STUDY")] = "",
     records: Annotated[list[Path] | None, typer.Argument(help=options.RECORDS)] = None,

@@ -15,11 +15,10 @@ import typer
 from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
-from eai.acting.setting import AGENT
 from eai.benchmark.answer_files import recorded_file
 from eai.benchmark.suite import Suite
 from eai.cli import options
-from eai.cli.options import SETTING, former_flags, refuse_moved, setting
+from eai.cli.options import SETTING, setting
 from eai.data.files import read_toml
 from eai.errors import InputError, did_you_mean
 from eai.run.job import CAPTIONER, PROVIDER, answers, check_model
@@ -61,21 +60,6 @@ def run_flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
     chosen = type(RunSpec.model_fields[section].default)
     default = chosen.default_of(option)
     return options.flag_of(chosen, option, panel, *names, show_default=default or False, **more)
-
-
-def refuse_old_flags(args: Sequence[str]) -> None:
-    """Raise if a flag is an option of ``--with`` now, or of another command."""
-    if any(text.partition("=")[0] == "--prices" for text in args):
-        raise InputError("--prices: write eai report RUNS --prices FILE, which gives dollars for tokens")
-    now = {
-        "--prompt-name": "prompts.name=NAME",
-        "--scene-arg": "perception.scene_args.NAME=VALUE",
-        "--noise": "perception.noise.NAME=RATE",
-    }
-    for key, default in keys().items():
-        if key not in FLAGS.values() and not key.startswith(f"{AGENT}."):
-            now = former_flags(key.partition(".")[2], key, default) | now
-    refuse_moved(args, now, f"{SETTING} {HELP}")
 
 
 def specification(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -159,27 +159,6 @@ def setting_of_others(settings: Sequence[str]) -> Setting:
     for name in sorted(chosen.model_fields_set & {"harness", "tokens", "seconds"}):
         raise InputError(f"{SETTING} {name}: it is for models of eai run")
     return chosen
-
-
-def former_flags(name: str, key: str, default: str) -> dict[str, str]:
-    """The flags that an option had which is a setting now, with what to write instead."""
-    flag = name.replace("_", "-")
-    if default in ("true", "false"):
-        return {f"--{flag}": f"{key}=true", f"--no-{flag}": f"{key}=false"}
-    return {f"--{flag}": f"{key}=VALUE"}
-
-
-def refuse_moved(args: Sequence[str], now: Mapping[str, str], listed_by: str) -> None:
-    """Raise if a flag of a command is a setting now.
-
-    Args:
-        args: the arguments of the command.
-        now: the flags that are settings now, with what to write instead.
-        listed_by: the command that lists all settings.
-    """
-    for name in [text.partition("=")[0] for text in args]:
-        if name in now:
-            raise InputError(f"{name}: write {SETTING} {now[name]} ({listed_by} lists all options)")
 
 
 def option_rows(options: type[Options], before: str = "") -> Iterator[str]:
