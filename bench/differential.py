@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from behavior import ALSO_IMPORTED, described
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.verdict import Verdict
 from eai.benchmark.suite import Suite, open_suite

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.world.fault import FaultKind
 

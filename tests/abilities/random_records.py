@@ -11,7 +11,7 @@ from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, Usage
-from eai.abilities.transition_modeling.declaration import OperatorReport
+from eai.abilities.transition_modeling.verdict import OperatorReport
 from eai.abilities.verdict import Counted, ErrorReport, Share
 from eai.pddl.matching import SideMatch
 from eai.world.fault import FaultKind

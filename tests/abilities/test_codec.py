@@ -12,11 +12,11 @@ from abilities.random_records import records
 from eai.abilities.codec import COMMON, SCHEMA, fields_of, record_from_json, record_to_json, sha256_of
 from eai.abilities.declaration import declaration_of
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, Statement, StepReport
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Origin, Record, Usage
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
-from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import (
     Confusion,
     Counted,

@@ -4,9 +4,9 @@ import pytest
 
 from eai.abilities.operator_task import TransitionTask, declared_tasks
 from eai.abilities.task import Category, Goal, GoalKind, Task
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.transition_modeling.rules import PaperRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.logic.formula import Constant, Exists, Formula, Occurs, Variable
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner

@@ -16,8 +16,8 @@ from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, Until, 
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, TaskFeatures, Usage
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
-from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
+from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import Counted, ErrorReport
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind, Notice

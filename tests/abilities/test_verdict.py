@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import eai
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Share, Verdict
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind

@@ -15,7 +15,7 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import ErrataUse
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.task import make_task
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.errata import _Erratum, published_errata, read_errata

@@ -8,7 +8,7 @@ import pytest
 from by_path import TESTS
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.benchmark.gold_answers import WrittenAnswer, noisy_answer, open_answer_book, open_planned_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite

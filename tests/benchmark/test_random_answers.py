@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from by_path import ROOT
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.random_answers import open_random_answers, random_walk

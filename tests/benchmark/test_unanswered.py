@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import RAISED, Confusion
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import open_suite

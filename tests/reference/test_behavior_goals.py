@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.verdict import Confusion
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.reference.behavior_goals import ByFirstOption

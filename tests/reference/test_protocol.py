@@ -10,7 +10,7 @@ from abilities.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt, Record
-from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, Share
 from eai.benchmark.protocols import preset_experiment

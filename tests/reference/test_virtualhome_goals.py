@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.verdict import Verdict
 from eai.households.virtualhome import domain
 from eai.households.virtualhome.tasks import VirtualHomeTasks

@@ -8,11 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, read_statement
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Origin, Record, TaskFeatures
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
-from eai.abilities.transition_modeling.declaration import (
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.transition_modeling.verdict import (
     OperatorReport,
     OperatorStatus,
     OperatorVerdict,

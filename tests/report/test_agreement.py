@@ -4,7 +4,7 @@ import re
 from dataclasses import replace
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.verdict import Verdict
 from eai.report.document import agreements
 from eai.report.run_summary import summary_of

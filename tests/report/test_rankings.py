@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
 from eai.pddl.planning import PlannerOutcome
 from eai.report.rankings import Ranking, cells_by_model, make_ranking

@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.record import NOT_ANSWERED, ErrataUse, Record
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.results.coverage import Coverage, together
 from eai.results.totals import Totals

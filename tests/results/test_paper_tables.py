@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from by_path import ROOT, module_at
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion
 from eai.data.files import read_toml
 from eai.pddl.planning import PlannerChoice

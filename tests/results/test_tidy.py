@@ -9,7 +9,7 @@ from eai.abilities.explanation import names_in, read_statement
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store

@@ -12,7 +12,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.abilities.record import ErrataUse, Record
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.results.summary import by_attempt, summarise
 from eai.scoring.batch import Scoring
 from eai.scoring.records import RECORDS, SUMMARY, part_of, write_parts

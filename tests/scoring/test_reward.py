@@ -18,7 +18,7 @@ from by_path import ROOT
 from eai import Ability, Benchmark, InputError, Suite, Task, given, make_task
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import FOUR
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
 from eai.logic.formula import And, Or

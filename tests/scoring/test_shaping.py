@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import pytest
 
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
-from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import (
     Confusion,
     ErrorReport,

@@ -11,7 +11,7 @@ import pytest
 from by_path import ROOT, TESTS
 from cli.conftest import Command, eai
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book, open_planned_book
 from eai.benchmark.prompt_library import Library

@@ -9,7 +9,7 @@ from claim import Finding, by_degree
 from evidence import GPT_4O, TM, B, Evidence, Suite, V
 from rates import all_of, if_so
 
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.pddl.planning import PlannerOutcome
 from eai.studies.sensitivity.study import OVERALL
 

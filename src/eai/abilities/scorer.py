@@ -174,10 +174,6 @@ def _or_else(compute: Callable[..., R], default: R, *arguments: int) -> R:
         return default
 
 
-UNKNOWN_ACTION = "unknown_action"
-"""The test of names that an action which does not exist fails; the others are those of `MisuseKind`."""
-
-
 def error_report(fault: Fault, number: int, domain: Domain, action: Action, scene: Scene) -> ErrorReport:
     """The report on the fault that an action has; ``number`` is that of the step or subgoal."""
     check, names = fault.check, names_of(action, domain, scene)

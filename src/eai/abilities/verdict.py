@@ -51,6 +51,10 @@ class Confusion(NamedTuple):
     false_negatives: int
 
 
+NO_COUNTS = Confusion(0, 0, 0)
+"""Counts of an answer in which no part is right, wrong or missing."""
+
+
 @dataclass(frozen=True, slots=True)
 class ErrorReport:
     """The error that ended an answer.
@@ -74,6 +78,9 @@ class ErrorReport:
 
 UNREPLAYABLE = "unreplayable"
 """The check that an episode fails if its observations differ from those of its replay."""
+
+UNKNOWN_ACTION = "unknown_action"
+"""The test of names that an answer fails if it names an action that does not exist."""
 
 RAISED = "raised"
 """The check that an answer fails if its scorer raises an exception."""

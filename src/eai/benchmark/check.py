@@ -29,7 +29,7 @@ from eai.world.domain import Domain
 from eai.world.operator import conditions_of
 
 if TYPE_CHECKING:
-    from eai.abilities.transition_modeling.declaration import OperatorVerdict
+    from eai.abilities.transition_modeling.verdict import OperatorVerdict
 
 _CARRIED_OUT = (Ability.ACTION_SEQUENCING, Ability.TRANSITION_MODELING)
 """The abilities of which gold answers are carried out, or planned with."""

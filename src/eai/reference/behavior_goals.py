@@ -10,8 +10,8 @@ from functools import partial
 from typing import TypeAlias
 
 from eai.abilities.explanation import Explanation, GoalReport, Statement, names_in
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.scorer import wrong_goal_notes
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable

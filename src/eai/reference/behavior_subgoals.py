@@ -19,9 +19,9 @@ from random import Random
 from typing import TypeAlias
 
 from eai.abilities.notation.subgoals import SubgoalLexicon
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
 from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected, unparseable
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.verdict import ErrorReport
 from eai.households.behavior import predicates as p
 from eai.households.behavior.notation import (

@@ -18,7 +18,6 @@ from itertools import accumulate
 from random import Random
 
 import eai.logic.formula as f
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.subgoal_decomposition.program import (
     Compiled,
     Do,
@@ -32,6 +31,7 @@ from eai.abilities.subgoal_decomposition.program import (
 )
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import Branch, Outcome
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.verdict import Counted, Unreadable
 from eai.errors import ParseError
 from eai.logic.ltl import read_formula

@@ -9,8 +9,8 @@ from itertools import chain
 from typing import Any
 
 from eai.abilities.explanation import GoalReport, names_in
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation, ill_formed_texts
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goals import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ALL, Confusion, Unreadable

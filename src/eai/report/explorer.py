@@ -28,9 +28,9 @@ from eai.results.summary import after, outcome
 from eai.scoring.runs import Run, RunKey
 
 if TYPE_CHECKING:
-    from eai.abilities.goal_interpretation.declaration import GoalVerdict
-    from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
-    from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorVerdict
+    from eai.abilities.goal_interpretation.verdict import GoalVerdict
+    from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
+    from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorVerdict
 
 VERSION = 3
 """The version of the format."""

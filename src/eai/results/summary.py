@@ -25,7 +25,7 @@ from eai.results.repeats import repeated_metric
 from eai.results.table import Estimate
 
 if TYPE_CHECKING:
-    from eai.abilities.transition_modeling.declaration import OperatorVerdict
+    from eai.abilities.transition_modeling.verdict import OperatorVerdict
 
 
 def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:

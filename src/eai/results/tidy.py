@@ -17,8 +17,8 @@ from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLi
 from eai.results.summary import goals_of, name_of, outcome, shares_by_task, steps_of
 
 if TYPE_CHECKING:
-    from eai.abilities.goal_interpretation.declaration import GoalVerdict
-    from eai.abilities.transition_modeling.declaration import OperatorVerdict
+    from eai.abilities.goal_interpretation.verdict import GoalVerdict
+    from eai.abilities.transition_modeling.verdict import OperatorVerdict
     from eai.results.task_book import TaskBook
     from eai.tasks.source import Source
 
@@ -186,7 +186,7 @@ def _atoms(record: Record, key: Beginning, book: TaskBook | None) -> Iterator[At
 def _clauses(record: Record, key: Beginning) -> Iterator[ClauseLine]:
     if not declaration_of(record.ability).asked.of_operators:
         return
-    from eai.abilities.transition_modeling.declaration import OTHER
+    from eai.abilities.transition_modeling.verdict import OTHER
 
     verdict = cast("OperatorVerdict", record.verdict)
     for report in verdict.operators:

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 from abilities.goal_interpretation.lamps import DOMAIN, OBJECTS, atom, make_task
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.goal_interpretation.declaration import GOAL_INTERPRETATION, GoalVerdict
+from eai.abilities.goal_interpretation.declaration import GOAL_INTERPRETATION
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.notation.goals import JsonGoals
 from eai.abilities.task import Task

@@ -2,7 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict, contributions
+from eai.abilities.subgoal_decomposition.declaration import contributions
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.verdict import ErrorReport
 from eai.world.fault import FaultKind
 

@@ -10,10 +10,11 @@ import pytest
 from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.planning import find_plan
 from eai.abilities.subgoal_decomposition.builder import Programs
-from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict, contributions
+from eai.abilities.subgoal_decomposition.declaration import contributions
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
+from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
 from eai.abilities.task import make_task as task_of
 from eai.abilities.verdict import Share

@@ -14,8 +14,8 @@ import pytest
 from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import Category
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Verdict
 from eai.pddl.model import OperatorText
 from eai.pddl.reader import read_domain

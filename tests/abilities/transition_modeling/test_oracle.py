@@ -10,8 +10,8 @@ import pytest
 
 from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.transition_modeling.declaration import OperatorStatus, OperatorVerdict
 from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite

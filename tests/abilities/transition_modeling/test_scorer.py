@@ -7,26 +7,16 @@ import pytest
 
 from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import Protocol
-from eai.abilities.transition_modeling.declaration import (
-    Category,
-    OperatorStatus,
-    OperatorVerdict,
-    clause_content,
-)
+from eai.abilities.task import Category
 from eai.abilities.transition_modeling.extraction import LIMIT, Memory
 from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
+from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict, clause_content
 from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText
 from eai.pddl.planners import available, make_planner
-from eai.pddl.planning import (
-    PlannerChoice,
-    PlannerOutcome,
-    PlannerResult,
-    PlannerTerms,
-    PlanningTask,
-)
+from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlannerResult, PlannerTerms, PlanningTask
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
 from eai.world.fault import FaultKind

@@ -10,7 +10,7 @@ import pytest
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store

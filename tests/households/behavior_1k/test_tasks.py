@@ -6,7 +6,7 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite

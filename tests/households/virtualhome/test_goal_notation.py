@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.abilities.codec import dataclass_to_json, fields_of
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.verdict import Verdict
 from eai.households.virtualhome import domain

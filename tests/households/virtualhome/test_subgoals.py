@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.protocol import Protocol
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.verdict import Share, Verdict
 from eai.world.fault import FaultKind
 from households.virtualhome.household import make_task

@@ -13,8 +13,8 @@ import pytest
 from eai.abilities.explanation import EXECUTED, Explanation, PartReport
 from eai.abilities.goal_test import StateTest
 from eai.abilities.protocol import Protocol
-from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Formula, Occurs, Then
 from eai.logic.traversal import walk

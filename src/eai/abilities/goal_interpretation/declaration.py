@@ -1,10 +1,8 @@
-"""Goal interpretation as a registered ability: how it is asked and counted, and its verdicts."""
+"""Goal interpretation as a registered ability: how it is asked and counted."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -19,66 +17,15 @@ from eai.abilities.declaration import (
     error_outcome,
     score_columns,
 )
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind
-from eai.abilities.verdict import (
-    ALL,
-    Confusion,
-    Json,
-    Merit,
-    Share,
-    Verdict,
-    add,
-    confusion_shares,
-    merit_of_parts,
-    of_all,
-)
+from eai.abilities.verdict import ALL, NO_COUNTS, Share, add, confusion_shares, of_all
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
     from eai.abilities.task import Task
-
-
-@dataclass(frozen=True, slots=True)
-class GoalVerdict(Verdict):
-    """The verdict on an interpretation of goals.
-
-    Attributes:
-        counts: goals found, invented and missed, by kind, and ``all`` together. What is ill-formed or names
-            what does not exist is not among those invented (the reference counts a part of it).
-        predicted: how many goals the answer states, those included that are not counted.
-        ill_formed: how many of them lack a part.
-        hallucinated: for each goal that names what does not exist, the first such name.
-        unknown_predicates: the predicates that there are not.
-        matched: the stated goals that are right, as texts, each as often as it counts.
-        wrong: those that are wrong, likewise; the entries that lack a part come first, as they are written.
-        missing: the conditions of the task that are not stated, as texts.
-        aborts: whether the reference would end its whole run here.
-    """
-
-    counts: Mapping[str, Confusion] | None = None
-    predicted: int = 0
-    ill_formed: int = 0
-    hallucinated: tuple[str, ...] = ()
-    unknown_predicates: tuple[str, ...] = ()
-    matched: tuple[str, ...] = ()
-    wrong: tuple[str, ...] = ()
-    missing: tuple[str, ...] = ()
-    aborts: bool = False
-
-    @property
-    def columns(self) -> Mapping[str, Json]:
-        """How many goals it states, and how many of them cannot count."""
-        hallucinated = len(self.hallucinated)
-        return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
-
-    def merit(self, at_start: Sequence[bool]) -> Merit | None:
-        """By F1; goals that lack a part, or name what there is not, are wrong, and faults besides."""
-        hallucinated = len(self.hallucinated)
-        faults = +Counter({FaultKind.PARSING: self.ill_formed, FaultKind.HALLUCINATION: hallucinated})
-        counts = (self.counts or {}).get(ALL, _NONE)
-        return merit_of_parts(counts, self.error, faults, strangers=hallucinated + self.ill_formed)
 
 
 OVERALL = "overall"
@@ -87,7 +34,6 @@ OVERALL = "overall"
 _GRAMMAR = "Grammar errors"
 _PARTS = (*(kind.value for kind in GoalKind), OVERALL)
 _SCORES = score_columns(_PARTS)
-_NONE = Confusion(0, 0, 0)
 
 
 def contributions(verdict: GoalVerdict) -> dict[str, Share]:
@@ -98,7 +44,7 @@ def contributions(verdict: GoalVerdict) -> dict[str, Share]:
     pool from which precision and F1 leave them out.
     """
     counts = verdict.counts or {}
-    by_kind = {kind.value: counts.get(kind.value, _NONE) for kind in GoalKind}
+    by_kind = {kind.value: counts.get(kind.value, NO_COUNTS) for kind in GoalKind}
     whole = counts.get(ALL, add(by_kind.values()))
     shares: dict[str, Share] = {}
     for name, confusion in {**by_kind, OVERALL: whole}.items():

@@ -20,7 +20,7 @@ from textwrap import shorten
 from typing import NamedTuple
 
 from eai.abilities.explanation import Explanation, GoalReport, names_in, repair_notes
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import Alternatives, GoalNotation, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer

@@ -27,9 +27,8 @@ from eai.abilities.notation.plan_form import (
     plan_form,
 )
 from eai.abilities.notation.plan_lines import read_lines
-from eai.abilities.scorer import UNKNOWN_ACTION
 from eai.abilities.task import Task
-from eai.abilities.verdict import ErrorReport, Unreadable
+from eai.abilities.verdict import UNKNOWN_ACTION, ErrorReport, Unreadable
 from eai.data.grouping import grouped
 from eai.logic.signature import takes
 from eai.world.domain import Domain

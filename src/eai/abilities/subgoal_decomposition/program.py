@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.verdict import ErrorReport, Span
 from eai.logic.formula import TRUE, Formula
 from eai.logic.signature import Misuse

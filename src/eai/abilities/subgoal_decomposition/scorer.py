@@ -14,7 +14,6 @@ from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.reports import goal_reports, part_reports, step_reports
 from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.subgoal_decomposition.builder import Programs
-from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.subgoal_decomposition.program import Compiled, Rejected
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.search import (
@@ -24,6 +23,7 @@ from eai.abilities.subgoal_decomposition.search import (
     Outcome,
     search,
 )
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ErrorReport, Share
 from eai.logic.formula import Formula, Then

@@ -16,8 +16,8 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, TypeAlias
 
 from eai.abilities.operator_task import TransitionTask
-from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.extraction import Memory, Readings, WrittenOperator, extract
+from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import Confusion, ErrorReport, Span, TaskExclusion, Unreadable, add
 from eai.pddl.check import Declarations, PddlFinding, check_action
 from eai.pddl.execute import Executor, PlanStep

@@ -8,7 +8,8 @@ from functools import lru_cache, partial
 from eai.abilities.explanation import Explanation, Statement, StepReport
 from eai.abilities.operator_task import TransitionTask
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.transition_modeling.declaration import (
+from eai.abilities.transition_modeling.rules import Judgement, Replaced, Rules
+from eai.abilities.transition_modeling.verdict import (
     OTHER,
     ClauseContent,
     OperatorReport,
@@ -16,7 +17,6 @@ from eai.abilities.transition_modeling.declaration import (
     OperatorVerdict,
     clause_content,
 )
-from eai.abilities.transition_modeling.rules import Judgement, Replaced, Rules
 from eai.abilities.verdict import ALL, Confusion
 from eai.pddl.check import Offence
 from eai.pddl.matching import OperatorMatch, SideMatch

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record, Stated
 from eai.abilities.responses import file_name

@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 from eai.abilities.codec import sha256_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import read_stated
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Stated

@@ -20,9 +20,9 @@ from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.task import Category
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.transition_modeling.rules import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import of_all
 from eai.benchmark.suite import open_suite
 from eai.data.grouping import grouped
