@@ -1,11 +1,7 @@
-"""Run the reference's symbolic BEHAVIOR evaluation and print its cost: `behavior.py`'s half.
+"""The reference's symbolic evaluation of BEHAVIOR: `differential_child.py` imports it for that data set.
 
-`python behavior_reference_child.py ANSWERS`, in an environment with `eai-eval`, networkx and PyYAML. ANSWERS
-is a JSON file of what the simulator would say of each task, and of the answers to score. In place of the
-simulator stand objects that say it; the evaluation itself is the package's own, unmodified. The last line
-printed is one JSON object. What is counted is what the package does for each answer, making its graph of the
-scene included; the simulator is not counted, being not there: neither loading it, nor letting it act out the
-plan, nor asking it for the goals.
+It runs in an environment with `eai-eval`, networkx and PyYAML. In place of the simulator stand objects that
+say what the simulator would say of each task; the evaluation itself is the package's own, unmodified.
 """
 
 # mypy: ignore-errors
@@ -14,14 +10,10 @@ plan, nor asking it for the goals.
 import importlib
 import importlib.abc
 import importlib.machinery
-import io
 import json
-import platform
-import resource
 import sys
 import tempfile
 import types
-from contextlib import redirect_stdout
 from pathlib import Path
 
 FOLDER = tempfile.TemporaryDirectory(prefix="eai-bench-")
@@ -163,41 +155,3 @@ def subgoal_decomposition(scene, subgoals):
         return evaluator.evaluate_subgoal_plan()
 
     return evaluate
-
-
-def succeeded(evaluate):
-    """Whether an answer succeeds; None where the package aborts, since nothing stands anywhere."""
-    try:
-        result = evaluate()
-    except UnboundLocalError:
-        return None
-    if isinstance(result, tuple):
-        return result[0] == "Correct"
-    return result.evaluation_info["goal_rst"]["all_goal_satisfied_graph"]
-
-
-def cpu_seconds():
-    """User and system time of this process so far."""
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    return usage.ru_utime + usage.ru_stime
-
-
-def main(path):
-    """Evaluate every answer of both abilities and print cost and results."""
-    given = json.loads(Path(path).read_text())
-    report = {"python": platform.python_version()}
-    for ability, repeats in ((action_sequencing, 5), (subgoal_decomposition, 1)):
-        answers = given[ability.__name__]
-        spent = []
-        with redirect_stdout(io.StringIO()):
-            for _ in range(repeats):
-                evaluations = [ability(given["scenes"][task_id], text) for task_id, text in answers]
-                started = cpu_seconds()
-                outcomes = [succeeded(evaluate) for evaluate in evaluations]
-                spent.append(cpu_seconds() - started)
-        report[ability.__name__] = {"cpu_seconds": spent, "succeeded": outcomes}
-    print(json.dumps(report))
-
-
-if __name__ == "__main__":
-    main(sys.argv[1])

@@ -28,7 +28,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from behavior import ALSO_IMPORTED, described
+from behavior_scenes import ALSO_IMPORTED, described
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.verdict import Verdict

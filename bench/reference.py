@@ -1,8 +1,6 @@
 """The reference implementation, `eai-eval`, run and measured in an environment of its own.
 
-`python bench/reference.py --ability ABILITY --responses FILE [--limit N]` prints what the evaluation of the
-first N responses of a file cost. The environment (600 MB, built once) lives under the user's cache directory;
-`--cache` names another place.
+The environment (600 MB, built once) lives under the user's cache directory.
 
 Transition modeling is left out: its evaluation cannot be imported without a planner's package and a compiled
 planner. So is BEHAVIOR: its evaluation loads the iGibson simulator and its licensed assets.
@@ -10,7 +8,6 @@ planner. So is BEHAVIOR: its evaluation loads the iGibson simulator and its lice
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import shutil
@@ -108,12 +105,6 @@ def create(folder: Path, python: Path) -> list[str]:
     return ["uv", "pip", "install", "--quiet", "--python", str(python)]
 
 
-def read_responses(path: Path) -> list[Response]:
-    """The responses of a file `[{"identifier": ..., "llm_output": ...}]`, in its order."""
-    rows = json.loads(path.read_text(encoding="utf-8"))
-    return [Response(row["identifier"].removeprefix("scene_1_"), row["llm_output"]) for row in rows]
-
-
 def write_responses(path: Path, responses: list[Response], prefix: str = "") -> None:
     """Write a response file as the reference reads it."""
     rows = [{"identifier": prefix + response.task_id, "llm_output": response.text} for response in responses]
@@ -153,26 +144,3 @@ def evaluate(python: Path, ability: Ability, responses: list[Response]) -> Measu
     report = json.loads(child.stdout.splitlines()[-1])
     results = report.pop("results")
     return Measurement(tasks=len(responses), results=results["model"], **report)
-
-
-def main() -> None:
-    """Measure one ability and print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument(
-        "--ability", type=Ability, required=True, metavar="|".join(ability.value for ability in Ability)
-    )
-    parser.add_argument("--responses", type=Path, required=True, help="a response file of one model")
-    parser.add_argument("--limit", type=int, help="evaluate the first N responses only")
-    parser.add_argument("--cache", type=Path, default=CACHE, help="where the environment is kept")
-    arguments = parser.parse_args()
-    responses = read_responses(arguments.responses)[: arguments.limit]
-    cost = evaluate(environment(arguments.cache), arguments.ability, responses)
-    print(
-        f"{REFERENCE} on Python {cost.python}, {arguments.ability.value}, {cost.tasks} tasks: "
-        f"{cost.cpu_seconds:.1f} CPU s = {cost.tasks_per_cpu_second:.2f} tasks per CPU s, "
-        f"start-up {cost.startup_cpu_seconds:.2f} CPU s, peak {cost.peak_bytes / 1e6:.0f} MB"
-    )
-
-
-if __name__ == "__main__":
-    main()

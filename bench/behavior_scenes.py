@@ -1,0 +1,90 @@
+"""Scenes of BEHAVIOR's tasks for the reference, which needs a simulator even to score text.
+
+Objects that say what our records say stand in the simulator's place (`behavior_reference_child`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from eai.households.behavior.evidence import GroundRelation, load_evidence
+from eai.households.behavior.tasks import BehaviorTask, initial_relations, initial_states
+from eai.logic.formula import Atom, Formula, Not
+from eai.logic.traversal import walk
+from eai.reference.behavior_quirks import truncated_options
+
+ALSO_IMPORTED = ("networkx", "pyyaml")
+"""Packages that the reference's evaluation of BEHAVIOR imports and does not declare."""
+
+
+def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = None) -> dict[str, Any]:
+    """Return the scene of a task, with its own or other initial relations."""
+    record, evidence = task.record, load_evidence()
+    relations = initial_relations(record, evidence) if relations is None else relations
+    true = set(initial_states(record, evidence))
+    instances = {thing.name: thing.instance for thing in record.objects}
+    objects = []
+    for thing in record.objects:
+        marks = [
+            m for m, a in (("Slicer", "slicer"), ("CleaningTool", "cleaningTool")) if a in thing.abilities
+        ]
+        states = {spelt(state): (state, thing.name) in true for state in thing.states} | dict.fromkeys(
+            marks, True
+        )
+        mine = [(predicate, target) for predicate, source, target in relations if source == thing.name]
+        volume = evidence.volumes.of(record.scene, thing.name, thing.model)
+        for name in (thing.name, *thing.parts):
+            part = name != thing.name
+            related = (
+                {}
+                if part
+                else {each: [target for predicate, target in mine if predicate == each] for each, _ in mine}
+            )
+            size = volume * evidence.volumes.part if part else volume
+            objects.append(
+                {
+                    "name": name,
+                    "floor": thing.is_floor,
+                    "volume": size,
+                    "states": states,
+                    "relations": related,
+                }
+            )
+    goals = [
+        {
+            "terms": [part.predicate for part in walk(goal.formula) if hasattr(part, "predicate")],
+            "options": [
+                [listed(literal, instances) for literal in option]
+                for option in truncated_options(goal.formula, task.scene.named)
+            ],
+        }
+        for goal in task.goals
+    ]
+    return {
+        "activity": record.activity,
+        "objects": objects,
+        "scope": [[thing.instance, [thing.name, *thing.parts]] for thing in record.objects],
+        "initial": [
+            *map(words, record.problem.initial),
+            *(["not", *words(fact)] for fact in record.problem.denied),
+        ],
+        "goals": goals,
+    }
+
+
+def words(fact: Atom) -> list[str]:
+    """The words of an initial fact, as bddl gives its terms."""
+    return [fact.predicate, *(term.name for term in fact.arguments)]
+
+
+def spelt(state: str) -> str:
+    """A state as the simulator names its class."""
+    return "".join(word.capitalize() for word in state.split("_"))
+
+
+def listed(literal: Formula, instances: dict[str, str]) -> list[Any]:
+    """A literal as bddl writes ground options."""
+    if isinstance(literal, Not):
+        return ["not", listed(literal.operand, instances)]
+    return [literal.predicate, *(instances[term.name] for term in literal.arguments)]  # type: ignore[union-attr]
