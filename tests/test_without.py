@@ -12,8 +12,8 @@ import pytest
 
 import eai
 from by_path import module_at
+from data.test_entry_points import declared
 from eai.abilities.protocol import FOUR
-from eai.studies.registry import BUILT_IN
 from sweeps import swept
 
 SOURCE = Path(eai.__file__).parent
@@ -87,9 +87,10 @@ def test_help_lists_the_studies_that_are_left(without: tuple[str, Path]) -> None
     asked = "import sys; sys.argv = ['eai', 'analyze']; from eai.cli import main; main()"
     left = run(place, asked)
     assert left.returncode == 0, left.stderr
-    missing = {name for name in BUILT_IN if f"**{name}**" not in left.stdout}
+    studies = declared("eai.studies")
+    missing = {name for name in studies if f"**{name}**" not in left.stdout}
     gone = [f".{folder.replace('/', '.')}." for folder in TOOL.gone_from(place / "eai")]
-    assert missing == {name for name, place in BUILT_IN.items() if any(each in place for each in gone)}
+    assert missing == {name for name, place in studies.items() if any(each in place for each in gone)}
 
 
 def test_a_protocol_that_is_not_there_is_refused_in_a_line(without: tuple[str, Path]) -> None:

@@ -21,7 +21,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from eai.studies.registry import BUILT_IN as STUDIES
+from eai.data.entry_points import entry_points_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = Path("src", "eai")
@@ -35,6 +35,7 @@ FOLDERS = (
     ),
 )
 """Folders that can be taken out."""
+STUDIES = entry_points_of("eai.studies")
 
 COPIED = (".ci", ".github", "bench", "board", "docs", "examples", "packages", "src", "tests", "tools")
 OF_ALL = (
@@ -159,8 +160,8 @@ def _words_about(folder: str) -> str:
     if kind == "reference":
         return rf"\breference(?:\.| import ){name}\b"
     if kind == "studies":
-        names = "|".join([name, *(each for each, place in STUDIES.items() if f".{name}." in place)])
-        listed = r"eai\.studies(?:\.registry import [^\n]*BUILT_IN| import registry)"
+        names = "|".join([name, *(each for each, point in STUDIES.items() if f".{name}." in point.value)])
+        listed = r"eai\.studies import registry|test_entry_points import declared"
         return rf"\bstudies(?:\.| import ){name}\b|[\"'](?:{names})[\"']|[\"' ](?:{names})\.[a-z_]+|{listed}"
     if folder == "reference":
         return r"eai\.reference\b|eai-1\.0\.5|of_reference|Protocol\.known"

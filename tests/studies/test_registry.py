@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmark.test_protocols import declared
 from cli.conftest import Command
+from data.test_entry_points import declared
 from eai.errors import InputError
 from eai.studies import registry
 from report.samples import action_run, write_runs
@@ -64,16 +64,16 @@ print(len(entered))
 """
 
 
-def test_metadata_declare_the_studies_that_come_with_the_package() -> None:
-    assert declared(registry.GROUP) == registry.BUILT_IN
-    for name in registry.BUILT_IN:
+def test_every_declared_study_is_found_by_its_name() -> None:
+    assert sorted(registry.study_names()) == sorted(declared(registry.GROUP))
+    for name in registry.study_names():
         assert registry.find_study(name).name == name
 
 
 def test_every_folder_of_studies_has_one_value_and_every_value_is_registered() -> None:
     """It is the only public value of its ``study.py``."""
     folders = {path.parent.name for path in Path(registry.__file__).parent.glob("*/__init__.py")}
-    assert {text.split(".")[2] for text in registry.BUILT_IN.values()} == folders
+    assert {text.split(".")[2] for text in declared(registry.GROUP).values()} == folders
 
 
 def test_a_study_of_a_third_party_is_found_by_its_entry_point_and_made(

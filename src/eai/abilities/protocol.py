@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, TypeVar, cast
 
 from typing_extensions import Self
 
-from eai.data.entry_points import entry_points_of, is_there
+from eai.data.entry_points import entry_points_of, is_there, names_of
 from eai.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -84,8 +84,8 @@ class Protocol(_Name):
 
     @classmethod
     def known(cls) -> Collection[Protocol]:
-        """`STRICT`, those that come with the package, be they there or not, and then the others by name."""
-        return dict.fromkeys(map(cls, (cls.STRICT, *PROTOCOLS_BUILT_IN, *registered_protocols())))
+        """Return `STRICT` and then all registered protocols by name, also if their modules are absent."""
+        return dict.fromkeys((cls.STRICT, *map(cls, names_of(PROTOCOLS))))
 
 
 Protocol.STRICT = Protocol("strict")
@@ -96,15 +96,11 @@ DEFAULT_PROTOCOL = Protocol.STRICT
 PROTOCOLS = "eai.protocols"
 """The group of entry points of protocols other than ``strict``."""
 
-PROTOCOLS_BUILT_IN = {"eai-1.0.5": "eai.reference.protocol:EAI_1_0_5"}
-"""The protocols that come with the package, as its metadata have them, too."""
-
 
 @cache
 def registered_protocols() -> Mapping[str, EntryPoint]:
-    """All protocols besides ``strict`` that are there, by name."""
-    found = entry_points_of(PROTOCOLS, PROTOCOLS_BUILT_IN)
-    return {name: found[name] for name in sorted(found)}
+    """Return the installed protocols other than ``strict``, by name."""
+    return entry_points_of(PROTOCOLS)
 
 
 class Ability(_Name):
@@ -123,8 +119,8 @@ class Ability(_Name):
 
     @classmethod
     def known(cls) -> Collection[Ability]:
-        """Those that come with the package, be they there or not, the paper's first, and then the others."""
-        return dict.fromkeys((*map(cls, BUILT_IN), *registered_abilities()))
+        """Return all registered abilities, also if their modules are absent; the paper's come first."""
+        return dict.fromkeys(map(cls, names_of(GROUP, _FIRST)))
 
 
 Ability.GOAL_INTERPRETATION = Ability("goal_interpretation")
@@ -132,19 +128,15 @@ Ability.SUBGOAL_DECOMPOSITION = Ability("subgoal_decomposition")
 Ability.ACTION_SEQUENCING = Ability("action_sequencing")
 Ability.TRANSITION_MODELING = Ability("transition_modeling")
 
-_FOUR = {
-    ability: f"eai.abilities.{ability}.declaration"
-    for ability in (
-        Ability.GOAL_INTERPRETATION,
-        Ability.SUBGOAL_DECOMPOSITION,
-        Ability.ACTION_SEQUENCING,
-        Ability.TRANSITION_MODELING,
-    )
-}
+_PAPER = (
+    Ability.GOAL_INTERPRETATION,
+    Ability.SUBGOAL_DECOMPOSITION,
+    Ability.ACTION_SEQUENCING,
+    Ability.TRANSITION_MODELING,
+)
 
-FOUR = tuple([ability for ability, module in _FOUR.items() if is_there(module)])
-"""The paper's four abilities, in its order, as far as they are there: what is asked for where no ability is
-named."""
+FOUR = tuple([ability for ability in _PAPER if is_there(f"eai.abilities.{ability}.declaration")])
+"""The paper's four abilities in its order, without those whose folders are absent. Default of commands."""
 
 SCENE_GRAPH = Ability("scene_graph")
 """The ability that lists what is in pictures."""
@@ -152,21 +144,14 @@ SCENE_GRAPH = Ability("scene_graph")
 GROUP = "eai.abilities"
 """The group of entry points by which a distribution registers an `AbilityDeclaration`."""
 
-BUILT_IN = {
-    **{ability.value: f"{module}:{ability.upper()}" for ability, module in _FOUR.items()},
-    "world_model": "eai.questions.declaration:WORLD_MODEL",
-    SCENE_GRAPH.value: "eai.studies.perception.declaration:SCENE_GRAPH",
-    "acting": "eai.acting.declaration:ACTING",
-}
-"""The abilities that come with the package, as its metadata have them, too."""
+_FIRST = (*_PAPER, "world_model", "scene_graph", "acting")
+"""Abilities that are listed first, in this order."""
 
 
 @cache
 def registered_abilities() -> Mapping[Ability, EntryPoint]:
-    """All abilities: the paper's in its order, ours, then the others by name."""
-    found = entry_points_of(GROUP, BUILT_IN)
-    others = [name for name in sorted(found) if name not in BUILT_IN]
-    return {Ability(name): found[name] for name in (*BUILT_IN, *others) if name in found}
+    """Return the installed abilities, the paper's first."""
+    return {Ability(name): point for name, point in entry_points_of(GROUP, _FIRST).items()}
 
 
 E = TypeVar("E", bound=Enum)

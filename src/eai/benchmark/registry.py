@@ -64,12 +64,7 @@ FIRST = tuple(TITLES)
 
 @cache
 def _entry_points() -> Mapping[str, EntryPoint]:
-    found = entry_points_of(GROUP)
-    return {name: found[name] for name in sorted(found, key=lambda name: (_place(name), name))}
-
-
-def _place(name: str) -> int:
-    return FIRST.index(name) if name in FIRST else len(FIRST)
+    return entry_points_of(GROUP, FIRST)
 
 
 def registered() -> tuple[str, ...]:

@@ -18,31 +18,31 @@ from eai.studies.variation import Variation
 GROUP = "eai.studies"
 """The group of entry points."""
 
-BUILT_IN = {
-    "cofactors": "eai.studies.cofactors.study:COFACTORS",
-    "errors": "eai.studies.errors.study:ERRORS",
-    "goals": "eai.studies.goals.study:GOALS",
-    "items": "eai.studies.items.study:ITEMS",
-    "sensitivity": "eai.studies.sensitivity.study:SENSITIVITY",
-    "contamination": "eai.studies.contamination.study:CONTAMINATION",
-    "replanning": "eai.studies.attempts.study:REPLANNING",
-    "pipeline": "eai.studies.pipeline.study:PIPELINE",
-    "perception": "eai.studies.perception.study:PERCEPTION",
-    "prompts": "eai.studies.prompts.study:PROMPTS",
-    "annotations": "eai.studies.annotation.study:ANNOTATIONS",
-    "repair": "eai.studies.repair.study:REPAIR",
-    "conduct": "eai.studies.conduct.study:CONDUCT",
-}
-"""The studies that come with the package, as its metadata have them, too."""
+_FIRST = (
+    "cofactors",
+    "errors",
+    "goals",
+    "items",
+    "sensitivity",
+    "contamination",
+    "replanning",
+    "pipeline",
+    "perception",
+    "prompts",
+    "annotations",
+    "repair",
+    "conduct",
+)
+"""Studies that are listed first, in this order."""
 
 
 @cache
 def _registered() -> Mapping[str, EntryPoint]:
-    return entry_points_of(GROUP, BUILT_IN)
+    return entry_points_of(GROUP, _FIRST)
 
 
 def study_names() -> tuple[str, ...]:
-    """The names of all studies, those of this package first."""
+    """Return the names of all studies, those of this package first."""
     return tuple(_registered())
 
 

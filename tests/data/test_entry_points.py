@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import eai
+from by_path import ROOT
+from eai.abilities.protocol import GROUP, Ability
+from eai.benchmark.registry import registered
+from eai.data import entry_points as module
+from eai.errors import InputError
+
+PYPROJECT = ROOT / "pyproject.toml"
+GROUPS = ("eai.abilities", "eai.benchmarks", "eai.protocols", "eai.studies")
+
+
+def declared(group: str) -> dict[str, str]:
+    """Return the entry points of a group in pyproject.toml."""
+    tomllib: Any = pytest.importorskip("tomllib" if sys.version_info >= (3, 11) else "tomli")
+    if not PYPROJECT.is_file():
+        pytest.skip("the package is installed, not a source tree")
+    return dict(tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]["entry-points"][group])
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_the_installed_entry_points_are_those_of_the_source_tree(group: str) -> None:
+    installed = entry_points().select(group=group)
+    ours = {point.name: point.value for point in installed if point.module.startswith("eai.")}
+    assert ours == declared(group), "install the source tree again: pip install -e ."
+
+
+def test_abilities_and_benchmarks_are_listed_in_the_order_of_the_paper() -> None:
+    paper = ["goal_interpretation", "subgoal_decomposition", "action_sequencing", "transition_modeling"]
+    assert [*Ability.known()] == [*paper, "world_model", "scene_graph", "acting"]
+    assert registered()[:2] == ("virtualhome", "behavior")
+
+
+def test_points_of_others_follow_by_name_and_points_without_a_module_are_left_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    points = [
+        EntryPoint("theirs", "theirs.rules:RULES", GROUP),
+        EntryPoint("absent", "eai.no_such_package.rules:RULES", GROUP),
+        EntryPoint("last", "eai.reference.protocol:EAI_1_0_5", GROUP),
+        EntryPoint("added", "theirs.rules:MORE", GROUP),
+    ]
+    monkeypatch.setattr(module, "_installed", lambda path: EntryPoints(points))
+    assert list(module.entry_points_of(GROUP, ("last", "none"))) == ["last", "added", "theirs"]
+    assert module.names_of(GROUP) == ["absent", "added", "last", "theirs"]
+    assert [*Ability.known()] == ["absent", "added", "last", "theirs"]
+
+
+NOT_INSTALLED = """
+import sys
+sys.path[:] = [sys.argv.pop(1), *(each for each in sys.path if "site-packages" not in each)]
+import importlib.metadata
+importlib.metadata.entry_points = lambda: importlib.metadata.EntryPoints()
+from eai.data.entry_points import entry_points_of
+entry_points_of("eai.studies")
+"""
+
+
+def test_a_source_tree_that_was_not_installed_says_what_to_do() -> None:
+    source = str(Path(eai.__file__).parents[1])
+    command = [sys.executable, "-c", NOT_INSTALLED, source]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    error = done.stderr.splitlines()[-1]
+    assert error.startswith(f"{InputError.__module__}.InputError: eai is not installed")
+    assert "pip install -e ." in error
