@@ -29,8 +29,9 @@ from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import open_suite
 from eai.envs import TextEnvironment, make
 from eai.envs.rules import Observe
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.execution import execute
 
 SECONDS = 5.0
 

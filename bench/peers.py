@@ -30,7 +30,8 @@ from eai.logic.semantics import holds
 from eai.logic.signature import Signature
 from eai.logic.trace import Trace
 from eai.pddl.val import installed_val
-from eai.world.execution import Action, execute
+from eai.world.action import Action
+from eai.world.execution import execute
 from reference_child import cpu_seconds
 
 WORLDS = Path(__file__).parents[1] / "tests" / "worlds"

@@ -42,7 +42,7 @@ from eai.envs.agents import NULLS
 from eai.envs.command import DONE, LOOK
 from eai.envs.rules import STANDARD as RULES
 from eai.run.acting import enter, episode_text
-from eai.world.execution import Action
+from eai.world.action import Action
 
 ODD = ("OPEN(moon)", "FLY()", "()", "[]()", "I open it.()", "OPEN(()", "OPEN(a, b, c, d)", LOOK)
 """Commands that are no actions, as a call of a tool makes them."""

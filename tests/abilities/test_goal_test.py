@@ -13,7 +13,8 @@ from eai.abilities.goal_test import GoalTest, longest_run
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import GoalTallies, Share
 from eai.logic.formula import And, Atom, Constant, Exists, ForAll, Formula, Not, Occurs, Or, Variable
-from eai.world.execution import Action, execute
+from eai.world.action import Action
+from eai.world.execution import execute
 from world import toy
 
 BOX, PLACE = Variable("b", "box"), Variable("p", "place")

@@ -21,7 +21,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.envs.game import Game, Stage
 from eai.envs.rules import Rules
 from eai.tasks.task_lines import _TaskLine, task_of, written
-from eai.world.execution import Action
+from eai.world.action import Action
 
 ORDERED = "not inside(ball, box) until lit(lamp_1)"
 NEVER = "always not (is_open(box) and lit(lamp_1))"

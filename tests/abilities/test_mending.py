@@ -24,7 +24,8 @@ from eai.data.store import Store
 from eai.planning import repair as planning_repair
 from eai.planning.repair import Plan, Told
 from eai.tasks.source import Source
-from eai.world.execution import Action, execute
+from eai.world.action import Action
+from eai.world.execution import execute
 from made_answers import made_answers
 from oracle import MODELS, Oracle
 from suites import answer_book

@@ -10,10 +10,10 @@ from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.logic.formula import Constant, Exists, Formula, Occurs, Variable
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner
+from eai.world.action import Action
 from eai.world.derived import Defined, is_a
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, ForEach
-from eai.world.execution import Action
 from eai.world.frame import AGENT
 from eai.world.operator import Operator, additional, affordance, missing
 from eai.world.state import Scene, WorldObject

@@ -32,9 +32,9 @@ from eai.logic.formula import (
     Or,
     Variable,
 )
+from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.episode import Episode
-from eai.world.execution import Action
 from eai.world.state import State
 from oracle import read_shared
 from sweeps import every

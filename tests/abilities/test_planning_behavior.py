@@ -12,7 +12,8 @@ from eai.households.behavior.notation import BehaviorSubgoals
 from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
-from eai.world.execution import Action, attempt
+from eai.world.action import Action
+from eai.world.execution import attempt
 from eai.world.history import Past
 from eai.world.state import State
 from subgoal_scorers import behavior_subgoals

@@ -16,7 +16,7 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant, Eventually
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
-from eai.world.execution import Action
+from eai.world.action import Action
 from envs.switches import DOMAIN, SWITCHES, initial
 
 SUITE = open_suite(SWITCHES, ACTING)

@@ -17,10 +17,10 @@ from eai.errors import InputError
 from eai.logic.formula import Atom, Variable
 from eai.planning.search import SearchEnd
 from eai.tasks.source import Source, given
+from eai.world.action import Action
 from eai.world.derived import is_a
 from eai.world.domain import Domain
 from eai.world.effect import Add
-from eai.world.execution import Action
 from eai.world.operator import Operator, additional, affordance
 from world import toy
 

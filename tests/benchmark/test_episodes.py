@@ -21,9 +21,10 @@ from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.tasks.source import Source
+from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.episode import Episode, Luck, Slip
-from eai.world.execution import Action, execute
+from eai.world.execution import execute
 from eai.world.state import State
 from made_answers import made_answers
 from oracle import MODELS, Oracle

@@ -20,8 +20,9 @@ from eai.pddl.execute import Executor, PddlState
 from eai.pddl.export import export
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.planning import PlannerOutcome, PlanningTask
+from eai.world.action import Fault
 from eai.world.domain import Domain
-from eai.world.execution import Fault, attempt, execute
+from eai.world.execution import attempt, execute
 from eai.world.fault import FaultKind
 from eai.world.history import Past
 from protocols import of_reference

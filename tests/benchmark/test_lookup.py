@@ -29,7 +29,7 @@ from eai.world import (
     Vocabulary,
     WorldObject,
 )
-from eai.world.execution import Action
+from eai.world.action import Action
 from generator.worlds import HOUSEHOLDS, tasks
 
 X = Variable("x")

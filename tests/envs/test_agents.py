@@ -19,7 +19,7 @@ from eai.envs.game import Game, Stage
 from eai.envs.rules import STANDARD, Rules
 from eai.logic.formula import Always, And, Atom, Constant, Not, Occurs
 from eai.tasks.source import Source
-from eai.world.execution import Action
+from eai.world.action import Action
 from envs.switches import SWITCHES
 
 TASKS: Mapping[str, Task] = SWITCHES.tasks_for(Ability.ACTION_SEQUENCING, Source())

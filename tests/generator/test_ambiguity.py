@@ -24,7 +24,7 @@ from eai.generator.spec import Generated, TaskKind
 from eai.tasks.source import Source
 from eai.tasks.task_files import problems_of
 from eai.tasks.task_lines import read_line, task_of, written
-from eai.world.execution import Action
+from eai.world.action import Action
 from generator.worlds import HOUSEHOLDS, generator
 
 pytestmark = pytest.mark.usefixtures("data_store")

@@ -30,8 +30,9 @@ from eai.pddl.val import VALID, installed_val
 from eai.planning.planner import Planner
 from eai.tasks.source import Source
 from eai.tasks.task_lines import read_line, task_of, written
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.execution import execute
 from eai.world.operator import Operator
 from eai.world.state import Fact, Scene, State, WorldObject
 from generator.worlds import HOUSEHOLDS, generate, generator, outcomes, tasks

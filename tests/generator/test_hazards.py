@@ -17,7 +17,8 @@ from eai.generator.spec import SHUT_LAST, Generated, TaskKind
 from eai.generator.words import Words
 from eai.tasks.source import Source
 from eai.tasks.task_lines import read_line, task_of, written
-from eai.world.execution import Action, execute
+from eai.world.action import Action
+from eai.world.execution import execute
 from generator.worlds import HOUSEHOLDS, generator, tempting
 
 pytestmark = pytest.mark.usefixtures("data_store")

@@ -27,7 +27,7 @@ from eai.generator.measures import (
 )
 from eai.generator.spec import Spec
 from eai.tasks.source import Source
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.state import Fact, Scene, WorldObject
 from envs.switches import SWITCHES
 from generator.worlds import HOUSEHOLDS, tasks

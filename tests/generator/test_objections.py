@@ -15,7 +15,7 @@ from eai.generator.generator import Generator, _Objections
 from eai.generator.spec import Reason, Spec
 from eai.generator.words import Words
 from eai.tasks.source import Source
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.state import Fact
 
 WAY = "GO lamp_1; PRESS lamp_1; GO box; OPEN box"

@@ -26,7 +26,8 @@ from eai.generator.walk import Seeker, Walk, _are_apart, _if_it_matters, reach_a
 from eai.logic.ltl_printer import print_ltl
 from eai.planning.planner import Planner
 from eai.tasks.source import Source
-from eai.world.execution import Action, Step, Trajectory, execute
+from eai.world.action import Action
+from eai.world.execution import Step, Trajectory, execute
 from eai.world.listing import Listing
 from eai.world.state import State
 from generator.worlds import HOUSEHOLDS, NOTHING_IS_USUAL, generator, tempting

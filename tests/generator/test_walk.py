@@ -15,7 +15,8 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits, Node
 from eai.planning.successor_generator import PlanNode
 from eai.tasks.source import Source
-from eai.world.execution import Action, execute
+from eai.world.action import Action
+from eai.world.execution import execute
 
 
 def test_the_way_to_a_node_is_that_of_its_plan(lamps: Benchmark) -> None:

@@ -11,7 +11,7 @@ from eai.generator.prior import Prior
 from eai.generator.sets import seeds_of
 from eai.generator.spec import Forms, Generated, Outcome, Spec, TaskKind, Tier
 from eai.tasks.source import Source
-from eai.world.execution import Action
+from eai.world.action import Action
 
 NOTHING_IS_USUAL = Prior(
     patterns={},

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from eai.logic.formula import And, Atom, Constant, Exactly, Formula, ForPairs, Not, Variable
+from eai.world.action import Fault
 from eai.world.effect import Add, When
-from eai.world.execution import Fault
 from eai.world.fault import FaultKind
 from eai.world.operator import Check, Operator
 from eai.world.state import WorldObject

@@ -13,7 +13,8 @@ from eai.pddl.execute import Executor, PddlState, PlanStep
 from eai.pddl.export import export
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.reader import read_domain, read_problem
-from eai.world.execution import Action, Fault, attempt
+from eai.world.action import Action, Fault
+from eai.world.execution import attempt
 from eai.world.fault import FaultKind
 from eai.world.history import Past
 from eai.world.state import State

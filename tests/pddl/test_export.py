@@ -24,10 +24,11 @@ from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
 from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
 from eai.planning.search import Limits, SearchEnd
+from eai.world.action import Action, Fault
 from eai.world.derived import Computed, Defined, is_a
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
-from eai.world.execution import Action, Fault, attempt
+from eai.world.execution import attempt
 from eai.world.frame import AGENT
 from eai.world.history import Past
 from eai.world.operator import Operator, Try, additional, affordance, missing

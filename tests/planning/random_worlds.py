@@ -22,7 +22,7 @@ from eai.pddl.execute import Executor, PddlState, PlanStep
 from eai.pddl.files import domain_in, problem_in
 from eai.pddl.model import objects_by_type, type_of
 from eai.planning.repair import Plan
-from eai.world.execution import Action
+from eai.world.action import Action
 
 TYPES = {"spot": "spot", "lamp": "tool", "key": "tool"}
 """The types of objects, and what is right above them."""

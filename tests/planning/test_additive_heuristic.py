@@ -10,8 +10,8 @@ from eai.planning.greedy_search import _PreferredOperators
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.subgoal import Subgoal
 from eai.world import Add, ForEach, Operator
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.operator import affordance, missing
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import Predicate, Vocabulary

@@ -6,9 +6,10 @@ import pytest
 
 from eai.planning.exclusion import Exclusion, ExclusionRules
 from eai.planning.subgoal import GroundAtom
+from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import Add
-from eai.world.execution import Action, attempt
+from eai.world.execution import attempt
 from eai.world.history import Past
 from eai.world.operator import Operator
 from eai.world.state import Fact, State

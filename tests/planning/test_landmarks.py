@@ -19,7 +19,7 @@ from eai.planning.landmarks import Landmarks, _HittingSets
 from eai.planning.planner import Planner
 from eai.planning.repair import Mender
 from eai.planning.search import Effort
-from eai.world.execution import Action
+from eai.world.action import Action
 from suites import answer_book
 from sweeps import examples, swept
 

@@ -10,7 +10,8 @@ from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, SearchEnd, SearchResult
 from eai.planning.successor_generator import applicable_actions
-from eai.world.execution import Action, attempt, execute
+from eai.world.action import Action
+from eai.world.execution import attempt, execute
 from eai.world.history import Past
 from eai.world.state import State
 from world import toy

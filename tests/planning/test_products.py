@@ -31,8 +31,8 @@ from eai.pddl.fast_downward import FastDownward
 from eai.pddl.model import map_effect
 from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
 from eai.planning.search import Effort
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Operator, missing
 from eai.world.relation import bits, mask_of

@@ -21,8 +21,9 @@ from eai.planning.planner import Planner
 from eai.planning.repair import Mender, Plan, Told
 from eai.planning.search import Effort, SearchResult
 from eai.planning.successor_generator import applicable_actions
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.execution import execute
 from suites import answer_book
 from sweeps import examples, swept
 

@@ -24,7 +24,7 @@ from eai.planning.possible import Possible, out_of_reach
 from eai.planning.repair import Mender
 from eai.planning.search import Effort, Limits, SearchEnd
 from eai.planning.subgoal import GroundAtom
-from eai.world.execution import Action
+from eai.world.action import Action
 from planning.random_worlds import DERIVED, PREDICATES, World, draw_plan, worlds
 from planning.test_repair import edited, one_edit
 from sweeps import swept

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from eai.planning.search import Node
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator, applicable_actions
-from eai.world.execution import Action
+from eai.world.action import Action
 from world import toy
 
 START: PlanNode = Node(toy.initial())

@@ -27,7 +27,7 @@ from eai.planning.subgoal import GroundAtom
 from eai.questions import one_step
 from eai.questions.setting import open_setting
 from eai.tasks.source import Source
-from eai.world.execution import Action
+from eai.world.action import Action
 from sweeps import first_of
 
 LETTERS = "abcdefgh"

@@ -14,8 +14,9 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
 from eai.envs.listed import spelled_out
 from eai.logic.ltl_printer import print_ltl
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.execution import execute
 from eai.world.state import Scene, State, WorldObject
 
 Statement: TypeAlias = tuple[str, ...]

@@ -29,7 +29,8 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.prompts.prompt import VARIANTS, Prompt, PromptSet
 from eai.tasks.source import Source, given
-from eai.world.execution import Action, execute
+from eai.world.action import Action
+from eai.world.execution import execute
 from generator.worlds import generator
 from prompts.official_readers import official_reader_of
 from prompts.readers import reader_of

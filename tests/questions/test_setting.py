@@ -15,17 +15,9 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.planning.planner import Planner
 from eai.questions import setting as settings
-from eai.questions.setting import (
-    Setting,
-    exhaust,
-    listed,
-    numbered,
-    open_setting,
-    some,
-    with_counterparts,
-)
+from eai.questions.setting import Setting, exhaust, listed, numbered, open_setting, some, with_counterparts
 from eai.tasks.source import Source
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.state import Fact
 
 WAY = "GO lamp_1; PRESS lamp_1; GO lamp_2; PRESS lamp_2"

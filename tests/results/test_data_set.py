@@ -19,7 +19,7 @@ from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
 from eai.report.distributions import distributions
 from eai.results.data_set import profiles_of, table_of
 from eai.tasks.source import ErrataChoice, Source, given
-from eai.world.execution import Action
+from eai.world.action import Action
 from oracle import read_shared
 from world.toy import DOMAIN, at, initial, lit
 

@@ -8,7 +8,7 @@ import eai.world as w
 from eai import Benchmark, Task, given, make_task
 from eai.abilities.task import goal
 from eai.logic.formula import Exists, ForAll, Occurs
-from eai.world.execution import Action
+from eai.world.action import Action
 
 X, Y = w.Variable("x"), w.Variable("y")
 AT, LIT, TRIMMED = w.Predicate("at", 2), w.Predicate("lit", 1), w.Predicate("trimmed", 1)

@@ -15,7 +15,7 @@ from eai.results.table import Table
 from eai.studies.items.item_flags import item_flags
 from eai.studies.items.study import Flag, item_tables
 from eai.tasks.source import Source
-from eai.world.execution import Action
+from eai.world.action import Action
 from oracle import MODELS
 from studies.published import tables
 

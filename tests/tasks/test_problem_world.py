@@ -24,9 +24,10 @@ from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.planning.planner import Planner
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.problem_world import open_pddl
+from eai.world.action import Action, Fault
 from eai.world.conformance import check
 from eai.world.domain import Domain
-from eai.world.execution import Action, Fault, attempt, describe, execute
+from eai.world.execution import attempt, describe, execute
 from eai.world.fault import FaultKind
 from eai.world.history import Past
 

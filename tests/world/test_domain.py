@@ -10,10 +10,11 @@ import pytest
 
 from eai.errors import DomainError
 from eai.logic.formula import FALSE, Atom, Formula, Variable
+from eai.world.action import Action, Fault
 from eai.world.derived import Computed, Defined, is_a
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete
-from eai.world.execution import Action, Fault, Trajectory, attempt, execute
+from eai.world.execution import Trajectory, attempt, execute
 from eai.world.fault import FaultKind
 from eai.world.history import HistoryRule, Past, each_held_before, was_possible_before
 from eai.world.operator import Check, Operator, Try, additional, affordance, in_paper_order, missing

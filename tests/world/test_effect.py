@@ -9,9 +9,10 @@ from eai.errors import DomainError
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Variable
+from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effects
-from eai.world.execution import Action, Fault, attempt
+from eai.world.execution import attempt
 from eai.world.frame import AGENT, Frame
 from eai.world.history import Past
 from eai.world.state import Fact, Scene, State

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from eai.world.action import Action, Fault
 from eai.world.episode import Episode, Known, Luck, Slip
-from eai.world.execution import Action, Fault, Trajectory, attempt, execute
+from eai.world.execution import Trajectory, attempt, execute
 from eai.world.fault import FaultKind, Notice
 from eai.world.state import State
 from world import toy

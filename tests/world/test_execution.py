@@ -5,7 +5,8 @@ import pytest
 from eai.logic.ltl import parse, read_formula
 from eai.logic.semantics import explain, holds
 from eai.logic.signature import Signature
-from eai.world.execution import Action, describe, execute, timeline
+from eai.world.action import Action
+from eai.world.execution import describe, execute, timeline
 from eai.world.fault import FaultKind
 from world import toy
 

@@ -11,10 +11,10 @@ import pytest
 from abilities.action_sequencing.test_scorer import TASK
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.notation.plans import JsonPlans
+from eai.world.action import Action, Fault
 from eai.world.conformance import check
 from eai.world.domain import Domain, as_declared
 from eai.world.episode import Episode, Known, Luck, Slip
-from eai.world.execution import Action, Fault
 from eai.world.fault import FaultKind
 from eai.world.operator import missing
 from eai.world.state import State

@@ -10,9 +10,10 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from eai.logic.formula import Atom, Equals, Exactly, Exists, ForAll, ForPairs, Variable
+from eai.world.action import Action
 from eai.world.condition import Readings
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.execution import execute
 from eai.world.operator import Operator, missing
 from eai.world.state import State
 from world import toy

@@ -25,9 +25,9 @@ from eai.logic.traversal import walk
 from eai.planning.planner import needed_actions
 from eai.planning.successor_generator import PlanNode
 from eai.tasks.source import Source
+from eai.world.action import Action
 from eai.world.condition import Readings
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.state import State
 
 FILE = Path(__file__).resolve().parents[2] / "src" / "eai" / "households" / "behavior_1k" / PLANS

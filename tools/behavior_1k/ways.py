@@ -12,9 +12,9 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.households.behavior_1k import predicates as p
 from eai.households.behavior_1k.conventions import Facts
+from eai.world.action import Action
 from eai.world.condition import Readings
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.state import State
 from eai.world.vocabulary import Predicate
 

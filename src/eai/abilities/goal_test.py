@@ -14,9 +14,10 @@ from eai.logic.choice import Choice, ground
 from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable, operands
 from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk
+from eai.world.action import Action
 from eai.world.condition import Conditions
 from eai.world.domain import Domain
-from eai.world.execution import Action, Trajectory, execute, timeline
+from eai.world.execution import Trajectory, execute, timeline
 from eai.world.frame import UNBOUND, Frame, Truth
 from eai.world.state import Scene, State
 

@@ -15,8 +15,8 @@ from eai.logic.traversal import objects
 from eai.planning.planner import planner_of
 from eai.planning.repair import Mender, Plan, Told
 from eai.planning.search import Effort
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.fault import FaultKind
 
 _COSTS: dict[EditKind, int] = {"insert": 0, "object": 1, "hand": 1, "action": 2, "delete": 3, "step": 4}

@@ -22,8 +22,9 @@ from eai.pddl.model import OperatorText, PddlAction, PddlDomain, PddlProblem, ef
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import operator_text, write_problem
 from eai.planning.planner import Planner
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.execution import execute
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ from eai.abilities.task import GoalKind, Task
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.possible import out_of_reach
 from eai.planning.search import Limits, SearchEnd, SearchResult
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 
 FindPlan: TypeAlias = "Callable[[Task, Planner, Limits | None], SearchResult[Action]]"
 """How a plan is looked for: `find_plan`, or what remembers what that found."""

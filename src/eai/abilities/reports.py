@@ -12,8 +12,9 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, substitute
 from eai.logic.semantics import breach, explain
 from eai.logic.traversal import walk
+from eai.world.action import Action, Fault
 from eai.world.domain import Domain
-from eai.world.execution import Action, Fault, Trajectory, names_of, timeline, witnesses_of
+from eai.world.execution import Trajectory, names_of, timeline, witnesses_of
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
 from eai.world.state import Fact, Scene, State, change

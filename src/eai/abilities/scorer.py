@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 from eai.abilities.explanation import Explanation
 from eai.abilities.verdict import RAISED, ErrorReport, TaskExclusion, Unreadable, Verdict
 from eai.errors import EaiError, InputError
+from eai.world.action import Action, Fault
 from eai.world.domain import Domain
-from eai.world.execution import Action, Fault, names_of
+from eai.world.execution import names_of
 from eai.world.fault import FaultKind
 from eai.world.state import Scene
 

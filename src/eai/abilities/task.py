@@ -13,8 +13,8 @@ from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.traversal import is_state_formula, objects, walk
 
 if TYPE_CHECKING:
+    from eai.world.action import Action
     from eai.world.domain import Domain
-    from eai.world.execution import Action
     from eai.world.state import Scene, State
 
 NO_GOALS = "the task has no goals"

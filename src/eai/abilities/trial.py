@@ -16,8 +16,8 @@ from eai.abilities.task import Goal, Task
 from eai.abilities.verdict import PlanVerdict
 from eai.errors import DomainError
 from eai.logic.traversal import objects
+from eai.world.action import Action
 from eai.world.episode import Episode, Luck, Slip
-from eai.world.execution import Action
 
 
 class Trial:

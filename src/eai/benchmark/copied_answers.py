@@ -38,8 +38,8 @@ from eai.planning.effect_schema import changes_for
 from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom, object_named
 from eai.tasks.source import USUAL, Source, TaskSet
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.relation import bits
 from eai.world.state import Scene
 

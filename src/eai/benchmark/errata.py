@@ -21,7 +21,7 @@ from eai.data.files import parse_toml
 from eai.data.grouping import grouped
 from eai.errors import DataError
 from eai.tasks.source import TaskSet
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.state import Scene
 
 if TYPE_CHECKING:

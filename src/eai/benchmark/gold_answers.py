@@ -26,7 +26,8 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.prompts.feedback import REASONS
 from eai.tasks.source import USUAL, Source, TaskSet
-from eai.world.execution import Action, execute
+from eai.world.action import Action
+from eai.world.execution import execute
 
 if TYPE_CHECKING:
     from eai.abilities.operator_task import TransitionTask

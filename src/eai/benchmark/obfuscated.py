@@ -29,8 +29,8 @@ from eai.benchmark.benchmark import Benchmark
 from eai.data.grouping import grouped
 from eai.english import PLAIN, English, sentences_of
 from eai.tasks.source import USUAL, TaskSet
+from eai.world.action import Action
 from eai.world.effect import When
-from eai.world.execution import Action
 from eai.world.operator import Operator, affordance
 from eai.world.state import Fact, Scene
 from eai.world.vocabulary import Vocabulary, parameters

@@ -28,8 +28,9 @@ from eai.pddl.writer import write_action
 from eai.planning.search import Effort, Limits
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.source import USUAL, Source, TaskSet
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, attempt, execute
+from eai.world.execution import attempt, execute
 from eai.world.history import Past
 from eai.world.state import Fact, State
 

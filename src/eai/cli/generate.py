@@ -24,8 +24,8 @@ from eai.pddl.export import export
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.tasks.task_files import open_task_files, task_file_content, write_task_file
 from eai.tasks.task_lines import written
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 
 
 def verdict_of_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]) -> str:

@@ -30,8 +30,9 @@ from eai.planning.planner import PlanningGoal, needed_actions, planner_of
 from eai.planning.search import Limits, Node
 from eai.planning.subgoal import subgoals_of
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.execution import execute
 from eai.world.state import State
 
 Agent: TypeAlias = Callable[[], str]

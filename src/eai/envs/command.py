@@ -11,8 +11,8 @@ from eai.abilities.notation.plans import resolve
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.benchmark.benchmark import Benchmark
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.fault import FaultKind
 
 DONE = "DONE"

@@ -45,9 +45,10 @@ from eai.prompts.own import explanations
 from eai.prompts.template import Templates
 from eai.scoring.reward import Shaping, metrics_of, suite_of, worth
 from eai.tasks.source import TaskReference
+from eai.world.action import Action, Fault
 from eai.world.derived import stored_sources
 from eai.world.episode import Episode, Luck, Slip
-from eai.world.execution import Action, Fault, describe
+from eai.world.execution import describe
 from eai.world.fault import FaultKind
 from eai.world.listing import Listing
 from eai.world.relation import bits, mask_of

@@ -24,8 +24,9 @@ from eai.generator.measures import needed_by
 from eai.generator.prior import Pattern, Patterns, Prior, Theme, kept, kinds_of, narrowed, patterns_of
 from eai.planning.effect_schema import effect_schemas
 from eai.planning.role import role_of
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, Trajectory, execute
+from eai.world.execution import Trajectory, execute
 from eai.world.listing import Listing
 from eai.world.operator import Operator, Role, affordance
 from eai.world.relation import bits

@@ -25,8 +25,9 @@ from eai.logic.traversal import is_state_formula, objects
 from eai.logic.traversal import walk as parts_of
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, Trajectory, execute, timeline
+from eai.world.execution import Trajectory, execute, timeline
 from eai.world.state import Scene, State
 
 _LONGER = 6

@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import bound_by, children, walk
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.relation import bits
 from eai.world.state import Scene
 

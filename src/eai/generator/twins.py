@@ -36,8 +36,8 @@ from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import bound_by, objects, walk
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.state import Fact, State
 
 _HALF = 0.5

@@ -25,8 +25,9 @@ from eai.logic.traversal import objects
 from eai.planning.planner import Planner, PlanningGoal, needed_actions
 from eai.planning.search import Limits, Node, SearchEnd
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, Step, Trajectory, execute, timeline
+from eai.world.execution import Step, Trajectory, execute, timeline
 from eai.world.listing import Listing
 from eai.world.state import Fact, State
 

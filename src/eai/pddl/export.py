@@ -17,9 +17,9 @@ from eai.logic.rewriting import rename_objects
 from eai.pddl.execute import PddlState, PlanStep
 from eai.pddl.glossary import ConditionWriter, Glossary, PddlNames, conjunction, hidden_predicates, without
 from eai.pddl.ordered_effects import all_at_once
+from eai.world.action import Action
 from eai.world.derived import Lookup
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.frame import AGENT
 from eai.world.listing import listing
 from eai.world.operator import Operator

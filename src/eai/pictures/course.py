@@ -24,9 +24,9 @@ from eai.pictures.picture import picture_words
 from eai.pictures.scene_graph import SceneWords
 from eai.pictures.tiles import Tile, tiles_of
 from eai.tasks.source import ErrataChoice, Source
+from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.episode import Episode
-from eai.world.execution import Action
 from eai.world.state import Scene, State
 
 Course: TypeAlias = "Sequence[Sequence[Tile]]"

@@ -16,10 +16,10 @@ from eai.logic.formula import Atom, Exists, ForAll
 from eai.planning.achievers import Achiever, Achievers, Matches
 from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom, Parts, Subgoal, Unfolding
+from eai.world.action import Action
 from eai.world.condition import Readings
 from eai.world.derived import Defined
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.frame import Binding
 from eai.world.relation import mask_of
 from eai.world.state import State

@@ -17,10 +17,10 @@ from eai.planning.effect_schema import Change, EffectSchema, changes_towards, ef
 from eai.planning.search import Effort
 from eai.planning.subgoal import arguments_of, object_named
 from eai.planning.successor_generator import ACTION
+from eai.world.action import Action
 from eai.world.condition import Readings, Scope
 from eai.world.derived import meaning, stored_sources
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
 from eai.world.relation import bits, mask_of

@@ -16,8 +16,8 @@ from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimat
 from eai.planning.search import Effort, Limits, OpenList, SearchEnd, best_first
 from eai.planning.subgoal import GroundAtom, Subgoal
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator, applicable_actions
+from eai.world.action import Action
 from eai.world.derived import Defined
-from eai.world.execution import Action
 
 _STEP_COST = 0.2
 """Cost of a step of the way, beside 1 for an estimated one of the way ahead: enough to leave long detours."""

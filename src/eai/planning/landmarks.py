@@ -20,9 +20,9 @@ from eai.planning.effect_schema import Change
 from eai.planning.flips import Flips, order
 from eai.planning.search import Effort
 from eai.planning.subgoal import Subgoal, arguments_of
+from eai.world.action import Action
 from eai.world.condition import Scope
 from eai.world.derived import meaning
-from eai.world.execution import Action
 from eai.world.relation import bits
 from eai.world.state import State
 

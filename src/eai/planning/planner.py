@@ -20,8 +20,8 @@ from eai.planning.greedy_search import GreedySearch
 from eai.planning.search import Limits, Node, SearchEnd, SearchResult
 from eai.planning.subgoal import Subgoal, subgoals_of
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.state import State
 
 _FIRST = Limits(50, thorough=False)

@@ -20,7 +20,7 @@ from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Effort, Limits, OpenList, SearchEnd
 from eai.planning.subgoal import Subgoal, subgoals_of
 from eai.planning.successor_generator import applicable_actions
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.state import State
 

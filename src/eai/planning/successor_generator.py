@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
 
 from eai.planning.search import Effort, Node
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.operator import Operator
 from eai.world.state import State
 

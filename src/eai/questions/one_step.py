@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
 from eai.questions.setting import Item, Setting, listed, some, with_counterparts
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.state import Fact, State
 
 _CANDIDATES = 8

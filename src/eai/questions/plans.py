@@ -23,7 +23,7 @@ from eai.questions.setting import (
     some,
     with_counterparts,
 )
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.state import Fact, State
 
 _MOST_FACTS = 12

@@ -26,8 +26,9 @@ from eai.logic.traversal import objects
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.questions.question import Accept
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.execution import execute
 from eai.world.fault import FaultKind
 from eai.world.state import Fact, Scene, State, change
 

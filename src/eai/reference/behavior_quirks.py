@@ -34,9 +34,9 @@ from eai.households.behavior.predicates import X, Y
 from eai.logic.choice import Objects, Option, value_of
 from eai.logic.formula import FALSE, Exists
 from eai.logic.rewriting import map_leaves
+from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
-from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check, Operator
 from eai.world.state import Scene, State

@@ -40,7 +40,7 @@ from eai.planning.subgoal import GroundAtom
 from eai.reference import behavior_quirks
 from eai.reference.behavior_quirks import behavior_goal_test
 from eai.reference.subgoals import ReferenceSubgoals
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.state import Scene, State
 

@@ -26,8 +26,8 @@ from eai.benchmark.benchmark import Benchmark, Opener
 from eai.benchmark.protocols import Implementation
 from eai.errors import InputError
 from eai.tasks.source import Source, TaskSet
+from eai.world.action import Action, Fault
 from eai.world.episode import Episode
-from eai.world.execution import Action, Fault
 from eai.world.fault import FaultKind
 
 NAME = "eai-1.0.5"

@@ -37,7 +37,7 @@ from eai.errors import ParseError
 from eai.logic.ltl import read_formula
 from eai.logic.signature import Signature
 from eai.logic.traversal import children, temporal_parts
-from eai.world.execution import Fault
+from eai.world.action import Fault
 from eai.world.fault import FaultKind
 from eai.world.state import State
 

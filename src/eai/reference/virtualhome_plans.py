@@ -38,8 +38,9 @@ from eai.households.virtualhome.tasks import VirtualHomeTask
 from eai.reference import virtualhome_quirks
 from eai.reference.plans import beside_strict
 from eai.reference.virtualhome_quirks import relevant_objects
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, Trajectory
+from eai.world.execution import Trajectory
 from eai.world.fault import FaultKind
 from eai.world.state import Scene, State
 

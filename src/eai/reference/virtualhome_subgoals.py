@@ -23,7 +23,7 @@ from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.reference import virtualhome_quirks
 from eai.reference.subgoals import ReferenceSubgoals, halting
-from eai.world.execution import Action, Fault
+from eai.world.action import Action, Fault
 from eai.world.state import State
 
 BROUGHT_ABOUT_BY = {

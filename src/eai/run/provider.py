@@ -50,7 +50,7 @@ from eai.run.tasks import refusing
 from eai.scoring.batch import NO_ROW
 from eai.scoring.epochs import STATED
 from eai.tasks.source import ErrataChoice, Source, errata_choice
-from eai.world.execution import Action
+from eai.world.action import Action
 
 DEFAULT_NOISE = 0.1
 

@@ -19,7 +19,7 @@ from eai.errors import InputError
 from eai.prompts.feedback import Asker
 from eai.prompts.prompt import Prompt
 from eai.scoring.records import record_of
-from eai.world.execution import Action
+from eai.world.action import Action
 
 
 @dataclass(frozen=True, slots=True)

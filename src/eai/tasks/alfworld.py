@@ -28,8 +28,8 @@ from eai.logic.traversal import free_variables, objects, with_parts
 from eai.pddl.declaration import DeclaredDomain, conjuncts
 from eai.pddl.files import domain_in, problem_in
 from eai.tasks.source import TaskSet
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.state import Scene
 
 FILE = "game.tw-pddl"

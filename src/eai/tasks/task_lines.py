@@ -23,8 +23,8 @@ from eai.errors import InputError, located
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_in_time
 from eai.logic.signature import takes
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.state import Scene, State
 
 Names: TypeAlias = Annotated[list[str], Field(max_length=2)]

@@ -26,12 +26,13 @@ if TYPE_CHECKING:
         Or,
         Variable,
     )
+    from eai.world.action import Action, Fault
     from eai.world.conformance import check
     from eai.world.derived import Computed, Defined, Lookup, is_a
     from eai.world.domain import Domain, Simulator
     from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
     from eai.world.episode import Episode, Luck, Slip
-    from eai.world.execution import Action, Fault, Step, Trajectory, attempt, describe, execute
+    from eai.world.execution import Step, Trajectory, attempt, describe, execute
     from eai.world.fault import FaultKind
     from eai.world.frame import AGENT
     from eai.world.history import Past, each_held_before, was_possible_before
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 
 _MODULES = (
     "eai.logic.formula",
+    "eai.world.action",
     "eai.world.conformance",
     "eai.world.derived",
     "eai.world.domain",

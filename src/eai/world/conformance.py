@@ -22,9 +22,10 @@ from collections.abc import Set as AbstractSet
 
 from eai.logic.formula import And, Atom, Formula, Not, Or
 from eai.logic.ltl_printer import print_ltl
+from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, When
-from eai.world.execution import Action, Fault, attempt, describe, scope_of
+from eai.world.execution import attempt, describe, scope_of
 from eai.world.fault import FaultKind
 from eai.world.history import Past
 from eai.world.operator import Operator

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
 from eai.errors import DomainError, located
 from eai.logic.formula import FALSE, TRUE, Formula, Variable
+from eai.world.action import Action, Fault
 from eai.world.condition import Conditions
 from eai.world.executable import Arguments, CompiledOperator, applicability
 from eai.world.fault import FaultKind
@@ -17,9 +18,6 @@ from eai.world.history import HistoryRule, each_held_before
 from eai.world.operator import Operator
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary, several
-
-if TYPE_CHECKING:
-    from eai.world.execution import Action, Fault
 
 PRECEDENCE = (
     FaultKind.UNCATEGORISED,
@@ -58,7 +56,7 @@ class Simulator(Protocol):
         """
 
 
-Begin: TypeAlias = "Callable[[State], Simulator]"
+Begin: TypeAlias = Callable[[State], Simulator]
 """Begins an episode in a state: equal states make equal worlds. It raises InputError where it cannot."""
 
 

@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from eai.world.action import Action, Fault
 from eai.world.domain import Domain
-from eai.world.execution import Action, Fault, Step, Trajectory, attempt
+from eai.world.execution import Step, Trajectory, attempt
 from eai.world.fault import FaultKind, Notice
 from eai.world.history import Past
 from eai.world.state import State

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from eai.logic.formula import Atom, Variable
 from eai.logic.trace import Trace
+from eai.world.action import Action, Fault
 from eai.world.condition import Readings
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
@@ -16,29 +17,6 @@ from eai.world.frame import Binding
 from eai.world.history import Past
 from eai.world.operator import Check
 from eai.world.state import Scene, State
-
-
-class Action(NamedTuple):
-    """A ground action: an operator's name and object indices."""
-
-    operator: str
-    arguments: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Fault:
-    """Why a step was not executed.
-
-    Attributes:
-        kind: the kind that counts.
-        check: the check whose failure it is.
-        earlier: the index of the last state of the trajectory at which what the check seeks was there,
-            negative for one before the trajectory; given exactly for a wrong order.
-    """
-
-    kind: FaultKind
-    check: Check
-    earlier: int | None = None
 
 
 class Step(NamedTuple):

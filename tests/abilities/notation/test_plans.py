@@ -8,8 +8,8 @@ from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.notation.plans import JsonPlans, PddlPlans
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Variable
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.operator import Operator
 from eai.world.vocabulary import Vocabulary
 from world import toy

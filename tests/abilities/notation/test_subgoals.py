@@ -5,12 +5,7 @@ import json
 import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
-from eai.abilities.notation.subgoals import (
-    SubgoalLexicon,
-    SubgoalNotation,
-    WrittenSubgoals,
-    spelt,
-)
+from eai.abilities.notation.subgoals import SubgoalLexicon, SubgoalNotation, WrittenSubgoals, spelt
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import Unreadable
@@ -18,9 +13,9 @@ from eai.errors import InputError
 from eai.logic.formula import Atom, Constant, Equals, Exists, Not, Occurs, Variable
 from eai.logic.signature import Signature
 from eai.planning.subgoal import GroundAtom
+from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete
-from eai.world.execution import Action
 from eai.world.operator import Operator, missing
 from eai.world.state import Scene, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary

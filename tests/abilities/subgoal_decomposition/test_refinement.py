@@ -8,9 +8,9 @@ from eai.abilities.subgoal_decomposition.program import Found
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.logic.formula import And, Atom, Constant, Formula, Not
 from eai.planning.subgoal import GroundAtom
+from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete
-from eai.world.execution import Action
 from eai.world.frame import AGENT
 from eai.world.operator import Operator, Role, additional, missing
 from eai.world.vocabulary import Predicate, Vocabulary

@@ -7,7 +7,8 @@ import pytest
 import eai.world as w
 from eai.abilities.subgoal_decomposition.repertoire import Ground, Repertoire, distinguished, is_needless
 from eai.planning.subgoal import GroundAtom
-from eai.world.execution import Action, execute
+from eai.world.action import Action
+from eai.world.execution import execute
 from eai.world.state import State
 from world import toy
 from world.test_execution import plan

@@ -9,12 +9,7 @@ from hypothesis import strategies as st
 
 from eai.abilities.goal_test import StateTest
 from eai.abilities.subgoal_decomposition.program import Do, Found, Instruction, Require, Split
-from eai.abilities.subgoal_decomposition.search import (
-    ExplorationLimits,
-    GoalProgress,
-    Outcome,
-    search,
-)
+from eai.abilities.subgoal_decomposition.search import ExplorationLimits, GoalProgress, Outcome, search
 from eai.errors import InputError
 from eai.households.virtualhome import domain as virtualhome
 from eai.logic import semantics
@@ -23,7 +18,8 @@ from eai.logic.ltl import parse, read_formula
 from eai.logic.rewriting import rewrite
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction
-from eai.world.execution import Action, Step, Trajectory, execute, timeline
+from eai.world.action import Action
+from eai.world.execution import Step, Trajectory, execute, timeline
 from eai.world.fault import FaultKind
 from eai.world.operator import missing
 from eai.world.state import Scene, State, WorldObject

@@ -15,7 +15,8 @@ from eai.abilities.subgoal_decomposition.uniform_cost import (
     best_failed_attempt,
 )
 from eai.planning.search import Effort
-from eai.world.execution import Action, execute
+from eai.world.action import Action
+from eai.world.execution import execute
 from eai.world.state import State
 from world import toy
 

@@ -8,7 +8,7 @@ from eai.households.behavior.evidence import UnpublishedFacts, _Volumes
 from eai.households.behavior.records import BehaviorObject, BehaviorRecord, GroundOption
 from eai.households.behavior.tasks import BehaviorTask, build_task
 from eai.pddl.bddl import parse_problem
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.state import State
 
 TASK_ID = "making_a_mess_0_Nowhere_0_int_0_2021-01-01_00-00-00"

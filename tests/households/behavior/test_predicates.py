@@ -10,7 +10,8 @@ import pytest
 from eai.households.behavior import domain as behavior
 from eai.households.behavior.predicates import VOCABULARY
 from eai.logic.formula import Atom, Constant
-from eai.world.execution import Action, attempt, execute
+from eai.world.action import Action
+from eai.world.execution import attempt, execute
 from eai.world.history import Past
 from eai.world.relation import bits
 from eai.world.state import State

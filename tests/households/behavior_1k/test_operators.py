@@ -6,8 +6,9 @@ import pytest
 
 from eai.households.behavior_1k import predicates as p
 from eai.households.behavior_1k.operators import declared
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.execution import execute
 from eai.world.fault import FaultKind
 from eai.world.state import Fact, Scene, State, WorldObject
 

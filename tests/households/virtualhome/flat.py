@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from eai.households.virtualhome.predicates import VOCABULARY
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.state import Fact, Scene, State, WorldObject
 
 PROPERTIES = {

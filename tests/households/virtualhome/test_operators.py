@@ -3,8 +3,9 @@ from __future__ import annotations
 import pytest
 
 from eai.households.virtualhome import domain as virtualhome
+from eai.world.action import Fault
 from eai.world.domain import Domain
-from eai.world.execution import Fault, attempt
+from eai.world.execution import attempt
 from eai.world.fault import FaultKind
 from eai.world.history import Past
 from eai.world.state import State, change

@@ -8,7 +8,7 @@ from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome.plan_notation import Identified, VirtualHomePlans, read_steps
-from eai.world.execution import Action
+from eai.world.action import Action
 from households.virtualhome import flat
 from households.virtualhome.household import make_task
 from protocols import of_reference

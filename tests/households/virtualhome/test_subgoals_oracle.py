@@ -18,7 +18,8 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Formula, Occurs, Then
 from eai.logic.traversal import walk
-from eai.world.execution import Action, attempt
+from eai.world.action import Action
+from eai.world.execution import attempt
 from eai.world.history import Past
 from eai.world.state import State
 from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle

@@ -9,7 +9,7 @@ from eai.abilities.task import Task, goal, make_task
 from eai.benchmark.benchmark import Benchmark
 from eai.logic.formula import Constant
 from eai.tasks.source import given
-from eai.world.execution import Action
+from eai.world.action import Action
 
 X, Y = w.Variable("x"), w.Variable("y")
 LIT, NEAR, ON = w.Predicate("lit", 1), w.Predicate("near", 2), w.Predicate("on", 2)

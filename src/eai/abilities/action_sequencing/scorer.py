@@ -16,9 +16,9 @@ from eai.abilities.scorer import Assessment, PlanScorer, error_report
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Share, Unreadable, Verdict
 from eai.errors import InputError
+from eai.world.action import Action
 from eai.world.domain import Domain, as_declared
 from eai.world.episode import Episode, Known
-from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.state import State
 

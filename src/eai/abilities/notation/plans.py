@@ -31,8 +31,9 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import UNKNOWN_ACTION, ErrorReport, Unreadable
 from eai.data.grouping import grouped
 from eai.logic.signature import takes
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action, Trajectory
+from eai.world.execution import Trajectory
 from eai.world.fault import FaultKind
 from eai.world.state import Scene
 

@@ -21,9 +21,10 @@ from eai.logic.rewriting import rewrite
 from eai.logic.signature import Signature
 from eai.logic.traversal import objects, predicates_of
 from eai.planning.subgoal import GroundAtom
+from eai.world.action import Action
 from eai.world.derived import is_a
 from eai.world.domain import Domain
-from eai.world.execution import Action, attempt
+from eai.world.execution import attempt
 from eai.world.history import Past
 from eai.world.state import Fact, Scene, State, change
 

@@ -47,7 +47,7 @@ from eai.logic.rewriting import negation_normal, substitute
 from eai.logic.traversal import children, is_state_formula, quantified, walk
 from eai.planning.exclusion import Exclusion
 from eai.planning.subgoal import GroundAtom
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
 from eai.world.relation import bits

@@ -10,7 +10,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.verdict import ErrorReport, Span
 from eai.logic.formula import TRUE, Formula
 from eai.logic.signature import Misuse
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
 from eai.world.state import State

@@ -34,8 +34,8 @@ from eai.abilities.subgoal_decomposition.uniform_cost import (
 )
 from eai.planning.exclusion import ExclusionRules
 from eai.planning.subgoal import GroundAtom
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.operator import Operator, Role
 from eai.world.state import Scene, State
 

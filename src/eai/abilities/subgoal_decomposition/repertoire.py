@@ -29,11 +29,11 @@ from eai.planning.effect_schema import (
 from eai.planning.role import role_of
 from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom
+from eai.world.action import Action
 from eai.world.condition import Conditions, all_of
 from eai.world.derived import stored_sources
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
-from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT, UNBOUND, Binding, Frame, Truth
 from eai.world.operator import Check, Operator, Role

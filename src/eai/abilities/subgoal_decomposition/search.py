@@ -38,8 +38,9 @@ from eai.errors import InputError
 from eai.logic.rewriting import rewrite
 from eai.logic.traversal import is_state_formula, walk
 from eai.planning.search import Effort
+from eai.world.action import Action, Fault
 from eai.world.domain import Domain
-from eai.world.execution import Action, Fault, Step, Trajectory, attempt
+from eai.world.execution import Step, Trajectory, attempt
 from eai.world.fault import FaultKind
 from eai.world.history import Past
 from eai.world.operator import Check

@@ -16,7 +16,7 @@ from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, Fo
 from eai.abilities.subgoal_decomposition.repertoire import Ground, Holds, distinguished
 from eai.planning.search import Effort, Node, OpenList, SearchEnd, best_first
 from eai.planning.successor_generator import PlanNode
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.state import State
 
 MAX_PLANS = 4

@@ -17,7 +17,7 @@ from eai.logic.formula import And, Formula, operands
 from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import predicates_of
 from eai.tasks.source import Source, TaskSet
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.state import Fact, Scene, State, WorldObject
 
 MAX_GRASPABLE = 1.5

@@ -20,7 +20,7 @@ from eai.households.behavior_1k.operators import READING
 from eai.households.behavior_1k.scene import RECIPE, SetUp, scenes
 from eai.households.packs import BEHAVIOR_1K, open_published
 from eai.tasks.source import Source, TaskSet
-from eai.world.execution import Action
+from eai.world.action import Action
 
 _EVIDENCE = "evidence.toml"
 

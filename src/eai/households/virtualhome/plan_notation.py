@@ -31,8 +31,8 @@ from eai.abilities.notation.plan_form import (
 from eai.abilities.notation.plans import PlanNotation, plan_of
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
+from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Action
 from eai.world.state import Scene
 
 _STEPS = "action commands"

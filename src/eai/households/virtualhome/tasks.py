@@ -20,7 +20,7 @@ from eai.households.virtualhome.records import (
 )
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.tasks.source import Source, TaskSet
-from eai.world.execution import Action
+from eai.world.action import Action
 from eai.world.relation import Matrix, Relation
 from eai.world.state import Draft, Scene, State, WorldObject
 

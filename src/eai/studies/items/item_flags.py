@@ -22,7 +22,7 @@ from eai.planning.search import SearchEnd, SearchResult
 from eai.results.lines import SuiteKey
 from eai.studies.items.study import Flag, TellsFlags
 from eai.tasks.source import Source
-from eai.world.execution import Action
+from eai.world.action import Action
 
 
 def item_flags(source: Source) -> TellsFlags:
