@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import answers
-from eai.data.dataset import fetch
-from eai.households.packs import published_packs
+from eai.benchmark.packs import fetch, registered_packs
+from eai.benchmark.registry import of_the_paper
 from reference import (
     CACHE,
     REFERENCE,
@@ -132,7 +132,7 @@ def main() -> int:
     )
     parser.add_argument("--cache", type=Path, default=CACHE, help="where the reference's environment is kept")
     arguments = parser.parse_args()
-    fetch(packs=published_packs())
+    fetch(packs=registered_packs(of_the_paper()))
     python = environment(arguments.cache)
     responses = answers.responses(package_folder(python))[: arguments.limit]
     return 0 if report(*measure(python, responses, arguments.repeats)) else 1

@@ -14,10 +14,10 @@ import pytest
 from hypothesis import settings
 
 from browsing import quiet_page, started_browser
-from eai.data.dataset import fetch
+from eai.benchmark.packs import fetch, registered_packs
+from eai.benchmark.registry import of_the_paper
 from eai.data.store import VARIABLE, Store
 from eai.errors import DataError
-from eai.households.packs import BEHAVIOR_1K, all_packs, published_packs
 from eai.scoring.collector import collect_seldom
 from eai.tasks.source import Source
 from households.published import index, packs, store, wheel
@@ -57,6 +57,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 _PAPER = "of the paper"
 """Name of the paper's data set in the reason of a test that is skipped without it."""
+
+_BEHAVIOR_1K = "behavior_1k"
+"""Name of BEHAVIOR-1K's data set in such a reason."""
 
 
 @pytest.hookimpl(wrapper=True)
@@ -100,7 +103,7 @@ def fetch_errors() -> Mapping[str, DataError]:
     This comes before the first test, so that no test finds only the data that another one needed.
     """
     errors = {}
-    for name, wanted in ((_PAPER, published_packs()), (BEHAVIOR_1K, all_packs())):
+    for name, wanted in ((_PAPER, registered_packs(of_the_paper())), (_BEHAVIOR_1K, registered_packs())):
         try:
             fetch(packs=wanted)
         except DataError as error:
@@ -117,7 +120,7 @@ def data_store(fetch_errors: Mapping[str, DataError]) -> Store:
 @pytest.fixture(scope="session")
 def activity_store(fetch_errors: Mapping[str, DataError]) -> Store:
     """The user's default folder with BEHAVIOR-1K's activities."""
-    return _store_with(BEHAVIOR_1K, fetch_errors)
+    return _store_with(_BEHAVIOR_1K, fetch_errors)
 
 
 def _store_with(name: str, fetch_errors: Mapping[str, DataError]) -> Store:

@@ -49,7 +49,7 @@ def test_all_that_is_left_is_imported(without: tuple[str, Path]) -> None:
 
 def test_benchmarks_and_packs_are_those_that_are_left(without: tuple[str, Path]) -> None:
     folder, place = without
-    asked = "import eai; from eai.households.packs import all_packs as packs; "
+    asked = "import eai; from eai.benchmark.packs import registered_packs as packs; "
     asked += "print([*eai.registered()], [pack.name for pack in packs()])"
     left = run(place, asked)
     assert (left.returncode, whole(asked).returncode) == (0, 0), left.stderr

@@ -9,12 +9,13 @@ import json
 import tarfile
 import zipfile
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from eai.benchmark.packs import Pack, registered_packs
 from eai.data.source import Archive, Bundle
-from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATE_SOURCE, files_of
+from eai.households.packs import BEHAVIOR_PDDL, EAI_EVAL, PROMPTS, RESOURCES, TEMPLATE_SOURCE, files_of
 
 PROGRAMS = "virtualhome_eval/dataset/programs_processed_precond_nograb_morepreconds/"
 SCENE = "TrimmedTestScene1_graph/results_intentions_march-13-18/file"
@@ -170,3 +171,10 @@ def build_sdist(folder: Path, witness: Path) -> Archive:
 def pin(name: str, path: Path, record_sha256: str | None = None) -> Archive:
     content = path.read_bytes()
     return Archive(name, "1.0", path.name, hashlib.sha256(content).hexdigest(), len(content), record_sha256)
+
+
+def packs_from(wheel: Archive) -> tuple[Pack, ...]:
+    """Return the registered packs that the published wheel alone makes, made from another wheel."""
+    return tuple(
+        replace(pack, archives=(wheel,)) for pack in registered_packs() if pack.archives == (EAI_EVAL,)
+    )

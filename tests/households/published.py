@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from benchmark.synthetic import build_wheel
-from eai.data.source import Archive, Pack
+from benchmark.synthetic import build_wheel, packs_from
+from eai.benchmark.packs import Pack
+from eai.data.source import Archive
 from eai.data.store import Store
-from eai.households.packs import published_packs
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def wheel(index: Path) -> Archive:
 
 @pytest.fixture
 def packs(wheel: Archive) -> Sequence[Pack]:
-    return published_packs(wheel, None)
+    return packs_from(wheel)
 
 
 @pytest.fixture

@@ -11,11 +11,12 @@ import pytest
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Category
 from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.benchmark.packs import open_pack
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
-from eai.households.packs import PROMPTS, SCENE_PREFIX, open_published
+from eai.households.packs import PROMPTS, SCENE_PREFIX
 from eai.households.published import TransitionTasks, open_behavior, open_virtualhome
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import PromptSet
@@ -81,7 +82,7 @@ def test_every_task_has_a_prompt(data_store: Store, suite: tuple[str, Ability], 
 @pytest.mark.parametrize("suite", COUNTS.keys() - {GOAL_INTERPRETATION})
 def test_shipped_prompts_are_given_byte_for_byte(data_store: Store, suite: tuple[str, Ability]) -> None:
     domain, ability = suite
-    pack = open_published(PROMPTS, Source(data_store))
+    pack = open_pack(PROMPTS, Source(data_store))
     files = official_files(domain, ability, data_store, ErrataChoice.NONE)
     assert files.prompts == pack.read(f"{domain}/{ability.value}.json")
     if suite in SYSTEM:
@@ -123,7 +124,7 @@ def test_the_operators_that_are_asked_for_are_those_that_are_scored(
 def test_questions_about_operators_are_corrected_where_they_ask_for_others_and_nowhere_else(
     data_store: Store,
 ) -> None:
-    shipped = open_published(PROMPTS, Source(data_store)).read_json("behavior/transition_modeling.json")
+    shipped = open_pack(PROMPTS, Source(data_store)).read_json("behavior/transition_modeling.json")
     rows = json.loads(official_files(*OPERATORS, data_store).prompts)
     changed = 0
     for old, new in zip(shipped, rows, strict=True):

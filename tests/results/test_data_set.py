@@ -9,11 +9,11 @@ import pytest
 
 from eai.abilities.task import make_task
 from eai.benchmark.benchmark import Benchmark, Figure
+from eai.benchmark.packs import Pack, fetch
 from eai.benchmark.registry import find_benchmark
-from eai.data.dataset import fetch
 from eai.data.store import Store
-from eai.households.packs import VIRTUALHOME, Pack
 from eai.households.virtualhome.benchmark import count_annotated
+from eai.households.virtualhome.records import PACK as VIRTUALHOME
 from eai.households.virtualhome.records import VirtualHome, open_virtualhome
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
 from eai.report.distributions import distributions

@@ -16,11 +16,11 @@ from products import Products
 from ways import NoWayError, Scope, Way
 
 import eai.logic.formula as f
+from eai.benchmark.packs import open_pack
 from eai.households.behavior_1k import predicates as p
-from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
+from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import declared
 from eai.households.behavior_1k.scene import SetUp, scenes
-from eai.households.packs import BEHAVIOR_1K, open_published
 from eai.logic.traversal import walk
 from eai.planning.planner import needed_actions
 from eai.planning.successor_generator import PlanNode
@@ -306,7 +306,7 @@ def _place(formula: f.Formula) -> float:
 
 def opened(source: Source | None = None) -> tuple[Sequence[str], SetUp]:
     """The names of all activities, and how each is set up."""
-    pack = open_published(BEHAVIOR_1K, source)
+    pack = open_pack(PACK, source)
     texts = dict(line.split("\t") for line in pack.read(ACTIVITIES).decode().splitlines())
     return list(texts), scenes(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 

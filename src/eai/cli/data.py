@@ -13,12 +13,13 @@ import typer
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.check import check_annotations
+from eai.benchmark.packs import fetch as fetch_packs
+from eai.benchmark.packs import info as info_on
+from eai.benchmark.packs import registered_packs, validate
 from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, Errata, flag, opened_source, store
 from eai.cli.progress import data_progress
-from eai.data import dataset
-from eai.households.packs import all_packs, validate
 from eai.pddl.planning import PlannerChoice
 from eai.report.distributions import distributions, save
 from eai.results.data_set import profiles_of, table_of
@@ -46,7 +47,8 @@ def fetch(
         force: Fetch and convert again.
     """
     with data_progress() as report:
-        made = dataset.fetch(store(data), packs=all_packs(), place=place, force=force, report=report)
+        packs = registered_packs()
+        made = fetch_packs(store(data), packs=packs, place=place, force=force, report=report)
     message = f"made {', '.join(made)}" if made else "everything is there already"
     folder = store(data).folder
     tell(f"{message} ({folder})", value={"folder": str(folder), "made": list(made)}, as_json=as_json)
@@ -83,7 +85,7 @@ def info(
     if check:
         tell_findings(validate(store(data)), "the data set is as published", as_json=as_json)
         return
-    packs = dataset.info(store(data), packs=all_packs())
+    packs = info_on(store(data), packs=registered_packs())
     if as_json:
         found: list[Json] = [
             {

@@ -29,6 +29,7 @@ from eai.acting.declaration import ActingVerdict, outlook_text
 from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.packs import is_at_hand
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, output, print_json, say
@@ -36,7 +37,6 @@ from eai.cli.options import AsJson, DataFolder, flag, store
 from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import EaiError, InputError, did_you_mean
-from eai.households.packs import is_at_hand
 from eai.pictures.course import film_name, states_of
 from eai.pictures.rendered import film_of
 from eai.planning.planner import Planner

@@ -18,6 +18,7 @@ from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.packs import is_at_hand
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered, title_of
 from eai.cli.console import counted, note, output, say, tell
@@ -26,7 +27,6 @@ from eai.cli.progress import scoring_progress
 from eai.data.files import write_whole, writing_to
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
-from eai.households.packs import is_at_hand
 from eai.pictures.course import courses, film_name
 from eai.report.board import board_html
 from eai.report.document import unnamed_remark

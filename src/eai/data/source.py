@@ -1,8 +1,7 @@
 """Obtain the published archives: from disk, or with the user's own pip or uv, and only as published.
 
 An archive is pinned by its SHA-256. pip does the download, since it knows the user's indexes, proxies and
-certificates; it neither resolves dependencies nor builds anything. A pack is a file of the store:
-the archives it is made from, and how.
+certificates; it neither resolves dependencies nor builds anything.
 
 Archives are read in place (`Bundle`): a wheel is never unpacked to disk. A wheel is a zip, a source
 distribution a gzipped tar with one top folder. An unpacked wheel is a folder whose `RECORD` lists the digest
@@ -134,30 +133,6 @@ def _tar_files(path: Path) -> dict[str, bytes]:
     except (OSError, tarfile.TarError, EOFError) as error:
         raise DataError(f"{path}: not a readable source distribution ({error})") from error
     return files
-
-
-Convert = Callable[[Mapping[str, Bundle], Report], dict[str, bytes]]
-"""(archive's name -> its files, progress) -> member -> content. Same files, same bytes; or DataError."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pack:
-    """One file of the store.
-
-    Attributes:
-        name: the pack's name in `Store.open`.
-        archives: what it is made from.
-        convert: makes its members.
-    """
-
-    name: str
-    archives: tuple[Archive, ...]
-    convert: Convert
-
-    @property
-    def pins(self) -> dict[str, str]:
-        """Requirement -> SHA-256 of its archives, as the pack's manifest records them."""
-        return {archive.requirement: archive.sha256 for archive in self.archives}
 
 
 _POLL_SECONDS = 0.1

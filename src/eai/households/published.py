@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.protocol import Ability
 from eai.benchmark.benchmark import PublishedPrompts
+from eai.benchmark.packs import open_pack
 from eai.data.store import PackFile
 from eai.households import packs
 from eai.prompts.prompt import Prompt, PromptFiles
@@ -32,7 +33,7 @@ def official_prompts(name: str, rendered: Mapping[Ability, Render] | None = None
         if rendered is not None and ability in rendered:
             texts = rendered[ability](source)
             return PromptFiles.of({i: Prompt(text) for i, text in texts.items()})
-        pack = packs.open_published(packs.PROMPTS, source)
+        pack = open_pack(packs.PROMPTS, source)
         setup = f"{name}/{ability.value}_system.json"
         system = pack.read(setup) if setup in pack.members else None
         return PromptFiles(pack.read(f"{name}/{ability.value}.json"), system)
@@ -49,7 +50,7 @@ def open_virtualhome(source: Source | None = None) -> TransitionTasks:
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return _transition_tasks(packs.open_published(packs.RESOURCES, source), "virtualhome_pd.pddl")
+    return _transition_tasks(open_pack(packs.RESOURCES, source), "virtualhome_pd.pddl")
 
 
 def open_behavior(source: Source | None = None) -> TransitionTasks:
@@ -58,7 +59,7 @@ def open_behavior(source: Source | None = None) -> TransitionTasks:
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return _transition_tasks(packs.open_published(packs.BEHAVIOR_PDDL, source), "behavior_pd.pddl")
+    return _transition_tasks(open_pack(packs.BEHAVIOR_PDDL, source), "behavior_pd.pddl")
 
 
 _PARTS = ("parameters", "preconditions", "effects")

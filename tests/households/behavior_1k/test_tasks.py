@@ -16,9 +16,9 @@ from eai.envs.rules import STANDARD
 from eai.households.behavior.benchmark import behavior
 from eai.households.behavior_1k.benchmark import behavior_1k, challenge_2025, of_behavior_100, untold
 from eai.households.behavior_1k.conventions import HEADING
+from eai.households.behavior_1k.kinds import PACK
 from eai.households.behavior_1k.operators import declared
 from eai.households.behavior_1k.tasks import left_out
-from eai.households.packs import BEHAVIOR_1K
 from eai.logic import formula as f
 from eai.logic.formula import Atom
 from eai.logic.traversal import walk
@@ -45,7 +45,7 @@ def test_all_definitions_are_read_and_the_store_is_small(
     activities: TaskSet[Task], activity_store: Store
 ) -> None:
     assert len(activities) == NUMBER
-    assert activity_store.path(BEHAVIOR_1K).stat().st_size < 250_000
+    assert activity_store.path(PACK).stat().st_size < 250_000
 
 
 @every(20)

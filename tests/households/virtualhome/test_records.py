@@ -10,8 +10,9 @@ import sys
 import pytest
 
 from benchmark.graphs import final_graph, initial_graph
+from eai.benchmark.packs import open_pack
 from eai.data.store import Store
-from eai.households.packs import PROMPTS, RESOURCES, VIRTUALHOME, open_published
+from eai.households.packs import PROMPTS, RESOURCES
 from eai.households.virtualhome.records import (
     CHARACTER_ID,
     GraphDelta,
@@ -19,6 +20,7 @@ from eai.households.virtualhome.records import (
     VirtualHome,
     open_virtualhome,
 )
+from eai.households.virtualhome.records import PACK as VIRTUALHOME
 from eai.tasks.source import Source
 from oracle import Oracle
 
@@ -90,7 +92,7 @@ def test_tasks_come_in_the_order_of_the_references_rows(tasks: VirtualHome, orac
 
 
 def test_resources_and_prompts_are_complete(data_store: Store, tasks: VirtualHome) -> None:
-    resources, prompts = [open_published(name, Source(data_store)) for name in (RESOURCES, PROMPTS)]
+    resources, prompts = [open_pack(name, Source(data_store)) for name in (RESOURCES, PROMPTS)]
     with_goals = {task.id for task in tasks.values() if task.tl_goal is not None}
     assert resources.read_json("problems.json").keys() == with_goals
     assert len(resources.read_json("success_task.json")) == 296

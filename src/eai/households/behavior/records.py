@@ -17,6 +17,9 @@ from eai.pddl.bddl import parse_problem
 from eai.pddl.model import PddlProblem
 from eai.tasks.source import TaskSet
 
+PACK = "behavior"
+"""Name of the pack with the records of BEHAVIOR."""
+
 TASKS_MEMBER = "tasks.jsonl"
 """One line a task, in data set order."""
 

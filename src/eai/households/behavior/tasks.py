@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from eai.abilities.task import Goal, GoalKind, Task
+from eai.benchmark.packs import open_pack
 from eai.households.behavior import predicates as p
 from eai.households.behavior.evidence import GroundRelation, UnpublishedFacts, load_evidence
 from eai.households.behavior.predicates import VOCABULARY
-from eai.households.behavior.records import BehaviorRecord, read_records
-from eai.households.packs import BEHAVIOR, open_published
+from eai.households.behavior.records import PACK, BehaviorRecord, read_records
 from eai.logic.formula import And, Formula, operands
 from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import predicates_of
@@ -95,7 +95,7 @@ def open_tasks(source: Source | None = None) -> BehaviorTasks:
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return build_tasks(read_records(open_published(BEHAVIOR, source)), load_evidence())
+    return build_tasks(read_records(open_pack(PACK, source)), load_evidence())
 
 
 def initial_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:

@@ -12,6 +12,9 @@ from pydantic import TypeAdapter
 
 from eai.data.grouping import grouped
 
+PACK = "behavior_1k"
+"""Name of the pack with these activities and annotations."""
+
 ACTIVITIES, KINDS, RULES, PLANS = "activities.txt", "kinds.json", "rules.json", "plans.txt"
 """The members of the pack: the first and the last have one line an activity."""
 

@@ -12,13 +12,13 @@ from importlib.resources import files
 
 import eai.logic.formula as f
 from eai.abilities.task import Task, goal
+from eai.benchmark.packs import open_pack
 from eai.data.files import parse_toml
 from eai.english import NUMBERS, English, plural, sentences_of, turned
 from eai.errors import InputError
-from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
+from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import READING
 from eai.households.behavior_1k.scene import RECIPE, SetUp, scenes
-from eai.households.packs import BEHAVIOR_1K, open_published
 from eai.tasks.source import Source, TaskSet
 from eai.world.action import Action
 
@@ -56,7 +56,7 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    pack = open_published(BEHAVIOR_1K, source)
+    pack = open_pack(PACK, source)
     texts, plans, excluded = _lines(pack.read(ACTIVITIES)), _lines(_own_file(PLANS)), left_out()
 
     @cache

@@ -21,6 +21,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.benchmark.benchmark import Benchmark, Figure, formats_of
 from eai.benchmark.errata import errata_of
+from eai.benchmark.packs import open_pack
 from eai.benchmark.registry import TITLES
 from eai.data.source import open_bundle
 from eai.data.store import Report, Store, silent
@@ -31,13 +32,13 @@ from eai.households.virtualhome.domain import as_meant, with_either_hand
 from eai.households.virtualhome.notation import VirtualHomeGoals, VirtualHomeSubgoals
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
 from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION, room
-from eai.households.virtualhome.records import ObjectRecord, TaskRecord, VirtualHome
+from eai.households.virtualhome.records import PACK, ObjectRecord, TaskRecord, VirtualHome
 from eai.households.virtualhome.records import open_virtualhome as open_records
 from eai.households.virtualhome.tasks import VirtualHomeTask, build_tasks
 from eai.households.virtualhome.tasks import open_tasks as open_virtualhome_tasks
 from eai.logic.formula import Atom, Formula
 from eai.prompts.prompt import Belief, GoalSection
-from eai.tasks.source import Finding, Source, TaskSet, once_per_store
+from eai.tasks.source import Source, TaskSet, once_per_store
 from eai.world.relation import bits
 
 if TYPE_CHECKING:
@@ -126,8 +127,8 @@ def goal_interpretation_prompts(source: Source) -> dict[str, str]:
         DataError: the data cannot be obtained.
     """
     records = open_records(source)
-    resources = packs.open_published(packs.RESOURCES, source)
-    template = packs.open_published(packs.TEMPLATES, source).read(packs.TEMPLATE_MEMBER).decode()
+    resources = open_pack(packs.RESOURCES, source)
+    template = open_pack(packs.TEMPLATES, source).read(packs.TEMPLATE_MEMBER).decode()
     states = resources.read_json("object_states_full.json")
     possible = {**states, **{name.replace("_", ""): each for name, each in states.items()}}  # also so written
     pairs = resources.read_json("relation_object_pairs.json")
@@ -251,7 +252,7 @@ def virtualhome() -> Benchmark:
 
 def annotated_figures(source: Source) -> tuple[Figure, ...]:
     """The figures of the published data set; DataError if it cannot be had."""
-    resources = packs.open_published(packs.RESOURCES, source)
+    resources = open_pack(packs.RESOURCES, source)
     tasks = open_records(source)
     operators = resources.read_json("gold_action.json")
     return count_annotated(tasks, resources.read_json("success_task.json"), len(operators))
@@ -319,16 +320,16 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = {
 """Figures of the published data set, by their labels."""
 
 
-def check_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -> Iterator[Finding]:
-    """Figures that are not as published, given that all packs can be read.
+def check_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -> Iterator[str]:
+    """Yield the figures that are not as published. All packs must be there.
 
     Args:
         store: the folder of packs.
         counts: label of a statistic -> the figure it should show; that of the published data set if None.
     """
     counts = PUBLISHED_COUNTS if counts is None else counts
-    tasks, resources = VirtualHome.of(store.open(packs.VIRTUALHOME)), store.open(packs.RESOURCES)
+    tasks, resources = VirtualHome.of(store.open(PACK)), store.open(packs.RESOURCES)
     operators = resources.read_json("gold_action.json")
     for row in count_annotated(tasks, resources.read_json("success_task.json"), len(operators)):
         if counts.get(row.label, row.value) != row.value:
-            yield Finding(packs.VIRTUALHOME, f"{row.label}: {row.value}, expected {counts[row.label]}")
+            yield f"{row.label}: {row.value}, expected {counts[row.label]}"

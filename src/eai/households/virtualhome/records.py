@@ -17,12 +17,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
+from eai.benchmark.packs import open_pack
 from eai.data.store import PackFile
-from eai.households.packs import VIRTUALHOME, open_published
 from eai.tasks.source import Source, TaskSet
 
 _ROOMS = "Rooms"
 """The category of nodes that are rooms."""
+
+PACK = "virtualhome"
+"""Name of the pack with the records of VirtualHome."""
 
 TASKS_MEMBER = "tasks.jsonl"
 """Line 1: the tables and the base scene; then one line a task, in data set order."""
@@ -183,4 +186,4 @@ def open_virtualhome(source: Source | None = None) -> VirtualHome:
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return VirtualHome.of(open_published(VIRTUALHOME, source))
+    return VirtualHome.of(open_pack(PACK, source))

@@ -5,8 +5,10 @@ import subprocess
 import sys
 import time
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,12 +16,17 @@ import pytest
 from filelock import FileLock
 
 from by_path import TESTS
-from eai.data.dataset import fetch, info, open_pack
+from eai.benchmark.packs import Pack, fetch, info, is_at_hand, open_pack, registered_packs, validate
 from eai.data.source import Archive, Bundle
 from eai.data.store import Report, Store
 from eai.errors import DataError
-from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES, VIRTUALHOME, Pack
+from eai.households.behavior.records import PACK as BEHAVIOR
+from eai.households.behavior_1k.kinds import PACK as BEHAVIOR_1K
+from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES
+from eai.households.virtualhome.benchmark import check_tasks
+from eai.households.virtualhome.records import PACK as VIRTUALHOME
 from eai.households.virtualhome.records import VirtualHome
+from eai.tasks.source import Source
 
 NAMES = (VIRTUALHOME, RESOURCES, PROMPTS, BEHAVIOR_PDDL, TEMPLATES)
 
@@ -27,13 +34,12 @@ FETCH = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-from benchmark.synthetic import Archive
-from eai.data.dataset import fetch
-from eai.households.packs import published_packs
+from benchmark.synthetic import Archive, packs_from
+from eai.benchmark.packs import fetch
 from eai.data.store import Store
 name, version, filename, sha256, size = sys.argv[4:]
 place = Path(sys.argv[3]) if sys.argv[3] else None
-packs = published_packs(Archive(name, version, filename, sha256, int(size)), None)
+packs = packs_from(Archive(name, version, filename, sha256, int(size)))
 print("starting", flush=True)
 def report(stage, *rest):
     print(stage, flush=True)
@@ -45,11 +51,10 @@ print("made", len(made), flush=True)
 HANG = """
 import sys, time
 from pathlib import Path
-from eai.data.dataset import fetch
-from eai.data.source import Pack
+from eai.benchmark.packs import Pack, fetch
 from eai.data.store import Store
 
-def convert(files, report):
+def convert(report):
     print("converting", flush=True)
     time.sleep(600)
 
@@ -72,16 +77,16 @@ def test_fetching_makes_every_pack_once(store: Store, packs: Sequence[Pack]) -> 
 
 
 def test_what_is_absent_is_fetched_on_first_use(store: Store, packs: Sequence[Pack]) -> None:
-    assert len(VirtualHome.of(open_pack(VIRTUALHOME, store, packs=packs))) == 3
+    assert len(VirtualHome.of(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
     assert all(store.has(name) for name in NAMES)
 
 
 def test_first_use_does_not_wait_for_archives_it_has_no_need_of(store: Store, packs: Sequence[Pack]) -> None:
     unobtainable = Archive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
     other = Pack("other", (unobtainable,), lambda files, report: {})
-    assert open_pack(VIRTUALHOME, store, packs=[*packs, other]).members
+    assert open_pack(VIRTUALHOME, Source(store), packs=[*packs, other]).members
     with pytest.raises(DataError, match="no-such-archive"):
-        open_pack("other", store, packs=[*packs, other])
+        open_pack("other", Source(store), packs=[*packs, other])
     assert not store.has("other")
 
 
@@ -200,7 +205,7 @@ def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequen
     fetch(store, packs=packs)
     before = store.path(VIRTUALHOME).read_bytes()
 
-    def fail(files: Mapping[str, Bundle], report: Report) -> dict[str, bytes]:
+    def fail(wheel: Bundle, report: Report) -> dict[str, bytes]:
         raise DataError("not as expected")
 
     with pytest.raises(DataError, match="not as expected"):
@@ -238,7 +243,74 @@ def test_a_read_only_folder_is_told_and_can_be_read(packs: Sequence[Pack]) -> No
         fetch(store, packs=packs)
         with read_only(folder):
             assert fetch(store, packs=packs) == ()
-            assert len(VirtualHome.of(open_pack(VIRTUALHOME, store, packs=packs))) == 3
+            assert len(VirtualHome.of(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
             with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
                 fetch(store, packs=packs, force=True)
             assert "\n" not in str(caught.value)
+
+
+def problems(store: Store, packs: Sequence[Pack]) -> list[str]:
+    return [f"{finding.place}: {finding.problem}" for finding in validate(store, packs)]
+
+
+def expect_counts(packs: Sequence[Pack], **counts: int) -> list[Pack]:
+    """Return the packs, of which that of VirtualHome is checked against other counts."""
+    return [replace(packs[0], check=partial(check_tasks, counts=counts)), *packs[1:]]
+
+
+def test_a_fetched_store_is_valid(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    assert problems(store, expect_counts(packs, tasks=3, goals=5)) == []
+
+
+def test_a_wrong_count_is_found(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    assert problems(store, expect_counts(packs, tasks=342)) == ["virtualhome: tasks: 3, expected 342"]
+
+
+def test_an_absent_a_damaged_and_a_foreign_pack_are_found(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    store.path(VIRTUALHOME).unlink()
+    content = bytearray(store.path(RESOURCES).read_bytes())
+    place = content.index(b"vocabulary.json") + len("vocabulary.json")
+    content[place] ^= 0xFF
+    store.path(RESOURCES).write_bytes(content)
+    pinned = packs[2].archives[0]
+    foreign = replace(packs[2], archives=(replace(pinned, sha256="0" * 64),))
+    absent, damaged, other = validate(store, [*packs[:2], foreign])
+    assert [absent.place, damaged.place, other.place] == [VIRTUALHOME, RESOURCES, PROMPTS]
+    assert "no such data" in absent.problem
+    assert "vocabulary.json" in damaged.problem
+    assert "other archives" in other.problem
+
+
+def test_the_published_data_is_valid(data_store: Store) -> None:
+    assert validate(data_store) == ()
+
+
+def test_packs_come_in_the_order_of_the_paper_and_each_once() -> None:
+    own = [BEHAVIOR, BEHAVIOR_1K]
+    assert [pack.name for pack in registered_packs()] == [*NAMES, *own]
+    assert [pack.name for pack in registered_packs(["behavior"])] == [*NAMES[1:], BEHAVIOR]
+    assert registered_packs(["kitchen"]) == ()
+
+
+@pytest.mark.parametrize(
+    ("benchmark", "read"),
+    [
+        ("virtualhome", NAMES),
+        ("virtualhome-hard", NAMES),
+        ("behavior", (*NAMES[1:], BEHAVIOR)),
+        ("behavior-1k", (BEHAVIOR_1K,)),
+        ("behavior-1k-untold", (BEHAVIOR_1K,)),
+        ("kitchen", ()),
+    ],
+)
+def test_a_benchmark_is_at_hand_if_its_own_packs_are(
+    store: Store, benchmark: str, read: Sequence[str]
+) -> None:
+    for pack in registered_packs():
+        if pack.name in read:
+            assert not is_at_hand(store, benchmark)
+            store.write(pack.name, pack.pins, {})
+    assert is_at_hand(store, benchmark)
