@@ -14,6 +14,7 @@ import pytest
 from hypothesis import settings
 
 from browsing import quiet_page, started_browser
+from command_line import eai
 from eai.benchmark.packs import fetch, registered_packs
 from eai.benchmark.registry import of_the_paper
 from eai.data.store import VARIABLE, Store
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
     from eai.households.behavior.tasks import BehaviorTasks
     from eai.households.virtualhome.tasks import VirtualHomeTasks
 
-__all__ = ["index", "packs", "pytest_runtest_call", "pytest_runtest_setup", "store", "wheel"]
-"""The fixtures of the made-up data set, and the hooks that measure the memory of each test."""
+__all__ = ["eai", "index", "packs", "pytest_runtest_call", "pytest_runtest_setup", "store", "wheel"]
+"""The command line, the fixtures of the made-up data set, and the hooks that measure each test's memory."""
 
 settings.register_profile("few", deadline=None, derandomize=True, max_examples=FEW)
 settings.register_profile("thorough", deadline=None, derandomize=True, max_examples=THOROUGH)

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from cli.conftest import Command, eai
+from command_line import Command
 from eai.abilities.experiment import Experiment
 from eai.abilities.responses import Response, ResponseFile, read_responses
 from eai.acting.play import RULE_NAMES, Arena, Episode, Play, read_episode, rules_label, rules_of
@@ -24,8 +24,6 @@ from eai.scoring.batch import OTHER_RULES, by_rules, score_run
 from eai.scoring.options import ScoringOptions
 from eai.scoring.records import read_records
 from envs.switches import SWITCHES
-
-__all__ = ["eai"]
 
 SUITE = open_suite(SWITCHES, ACTING)
 DOMAIN = "envs.switches:SWITCHES"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cli.conftest import Command, eai
+from command_line import Command
 from eai.abilities.task import Task, goal, make_task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.check import check_benchmark
@@ -23,8 +23,6 @@ from eai.world.domain import Domain
 from eai.world.effect import Add
 from eai.world.operator import Operator, additional, affordance
 from world import toy
-
-__all__ = ["eai"]
 
 X = Variable("x")
 LIGHT = make_task("light", "Switch the lamp on.", toy.initial(), "lit(lamp)")

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from by_path import ROOT
-from cli.conftest import Command, eai
+from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.abilities.wording import is_property
 from eai.benchmark.gold_answers import noisy_answer, open_answer_book
@@ -22,8 +22,6 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.tasks.source import Source
 from sweeps import swept
-
-__all__ = ["eai"]
 
 PLANNED = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 

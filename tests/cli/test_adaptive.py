@@ -10,7 +10,7 @@ from typing import Any, cast
 import pytest
 
 import eai.cli.run
-from cli.conftest import Command
+from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict

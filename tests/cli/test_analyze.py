@@ -7,7 +7,7 @@ from urllib.parse import parse_qs, unquote, urlsplit
 
 import pytest
 
-from cli.conftest import Command
+from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from by_path import TESTS
-from cli.conftest import Command
+from command_line import Command
 from eai.pddl.planners import make_planner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem

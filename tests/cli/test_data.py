@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cli.conftest import Command
+from command_line import Command
 from eai.data.store import Store
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cli.conftest import Command
+from command_line import Command
 from eai.cli import demo
 from eai.data.store import Store
 from processes import eai as in_own_process

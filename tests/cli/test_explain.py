@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from by_path import ROOT
-from cli.conftest import Command
+from command_line import Command
 from eai.data.store import Store
 from processes import eai as run_eai
 

@@ -8,7 +8,7 @@ import pytest
 
 import eai as library
 from by_path import ROOT
-from cli.conftest import Command
+from command_line import Command
 from eai.abilities.record import Usage
 from eai.data.store import Store
 from eai.scoring.epochs import Obtained, settle

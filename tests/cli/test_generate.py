@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from by_path import ROOT
-from cli.conftest import Command
+from command_line import Command
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.census import prior_of

@@ -12,7 +12,7 @@ import pytest
 import typer
 
 from by_path import ROOT
-from cli.conftest import Command
+from command_line import Command
 from eai.cli import app
 from eai.data.store import Store
 

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
-from cli.conftest import Command
+from command_line import Command
 from eai import __version__, cli
 from eai.cli import app
 

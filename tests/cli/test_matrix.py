@@ -10,7 +10,7 @@ import pytest
 
 import eai as library
 from by_path import ROOT, TESTS
-from cli.conftest import Command
+from command_line import Command
 from processes import eai as in_own_process
 from sweeps import swept
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cli.conftest import Command
+from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.data.store import Store
 from suites import answer_book

@@ -17,7 +17,7 @@ from typing import TypeAlias
 import pytest
 
 from by_path import TESTS
-from cli.conftest import Command, Outcome
+from command_line import Command, Outcome
 from eai.acting.play import Arena, commands_of
 from eai.acting.setting import ACTING
 from eai.benchmark.registry import find_benchmark

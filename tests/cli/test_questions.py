@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from by_path import ROOT
-from cli.conftest import Command
+from command_line import Command
 from processes import eai as in_own_process
 from sweeps import sweep, swept
 

@@ -9,7 +9,7 @@ import gymnasium
 import pytest
 
 import eai.envs
-from cli.conftest import Command
+from command_line import Command
 from eai import Reward
 from eai.abilities.protocol import Ability
 from eai.acting.setting import ACTING

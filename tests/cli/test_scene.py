@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from bodies.rooms import kitchen, task_of
-from cli.conftest import Command
+from command_line import Command
 from eai.abilities.codec import record_from_json
 from eai.abilities.protocol import Ability
 from eai.benchmark.suite import open_suite

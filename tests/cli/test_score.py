@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from cli.conftest import Command
+from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.data.files import sole_run
 from eai.data.store import Store

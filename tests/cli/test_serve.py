@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("mcp", reason="no mcp: pip install 'eai-bench[mcp]'")
 
-from cli.conftest import Command
+from command_line import Command
 
 
 def test_a_port_that_is_taken_is_told(eai: Command, tmp_path: Path) -> None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from cli.conftest import Command
+from command_line import Command
 from eai.abilities.protocol import FOUR
 from eai.data.store import Store
 

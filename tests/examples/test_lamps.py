@@ -12,7 +12,7 @@ import pytest
 
 import eai as library
 from by_path import ROOT
-from cli.conftest import Command
+from command_line import Command
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability
 from eai.results.paper_tables import NULL_MODELS

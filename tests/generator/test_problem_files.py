@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from by_path import ROOT
-from cli.conftest import Command, eai
+from command_line import Command
 from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError
@@ -18,8 +18,6 @@ from eai.pddl.writer import write_problem
 from eai.tasks.source import Source
 from eai.world.state import State
 from logic.bddl_text import print_problem
-
-__all__ = ["eai"]
 
 LAMPS = ROOT / "examples" / "lamps"
 

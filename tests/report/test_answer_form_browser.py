@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from browsing import needs_browser
-from cli.conftest import Command
+from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.data.store import Store
 from suites import SUITES, answer_book, official_prompts

@@ -12,15 +12,13 @@ import pytest
 
 from browsing import needs_browser, quiet_page, started_browser
 from by_path import ROOT
-from cli.conftest import Command, eai
+from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.tasks.source import Source
-
-__all__ = ["eai"]
 
 DESCRIPTION = 'model = "{model}"\ndate = 2026-11-26\n'
 PLACE = "virtualhome/action_sequencing/m_outputs.json"

@@ -8,12 +8,10 @@ from pathlib import Path
 import pytest
 
 from by_path import ROOT
-from cli.conftest import Command, eai
+from command_line import Command
 from eai.benchmark.registry import find_benchmark
 from eai.questions.question import gold_text, questions_content
 from eai.questions.writer import Writer
-
-__all__ = ["eai"]
 
 LAMPS = ROOT / "examples" / "lamps"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cli.conftest import Command
+from command_line import Command
 from data.test_entry_points import declared
 from eai.errors import InputError
 from eai.studies import registry

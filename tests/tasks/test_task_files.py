@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from by_path import ROOT, TESTS
-from cli.conftest import Command, eai
+from command_line import Command
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.benchmark.benchmark import Benchmark
@@ -24,8 +24,6 @@ from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
 from eai.tasks.task_lines import json_schema, written
 from processes import eai as in_own_process
-
-__all__ = ["eai"]
 
 LAMPS = ROOT / "examples" / "lamps"
 PAGE = ROOT / "docs" / "task-files.md"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cli.conftest import Command
+from command_line import Command
 from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.responses import Response
