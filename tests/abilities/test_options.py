@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from eai.abilities.options import misfit
+from eai.abilities.options import Options, misfit
 
 
 class Shape(BaseModel):
@@ -37,3 +37,30 @@ def test_what_is_wrong_is_said_with_place_and_expectation(value: object, said: s
     with pytest.raises(ValidationError) as caught:
         Shape.model_validate(value)
     assert misfit(caught.value, Shape.model_fields) == said
+
+
+class Lamp(Options):
+    """A lamp.
+
+    Attributes:
+        colour: The colour of its light.
+        height: The height in metres.
+    """
+
+    colour: str = "white"
+    height: float = 1.0
+
+
+class DeskLamp(Lamp):
+    """A lamp on a desk.
+
+    Attributes:
+        height: The height above the desk.
+    """
+
+    height: float = 0.5
+
+
+def test_an_inherited_option_keeps_its_meaning_and_a_redeclared_option_has_its_own() -> None:
+    assert DeskLamp.about("colour") == "The colour of its light."
+    assert DeskLamp.about("height") == "The height above the desk."

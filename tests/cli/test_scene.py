@@ -20,8 +20,8 @@ from eai.data.store import Store
 from eai.errors import EaiError
 from eai.pictures.rendered import photographs_of
 from eai.prompts.template import Templates
+from eai.studies.perception.choice import Perception
 from eai.studies.perception.scenes import shown_scenes
-from eai.studies.perception.study import Perception
 from processes import eai as run_eai
 from studies.told import told_tables
 

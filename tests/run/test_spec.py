@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from eai.data.files import read_toml
 from eai.errors import InputError
 from eai.run.spec import RunSpec, read_spec, save, study_of
+from eai.studies.perception.choice import Perception
 from eai.studies.perception.noise import Noise
-from eai.studies.perception.study import Perception
 from eai.studies.registry import studies_of_runs
 
 EVERYTHING: dict[str, dict[str, Any]] = {

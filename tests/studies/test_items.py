@@ -12,8 +12,9 @@ from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
 from eai.results.lines import SuiteKey
 from eai.results.table import Table
+from eai.studies.items.flag import Flag
 from eai.studies.items.item_flags import item_flags
-from eai.studies.items.study import Flag, item_tables
+from eai.studies.items.study import item_tables
 from eai.tasks.source import Source
 from eai.world.action import Action
 from oracle import MODELS

@@ -80,8 +80,8 @@ Arguments = Annotated[dict[str, JsonValue], PlainSerializer(_without_secrets)]
 class Options(BaseModel):
     """A section of a run's specification, or of another file that people write.
 
-    Subclasses declare the options, with a meaning each. It stands in the docstring, or is the description of
-    the field where it has to be put together.
+    Subclasses declare the options, with a meaning each. It stands in the docstring of the class that declares
+    the option, or is the description of the field if it has to be put together.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -121,7 +121,8 @@ class Options(BaseModel):
     def about(cls, option: str) -> str:
         """The meaning of an option."""
         described = cls.model_fields[option].description
-        return described or meanings(cls.__doc__, "Attributes").get(option, "")
+        by_class = [meanings(base.__doc__, "Attributes") for base in cls.__mro__ if issubclass(base, Options)]
+        return described or next((by_name[option] for by_name in by_class if option in by_name), "")
 
     @classmethod
     def default_of(cls, option: str) -> str:

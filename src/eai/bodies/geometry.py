@@ -8,14 +8,12 @@ of three axes; next to it, if their boxes are near and one is on a level ray of 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import Any, Protocol
 
 import numpy as np
 
 from eai.bodies.body import Array, Box
-
-if TYPE_CHECKING:
-    from eai.bodies.scene import BodyScene
 
 _LEVEL, _UPRIGHT = 1.0, 5.0
 """How far level and upright rays reach, in metres."""
@@ -29,7 +27,29 @@ _NEAR = 1 / 6
 _UP, _DOWN = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0])
 
 
-def on_top(scene: BodyScene, first: int, second: int) -> bool:
+class _PlacedBodies(Protocol):
+    """The bodies of things in a model of MuJoCo.
+
+    Attributes:
+        mujoco: the library.
+        model: the model.
+        data: the state of the model.
+    """
+
+    mujoco: Any
+    model: Any
+    data: Any
+
+    @property
+    def bodies(self) -> Mapping[int, int]:
+        """The body of each thing."""
+
+    @property
+    def geoms(self) -> Mapping[int, range]:
+        """The geoms of each thing, one a part."""
+
+
+def on_top(scene: _PlacedBodies, first: int, second: int) -> bool:
     """Whether the first thing lies on the second."""
     if not _touches(scene, first, second):
         return False
@@ -37,13 +57,13 @@ def on_top(scene: BodyScene, first: int, second: int) -> bool:
     return _meets(scene, middle, _DOWN, second, _UPRIGHT) and not _meets(scene, middle, _UP, second, _UPRIGHT)
 
 
-def under(scene: BodyScene, first: int, second: int) -> bool:
+def under(scene: _PlacedBodies, first: int, second: int) -> bool:
     """Whether the first thing is under the second."""
     middle = _middle(scene, first)
     return _meets(scene, middle, _UP, second, _UPRIGHT) and not _meets(scene, middle, _DOWN, second, _UPRIGHT)
 
 
-def inside(scene: BodyScene, first: int, second: int) -> bool:
+def inside(scene: _PlacedBodies, first: int, second: int) -> bool:
     """Whether the first thing is in the second."""
     middle, (low, high) = _middle(scene, first), around(scene, second)
     if not ((middle >= low) & (middle <= high)).all():
@@ -54,7 +74,7 @@ def inside(scene: BodyScene, first: int, second: int) -> bool:
     return _both(scene, middle, _UP, second, _UPRIGHT) and any(any(plane) for plane in levels)
 
 
-def next_to(scene: BodyScene, first: int, second: int) -> bool:
+def next_to(scene: _PlacedBodies, first: int, second: int) -> bool:
     """Whether two things are next to each other."""
     boxes = [around(scene, first), around(scene, second)]
     low, high = (np.array([box[i] for box in boxes]) for i in (0, 1))
@@ -70,7 +90,7 @@ def next_to(scene: BodyScene, first: int, second: int) -> bool:
     )
 
 
-def on_floor(scene: BodyScene, thing: int, room: Box) -> bool:
+def on_floor(scene: _PlacedBodies, thing: int, room: Box) -> bool:
     """Whether a thing is on the floor of a room; what hangs on its walls counts, too."""
     middle, (low, high) = _middle(scene, thing), around(scene, thing)
     at_home = all(room[0, i] <= middle[i] <= room[1, i] for i in (0, 1))
@@ -78,7 +98,7 @@ def on_floor(scene: BodyScene, thing: int, room: Box) -> bool:
     return bool(at_home and (is_fixed or low[2] < 0.01) and high[2] > 0)
 
 
-def around(scene: BodyScene, thing: int) -> Box:
+def around(scene: _PlacedBodies, thing: int) -> Box:
     """The box around the solid parts of a thing."""
     geoms = _solid(scene, thing)
     axes = scene.data.geom_xmat[geoms].reshape(-1, 3, 3)
@@ -88,28 +108,28 @@ def around(scene: BodyScene, thing: int) -> Box:
     return np.array([(middle - half).min(0), (middle + half).max(0)])
 
 
-def _middle(scene: BodyScene, thing: int) -> Array:
+def _middle(scene: _PlacedBodies, thing: int) -> Array:
     found: Array = scene.data.xpos[scene.bodies[thing]]
     return found
 
 
-def _solid(scene: BodyScene, thing: int) -> list[int]:
+def _solid(scene: _PlacedBodies, thing: int) -> list[int]:
     return [geom for geom in scene.geoms[thing] if scene.model.geom_contype[geom]]
 
 
-def _touches(scene: BodyScene, first: int, second: int) -> bool:
+def _touches(scene: _PlacedBodies, first: int, second: int) -> bool:
     """Whether two bodies are in contact."""
     bodies = {scene.bodies[first], scene.bodies[second]}
     owners = scene.model.geom_bodyid[scene.data.contact.geom[: scene.data.ncon]]
     return any({*pair} == bodies for pair in owners.tolist())
 
 
-def _both(scene: BodyScene, middle: Array, axis: Array, other: int, reach: float) -> bool:
+def _both(scene: _PlacedBodies, middle: Array, axis: Array, other: int, reach: float) -> bool:
     """Whether a thing is met both ways along an axis."""
     return _meets(scene, middle, axis, other, reach) and _meets(scene, middle, -axis, other, reach)
 
 
-def _meets(scene: BodyScene, start: Array, way: Array, other: int, reach: float) -> bool:
+def _meets(scene: _PlacedBodies, start: Array, way: Array, other: int, reach: float) -> bool:
     """Whether a ray meets a solid part of a thing."""
     model, data, ray = scene.model, scene.data, scene.mujoco.mju_rayGeom
     for geom in _solid(scene, other):

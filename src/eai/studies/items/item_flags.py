@@ -20,7 +20,7 @@ from eai.logic.rewriting import rename_objects
 from eai.planning.planner import planner_of
 from eai.planning.search import SearchEnd, SearchResult
 from eai.results.lines import SuiteKey
-from eai.studies.items.study import Flag, TellsFlags
+from eai.studies.items.flag import Flag, TellsFlags
 from eai.tasks.source import Source
 from eai.world.action import Action
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.options import Options
@@ -18,6 +18,7 @@ from eai.results.paper_tables import is_null_model
 from eai.results.plots import COLUMN, INK, MUTED, RULE, clipped, draw_estimate, rows_of, sheet, value_of
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate, Row, Table, table_of
+from eai.studies.items.flag import Flag, TellsFlags
 from eai.studies.items.rasch import Rasch, fit_rasch, item_rest, reliability
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
@@ -32,20 +33,6 @@ if TYPE_CHECKING:
 
 FEWEST_MODELS = 3
 _FOLDS = 10
-
-
-Flag: TypeAlias = Literal[
-    "saturated", "unsolved", "unsolved: no plan", "unsolved: plan exists", "negative", "ambiguous names"
-]
-"""A reason for caution with the answers to a task.
-
-- saturated: all models solve it, or all but one.
-- unsolved: no model solves it, and nobody knows whether it can be solved.
-- unsolved: no plan: the built-in planner finds that nothing can solve it.
-- unsolved: plan exists: an answer made of the built-in planner's plan is right.
-- negative: models that are better elsewhere are worse here.
-- ambiguous names: its goals ask for the same of several objects that answers call by one name.
-"""
 
 
 @dataclass(frozen=True)
@@ -78,10 +65,6 @@ class Scores:
     def agreement(self) -> Matrix:
         """How each task agrees with the others (`item_rest`)."""
         return item_rest(self.matrix)
-
-
-TellsFlags = Callable[[SuiteKey, str, bool], Iterator[Flag]]
-"""Finds the flags of a task, given its suite, its id, and whether no model solves it."""
 
 
 def scores_of(answers: Sequence[AnswerLine]) -> Scores:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
@@ -19,14 +18,13 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Perceived
-from eai.abilities.verdict import Share, Verdict, add, confusion_shares, of_all
+from eai.abilities.verdict import Share, add, confusion_shares, of_all
+from eai.studies.perception.verdict import SceneGraphVerdict
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
     from eai.abilities.task import Task
     from eai.pictures.scene_graph import SceneWords
-
-_NOTHING = Perceived(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {})
 
 
 def perception_shares(perceived: Perceived) -> dict[str, Share]:
@@ -47,19 +45,6 @@ def perception_shares(perceived: Perceived) -> dict[str, Share]:
         "unseen": Share(perceived.unseen, perceived.objects),
         **confusion_shares("facts", add(perceived.predicates.values())),
     }
-
-
-@dataclass(frozen=True, slots=True)
-class SceneGraphVerdict(Verdict):
-    """How right a scene graph is.
-
-    Attributes:
-        success: whether it has every described fact, and nothing that does not hold.
-        seen: its differences from the scene.
-    """
-
-    success: bool = False
-    seen: Perceived = _NOTHING
 
 
 def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:

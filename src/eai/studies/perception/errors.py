@@ -12,7 +12,7 @@ from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Confusion, ErrorReport
 from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, read_scene_graph
-from eai.studies.perception.declaration import SceneGraphVerdict
+from eai.studies.perception.verdict import SceneGraphVerdict
 from eai.world.fault import FaultKind
 
 

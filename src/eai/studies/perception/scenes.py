@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import SCENE_GRAPH, Ability
+from eai.abilities.protocol import SCENE_GRAPH
 from eai.abilities.task import Task
 from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
@@ -23,14 +23,11 @@ from eai.prompts.prompt import TOLD, Belief, Image
 from eai.prompts.template import Templates
 from eai.scoring.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
+from eai.studies.perception.choice import Perception, Showing
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import perceive
-from eai.studies.perception.study import PICTURED, Perception, Showing
 from eai.studies.variation import Endpoint, Stage
 from eai.world.state import Fact
-
-ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
-"""The abilities whose questions tell of a scene."""
 
 
 def _believed(label: str, beliefs: Mapping[str, Belief], **more: Any) -> Believed:
@@ -162,21 +159,6 @@ def _pictures(
     if choice.scene in ("rendered", "numbered", "pointed"):
         return photographed(tasks, numbered=choice.scene == "numbered")
     return drawn_images(benchmark, tasks, choice.clutter or "none")
-
-
-def scene_abilities(abilities: Collection[Ability], scene: Showing) -> list[Ability]:
-    """The abilities that are asked for, in order; all that tell of a scene if none is named.
-
-    Scene graphs are of pictures alone.
-
-    Raises:
-        InputError: the questions of one that is named tell of none.
-    """
-    known = (*ABILITIES, SCENE_GRAPH) if scene in PICTURED else ABILITIES
-    for each in abilities:
-        if each not in known:
-            raise InputError(f"perception.scene {scene}: questions of {each.value} tell of no scene")
-    return [each for each in known if each in (abilities or ABILITIES)]
 
 
 def _refuse_published(choice: Perception, library: Library, suite: Suite) -> None:
