@@ -8,12 +8,14 @@ from eai.abilities.transition_modeling.rules import PaperRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.logic.formula import Constant, Exists, Formula, Occurs, Variable
+from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner
 from eai.world.action import Action
 from eai.world.derived import Defined, is_a
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, ForEach
+from eai.world.execution import execute
 from eai.world.frame import AGENT
 from eai.world.operator import Operator, additional, affordance, missing
 from eai.world.state import Scene, WorldObject
@@ -122,6 +124,25 @@ def test_a_wrong_operator_cannot_reach_the_goal(tasks: dict[str, TransitionTask]
     text = gold_answer(tasks["lit"]).replace("(bright ?x)", "(at ?x ?x)")
     verdict = TransitionModeling(tasks["lit"], PaperRules(BuiltInPlanner())).score(text)
     assert verdict.planner is PlannerOutcome.UNSOLVABLE
+
+
+def test_steps_of_exported_operators_are_the_actions_of_their_domain(
+    tasks: dict[str, TransitionTask],
+) -> None:
+    verdict = TransitionModeling(tasks["lit"], PaperRules(BuiltInPlanner())).score(gold_answer(tasks["lit"]))
+    assert isinstance(verdict, OperatorVerdict)
+    steps = [PlanStep(name, tuple(objects)) for name, *objects in map(str.split, verdict.plan)]
+    actions = tasks["lit"].actions_of(LIT, steps)
+    assert [*actions] == [Action("GO", (1,)), Action("LIGHT", (1,))]
+    assert ROOMS.holds(LIT.goals[0].formula, execute(ROOMS, INITIAL, actions).final)
+
+
+@pytest.mark.parametrize("step", [PlanStep("fly", ("lamp",)), PlanStep("go", ("moon",))])
+def test_actions_end_before_a_step_that_was_not_exported(
+    tasks: dict[str, TransitionTask], step: PlanStep
+) -> None:
+    go = PlanStep("go", ("lamp",))
+    assert [*tasks["lit"].actions_of(LIT, [go, step, go])] == [Action("GO", (1,))]
 
 
 def test_no_tasks_with_conditions_are_no_tasks() -> None:

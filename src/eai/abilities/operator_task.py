@@ -9,14 +9,16 @@ mention are left out.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
+from typing import TypeAlias
 
 from eai.abilities.planning import find_plan
 from eai.abilities.task import Category, Goal, GoalKind, Task
 from eai.logic.formula import Atom
 from eai.logic.traversal import walk
+from eai.pddl.execute import PlanStep
 from eai.pddl.export import Exported, ProblemSource, export_problems
 from eai.pddl.model import OperatorText, PddlAction, PddlDomain, PddlProblem, effect_atoms
 from eai.pddl.reader import read_action, read_problem
@@ -42,16 +44,28 @@ class OperatorLibrary:
     categories: Mapping[str, Category]
 
 
+ActionsOf: TypeAlias = Callable[[Task, Sequence[PlanStep]], Sequence[Action]]
+"""Returns the actions that steps of gold operators stand for in a task.
+
+The actions end before the first step that stands for no action.
+"""
+
+
+def _no_actions(task: Task, steps: Sequence[PlanStep]) -> Sequence[Action]:
+    return ()
+
+
 @dataclass(frozen=True, eq=False)
 class TransitionTask:
-    """One task: write these operators so that this problem can be solved.
+    """A task to write operators with which a planning problem can be solved.
 
     Attributes:
         id: the data set's id.
-        domain: what all tasks of the domain share.
+        domain: the operators and categories that all tasks of the domain share.
         operators: the names of the operators that are asked for, in the order of the data set.
         categories: the task's own categories, the first the more telling one.
         problem_text: the planning problem.
+        actions_of: the actions that steps of gold operators stand for; by default steps stand for none.
     """
 
     id: str
@@ -59,6 +73,7 @@ class TransitionTask:
     operators: tuple[str, ...]
     categories: tuple[Category, ...]
     problem_text: str
+    actions_of: ActionsOf = _no_actions
 
     @cached_property
     def problem(self) -> PddlProblem:
@@ -111,9 +126,21 @@ def declared_tasks(
             tuple(_operators(_plan(domain, task, planner), each, library)),
             _task_categories(each, known),
             write_problem(each.problem),
+            partial(_exported_actions, each),
         )
         for (task_id, task), each in zip(asked.items(), exported, strict=True)
     }
+
+
+def _exported_actions(exported: Exported, task: Task, steps: Sequence[PlanStep]) -> Sequence[Action]:
+    """Return the actions that were exported as steps, up to the first step without such an action."""
+    actions = []
+    for step in steps:
+        try:
+            actions.append(exported.action(step))
+        except KeyError:
+            break
+    return actions
 
 
 def default_categories(domain: PddlDomain) -> dict[str, Category]:

@@ -161,7 +161,7 @@ class Errata:
                 if entry.problem is not None:
                     problem = _replaced(problem, entry.problem, entry.id)
             operators = tuple([names.get(name, name) for name in task.operators])
-            return type(task)(task_id, library(), operators, task.categories, problem)
+            return replace(task, domain=library(), operators=operators, problem_text=problem)
 
         return TaskSet(tasks, corrected, tasks.sha256) if by_task else tasks
 

@@ -14,7 +14,7 @@ from eai.prompts.prompt import Prompt, PromptFiles
 from eai.tasks.source import Source, TaskSet
 
 if TYPE_CHECKING:
-    from eai.abilities.operator_task import TransitionTask
+    from eai.abilities.operator_task import ActionsOf, TransitionTask
     from eai.abilities.task import Category
 
 Render = Callable[[Source], Mapping[str, str]]
@@ -50,7 +50,10 @@ def open_virtualhome(source: Source | None = None) -> TransitionTasks:
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return _transition_tasks(open_pack(packs.RESOURCES, source), "virtualhome_pd.pddl")
+    from eai.households.virtualhome.counterparts import actions_of
+
+    pack = open_pack(packs.RESOURCES, source)
+    return _transition_tasks(pack, "virtualhome_pd.pddl", actions_of)
 
 
 def open_behavior(source: Source | None = None) -> TransitionTasks:
@@ -59,14 +62,23 @@ def open_behavior(source: Source | None = None) -> TransitionTasks:
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return _transition_tasks(open_pack(packs.BEHAVIOR_PDDL, source), "behavior_pd.pddl")
+    from eai.households.behavior.counterparts import actions_of
+
+    pack = open_pack(packs.BEHAVIOR_PDDL, source)
+    return _transition_tasks(pack, "behavior_pd.pddl", actions_of)
 
 
 _PARTS = ("parameters", "preconditions", "effects")
 
 
-def _transition_tasks(pack: PackFile, header: str) -> TransitionTasks:
-    """The tasks of the published files, given the member with the planning domain."""
+def _transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) -> TransitionTasks:
+    """Return the tasks of the published files.
+
+    Args:
+        pack: the files.
+        header: name of the file with the planning domain.
+        actions_of: returns the actions that steps of the operators stand for.
+    """
     from eai.abilities.operator_task import OperatorLibrary, TransitionTask
     from eai.pddl.model import OperatorText
     from eai.pddl.reader import read_domain
@@ -86,7 +98,9 @@ def _transition_tasks(pack: PackFile, header: str) -> TransitionTasks:
 
     def build(task_id: str) -> TransitionTask:
         kinds = tuple(map(_category, categories[task_id]))
-        return TransitionTask(task_id, library, tuple(operators[task_id]), kinds, problems[task_id])
+        return TransitionTask(
+            task_id, library, tuple(operators[task_id]), kinds, problems[task_id], actions_of
+        )
 
     tasks = {task_id: build(task_id) for task_id in pack.read_json("success_task.json")}
     return TaskSet(tasks, tasks.__getitem__, pack.sha256)

@@ -42,8 +42,14 @@ def plan_flaw(
         plan: the plan.
     """
     domain = replace(task.domain.header, actions=tuple(task.gold.values()))
-    steps = [_gold_step(step, written[step.action], task.gold[step.action]) for step in plan]
-    return Executor(domain, task.problem).flaw(steps)
+    return Executor(domain, task.problem).flaw(gold_steps(task, written, plan))
+
+
+def gold_steps(
+    task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
+) -> list[PlanStep]:
+    """Return the steps of a plan as steps of gold operators, with parameters paired as by `plan_flaw`."""
+    return [_gold_step(step, written[step.action], task.gold[step.action]) for step in plan]
 
 
 def _gold_step(step: PlanStep, written: PddlAction, gold: PddlAction) -> PlanStep:

@@ -35,6 +35,7 @@ from eai.results.rate import rate_of
 from eai.results.summary import cases_of, name_of
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.scoring.runs import Run, RunKey
+from eai.studies.pipeline.operator_chain import analyze_operators
 from eai.studies.pipeline.stage_one import read_interpretations
 from eai.studies.records import Records
 from eai.studies.study import Analysis, paper_remarks, suite_title
@@ -291,7 +292,7 @@ def _conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
 
 
 def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[Analysis]:
-    """Runs of one model, domain, ability and protocol belong together; several models are pooled too.
+    """Yield the analyses of operators, and of pipelines: those of a suite and model, and of all models.
 
     Args:
         records: the records.
@@ -299,11 +300,17 @@ def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[A
         search: whether to look for what a perfect second stage would make of them.
 
     Raises:
-        InputError: there is no pipeline, or none whose ability was also tried alone.
+        InputError: there is no run of transition modeling under the default protocol, and no pipeline or
+            none whose ability was also tried alone.
     """
-    pairs = _pairs(records, list(records.runs()))
+    runs = list(records.runs())
+    chains = list(analyze_operators(runs, records))
+    yield from chains
+    if chains and not any(map(_is_pipeline, runs)):
+        return
+    pairs = _pairs(records, runs)
     found = [_opened(*pair, records.source, goals, search=search) for pair in pairs]
-    if not found:
+    if not found and not chains:
         raise InputError("expected a pipeline beside a plain run of its model, domain, ability and protocol")
     for (suite, chain), pipelines in grouped(((each.suite, each.chain), each) for each in found).items():
         for each in pipelines:
@@ -318,12 +325,12 @@ def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[A
 
 def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
     """The ability alone and the pipeline, for each pipeline, sorted."""
-    plain = {run.key: run for run in runs if run.key.experiment is None or not run.key.experiment.goals_from}
-    piped = [run for run in runs if run.key.experiment is not None and run.key.experiment.goals_from]
+    plain = {run.key: run for run in runs if not _is_pipeline(run)}
+    piped = [run for run in runs if _is_pipeline(run)]
     if not piped:
         raise InputError(
-            "expected records of a pipeline; eai run --with pipeline.goals=own makes them, or eai score "
-            "--goals"
+            "expected records of a pipeline, which eai run --with pipeline.goals=own and eai score --goals "
+            "make, or of transition modeling under strict"
         )
     for run in sorted(piped, key=lambda run: run.key.order):
         experiment = run.key.experiment
@@ -333,6 +340,11 @@ def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
             records.note(f"left out, as it has no modular run: {run.key}")
         else:
             yield alone, run
+
+
+def _is_pipeline(run: Run) -> bool:
+    """Whether the questions of a run state interpreted goals."""
+    return run.key.experiment is not None and run.key.experiment.goals_from is not None
 
 
 def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search: bool) -> _Pair:

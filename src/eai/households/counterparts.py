@@ -1,0 +1,36 @@
+"""Counterparts: the actions of a household that the published planning operators stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import TypeAlias
+
+from eai.pddl.execute import PlanStep
+from eai.world.action import Action
+
+Counterpart: TypeAlias = tuple[str, tuple[int, ...]]
+"""The action that an operator stands for, and the positions of its objects in the operator's parameters."""
+
+
+def translate(
+    steps: Iterable[PlanStep],
+    counterparts: Mapping[str, Counterpart],
+    index_of: Callable[[str], int | None],
+) -> Iterator[Action]:
+    """Yield the actions that steps stand for, up to the first step that stands for no action.
+
+    Args:
+        steps: the steps, with as many objects as their operators have parameters.
+        counterparts: the actions by operator.
+        index_of: finds the index of an object of the scene by its name in planning problems.
+    """
+    for step in steps:
+        counterpart = counterparts.get(step.action)
+        if counterpart is None:
+            return
+        action, positions = counterpart
+        indices = [index_of(step.arguments[position]) for position in positions]
+        objects = tuple([index for index in indices if index is not None])
+        if len(objects) < len(indices):
+            return
+        yield Action(action, objects)

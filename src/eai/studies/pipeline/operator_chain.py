@@ -1,0 +1,248 @@
+"""Chains of operators: a planner finds a plan with a model's operators, and the plan is carried out.
+
+The plan of an answer to transition modeling is translated to actions of the world, and scored as an answer
+to action sequencing. Planning problems lack some goals and checks of the world. So the chain of the data
+set's own operators stands beside the chain of each model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import TypeAlias
+
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
+from eai.abilities.record import Record
+from eai.abilities.task import GoalKind
+from eai.abilities.transition_modeling.extraction import Memory, Readings, extract
+from eai.abilities.transition_modeling.rules import gold_steps
+from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import PlanVerdict, Unreadable, of_all
+from eai.benchmark.gold_answers import AnswerBook, open_answer_book
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import Suite, open_suite
+from eai.errors import InputError
+from eai.pddl.execute import PlanStep
+from eai.pddl.planning import PlannerOutcome
+from eai.results.certainty import Case
+from eai.results.lines import MODEL, SUITE
+from eai.results.summary import name_of
+from eai.results.table import Cell, Estimate, Row, Table, table_of
+from eai.scoring.runs import Run, RunKey
+from eai.studies.records import Records
+from eai.studies.study import Analysis
+from eai.tasks.source import Source
+
+ChainEnd: TypeAlias = tuple[str, str]
+"""The end of a chain: the link that breaks, or `NOWHERE`, and the kind of break.
+
+The kind is the planner's outcome, the kind of error, or the goals that are missed.
+"""
+
+OPERATORS, PLANNER, TRANSLATION = "operators", "planner", "translation"
+EXECUTION, GOAL, NOWHERE = "execution", "goal", "nowhere"
+_LINKS = (OPERATORS, PLANNER, TRANSLATION, EXECUTION, GOAL, NOWHERE)
+"""The links of a chain, in order, and the end of a plan that succeeds."""
+
+SUCCESS: ChainEnd = (NOWHERE, "")
+UNTRANSLATED: ChainEnd = (TRANSLATION, "no_action")
+"""A step of the plan stands for no action of the world."""
+ONLY_ACTIONS_MISSED: ChainEnd = (GOAL, "only_actions")
+"""All states and relations are reached, but planning problems state no goals of actions."""
+CONDITIONS_MISSED: ChainEnd = (GOAL, "conditions")
+
+
+@dataclass(frozen=True, slots=True)
+class _OperatorChain:
+    """Carries out the plans that a planner finds with operators of answers.
+
+    Attributes:
+        operators: transition modeling.
+        plans: action sequencing with the same tasks.
+    """
+
+    operators: Suite
+    plans: Suite
+    _true_answers: AnswerBook
+    _readings: Readings = field(default_factory=Memory)
+
+    @staticmethod
+    def of(domain: str, source: Source) -> _OperatorChain:
+        """Return the chain of a benchmark under the default protocol."""
+        benchmark, ability = find_benchmark(domain), Ability.TRANSITION_MODELING
+        return _OperatorChain(
+            open_suite(benchmark, ability, source=source),
+            open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source),
+            open_answer_book(benchmark, ability, source),
+        )
+
+    def end_of(self, task_id: str, answer: str, verdict: OperatorVerdict) -> ChainEnd | None:
+        """Return the end of an answer's chain; None if the task is excluded or no planner was asked.
+
+        Args:
+            task_id: the task.
+            answer: the answer to transition modeling.
+            verdict: the verdict on the answer under the default protocol.
+
+        Raises:
+            InputError: the verdict has a plan with operators that the answer does not have.
+        """
+        outcome = verdict.planner
+        if verdict.excluded or outcome in (None, PlannerOutcome.NOT_RUN) or not self._is_planned(task_id):
+            return None
+        if verdict.error is not None:
+            return (OPERATORS, verdict.error.kind.value)
+        if outcome is PlannerOutcome.INPUT_ERROR:
+            return (OPERATORS, outcome.value)
+        if outcome is not None and outcome is not PlannerOutcome.SOLVED:
+            return (PLANNER, outcome.value)
+        plan = self.plan_of(task_id, answer, verdict)
+        return UNTRANSLATED if plan is None else self._end_of_plan(task_id, plan)
+
+    def plan_of(self, task_id: str, answer: str, verdict: OperatorVerdict) -> str | None:
+        """Return the planner's plan as an answer to action sequencing.
+
+        The plan is None if a step stands for no action, or has another number of objects than its operator.
+
+        Raises:
+            InputError: as of `end_of`.
+        """
+        scorer, written = self.operators.scorer(task_id), extract(answer, self._readings)
+        if not isinstance(scorer, TransitionModeling):
+            raise TypeError(f"{task_id}: {scorer} scores no operators")
+        by_name = {} if isinstance(written, Unreadable) else written.value
+        actions = {name: each.action for name, each in by_name.items() if each.action is not None}
+        plan = [PlanStep(name, tuple(objects)) for name, *objects in map(str.split, verdict.plan)]
+        task, transition = self.plans.tasks[task_id], scorer.task
+        if any(step.action not in actions or step.action not in transition.gold for step in plan):
+            raise InputError(
+                f"task {task_id}: the record's plan is not of its answer's operators; score again"
+            )
+        steps = gold_steps(transition, actions, plan)
+        arities = [len(transition.gold[step.action].parameters) for step in plan]
+        if arities != [len(step.arguments) for step in steps]:
+            return None
+        meant = transition.actions_of(task, steps)
+        notation = self.plans.benchmark.plans
+        return notation.join(notation.write(meant, task.scene)) if len(meant) == len(steps) else None
+
+    def _is_planned(self, task_id: str) -> bool:
+        """Whether action sequencing has the task and does not exclude it."""
+        plans = self.plans
+        return task_id in plans.scorers and plans.scorer(task_id).why_excluded() is None
+
+    def _end_of_plan(self, task_id: str, plan: str) -> ChainEnd:
+        """Return the end of a chain whose plan is carried out."""
+        verdict = self.plans.score(task_id, plan)
+        if verdict.error is not None:
+            return (EXECUTION, verdict.error.kind.value)
+        if not isinstance(verdict, PlanVerdict):
+            raise TypeError(f"{task_id}: {verdict} is no verdict on a plan")
+        if verdict.success:
+            return SUCCESS
+        goals = zip(self.plans.tasks[task_id].goals, verdict.goals_satisfied, strict=True)
+        missed = {goal.kind for goal, is_reached in goals if not is_reached}
+        return ONLY_ACTIONS_MISSED if missed == {GoalKind.ACTION} else CONDITIONS_MISSED
+
+    def true_end_of(self, task_id: str) -> ChainEnd | None:
+        """Return the end of the chain of the data set's own operators; None as of `end_of`."""
+        suite = self.operators
+        answer = self._true_answers[task_id].text
+        return self.end_of(task_id, answer, _operators_verdict(suite.score(task_id, answer)))
+
+
+def _operators_verdict(verdict: object) -> OperatorVerdict:
+    if not isinstance(verdict, OperatorVerdict):
+        raise TypeError(f"{verdict} is no verdict on operators")
+    return verdict
+
+
+@dataclass(frozen=True, slots=True)
+class _ChainedRun:
+    """A run of transition modeling with the ends of its chains.
+
+    Attributes:
+        key: the run.
+        records: its records, without excluded tasks.
+        ends: the end of the chain of each record.
+        true_ends: the ends of the data set's own operators in these tasks; None if they were not planned.
+    """
+
+    key: RunKey
+    records: Sequence[Record]
+    ends: Sequence[ChainEnd]
+    true_ends: Sequence[ChainEnd | None]
+
+
+def _chain_runs(runs: Sequence[Run], records: Records) -> Iterator[_ChainedRun]:
+    """Yield runs of transition modeling with the ends of their chains. Other protocols get a note."""
+    chain_of = cache(lambda domain: _OperatorChain.of(domain, records.source))
+    true_end_of = cache(lambda domain, task_id: chain_of(domain).true_end_of(task_id))
+    for run in sorted(runs, key=lambda run: run.key.order):
+        key = run.key
+        if key.ability is not Ability.TRANSITION_MODELING:
+            continue
+        if key.protocol is not DEFAULT_PROTOCOL:
+            records.note(f"left out, as operators are carried out under strict alone: {key}")
+            continue
+        chain = chain_of(key.domain)
+        ends = [
+            (record, chain.end_of(record.task_id, record.response, _operators_verdict(record.verdict)))
+            for record in run.records
+        ]
+        carried_out = [(record, end) for record, end in ends if end is not None]
+        if not carried_out:
+            records.note(f"left out, as no planner was asked: {key}")
+            continue
+        yield _ChainedRun(
+            key,
+            [record for record, _ in carried_out],
+            [end for _, end in carried_out],
+            [true_end_of(key.domain, record.task_id) for record, _ in carried_out],
+        )
+
+
+def analyze_operators(runs: Sequence[Run], records: Records) -> Iterator[Analysis]:
+    """Yield the chains of the operators of all runs of transition modeling, if there are any."""
+    chained = list(_chain_runs(runs, records))
+    if chained:
+        table = _operators_table(chained)
+        yield Analysis([table], shown=[_for_screen(table)])
+
+
+def _for_screen(table: Table) -> Table:
+    """Return the table with counts instead of rates."""
+    return replace(table, rows=tuple([tuple(map(_count, row)) for row in table.rows]))
+
+
+def _count(cell: Cell) -> Cell:
+    return f"{cell.numerator:g}/{cell.denominator:g}" if isinstance(cell, Estimate) else cell
+
+
+@table_of("operators", (*SUITE, MODEL, "breaks at", "reason", "share", "true operators"))
+def _operators_table(chained: Sequence[_ChainedRun]) -> Iterator[Row]:
+    """Chains of operators.
+
+    A planner finds a plan with the model's operators, and the plan is carried out in the world: tasks by the
+    link that breaks, in percent. operators: they cannot be read or planned with. planner: no plan is found.
+    translation: a step stands for no action. execution: an action fails. goal: not all goals are reached
+    (only_actions: planning problems state no goals of actions). nowhere: success. true operators: the data
+    set's operators instead of the model's.
+    """
+    for run in chained:
+        ends = {*run.ends, *[end for end in run.true_ends if end is not None], SUCCESS}
+        for end in sorted(ends, key=lambda end: (_LINKS.index(end[0]), end[1])):
+            shares = [_share(run.records, side, end) for side in (run.ends, run.true_ends)]
+            yield (*run.key.cells, *end, *shares)
+
+
+def _share(records: Sequence[Record], ends: Sequence[ChainEnd | None], end: ChainEnd) -> Estimate:
+    """Return the share of tasks whose chain has an end."""
+    cases = [
+        Case(record.task_id, name_of(record), of_all(actual == end))
+        for record, actual in zip(records, ends, strict=True)
+        if actual is not None
+    ]
+    return Estimate.of(cases)
