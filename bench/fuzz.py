@@ -27,10 +27,10 @@ import time
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from eai.abilities.codec import fields_of
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.codec import fields_of
 from eai.scoring.collector import collect_seldom
 from eai.tasks.source import Source
 from mutated_answers import maker

@@ -22,10 +22,10 @@ from typing import NamedTuple
 import eai.world as w
 from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import read_responses
 from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.suite import open_suite
 from eai.results.plots import LINES, styled
+from eai.results.responses import read_responses
 from eai.scoring.batch import Scoring
 from eai.scoring.collector import collect_seldom
 from eai.scoring.options import ScoringOptions

@@ -24,10 +24,10 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
-from eai.abilities.responses import read_responses
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite, open_suite
+from eai.results.responses import read_responses
 
 AGENT = Path(__file__).parents[1] / "examples/mcp/openai_agents.py"
 

@@ -18,8 +18,8 @@ from pathlib import Path
 
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
-from eai.abilities.record import TaskFeatures
 from eai.abilities.task import Task
+from eai.abilities.task_features import TaskFeatures
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.planning.planner import Planner

@@ -25,14 +25,14 @@ from pathlib import Path
 import inspect_ai
 from inspect_ai.solver import generate
 
-from eai.abilities.codec import record_to_json
 from eai.abilities.protocol import FOUR
-from eai.abilities.responses import Response
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt
+from eai.results.codec import record_to_json
+from eai.results.responses import Response
 from eai.run.job import Job
 from eai.run.tasks import build_task, obtain_answers
 from eai.scoring.batch import Scoring

@@ -30,8 +30,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import Row, read_responses
 from eai.benchmark.suite import open_suite
+from eai.results.responses import Row, read_responses
 from eai.scoring.batch import Scoring
 from eai.scoring.options import ScoringOptions
 from eai.scoring.records import RECORDS, SUMMARY, Part, write_parts

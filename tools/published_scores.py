@@ -29,16 +29,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from eai.abilities.codec import sha256_of
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.record import Record
-from eai.abilities.responses import SUFFIX, Response, ResponseFile, read_responses
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.codec import sha256_of
 from eai.results.paper_tables import (
     NULL_MODELS,
     SCHEMA,
@@ -50,6 +48,8 @@ from eai.results.paper_tables import (
     published_scores,
     published_table,
 )
+from eai.results.record import Record
+from eai.results.responses import SUFFIX, Response, ResponseFile, read_responses
 from eai.results.summary import summarise
 from eai.results.totals import Totals
 from eai.run.job import PROVIDER

@@ -39,7 +39,7 @@ STUDIES = entry_points_of("eai.studies")
 
 COPIED = (".ci", ".github", "bench", "board", "docs", "examples", "packages", "src", "tests", "tools")
 OF_ALL = (
-    "abilities/test_records_page.py",
+    "results/test_records_page.py",
     "test_api_page.py",
     "test_commands_page.py",
     "test_glossary.py",

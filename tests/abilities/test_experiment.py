@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 
-from abilities.random_records import EXPERIMENTS
 from eai.abilities.experiment import Experiment
 from eai.errors import InputError
+from results.random_records import EXPERIMENTS
 
 
 @pytest.mark.parametrize(

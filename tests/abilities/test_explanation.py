@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 
 from benchmark.plan_scorers import virtualhome_scorer
-from eai.abilities.codec import dataclass_to_json
 from eai.abilities.explanation import (
     Explanation,
     GoalReport,
@@ -22,6 +21,7 @@ from eai.abilities.task import Task
 from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse
 from eai.logic.rewriting import rename_variables
+from eai.results.codec import dataclass_to_json
 from eai.world import Action, Episode, Luck
 from eai.world.execution import execute
 from households.virtualhome.household import make_task

@@ -11,13 +11,13 @@ import pytest
 from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.responses import Response
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import RAISED, Verdict
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import DataError, InputError
 from eai.pddl.planning import PlannerChoice
+from eai.results.responses import Response
 from eai.results.summary import outcome
 from eai.results.totals import Totals
 from eai.scoring.batch import Scoring

@@ -10,9 +10,9 @@ from typing import get_args
 import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment, World
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Attempt
 from eai.abilities.task import GoalKind
 from eai.abilities.trial import Trial
 from eai.benchmark.suite import open_suite

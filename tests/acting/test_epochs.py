@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.record import Record, Usage
-from eai.abilities.responses import find_response_files
+from eai.abilities.attempt import Usage
 from eai.abilities.verdict import Share
 from eai.acting.declaration import ActingVerdict, averaged, contributions
 from eai.acting.play import Arena
@@ -19,6 +18,8 @@ from eai.prompts.prompt import Prompt
 from eai.results.certainty import certainty_of_rate
 from eai.results.comparison import compare
 from eai.results.rate import Rate
+from eai.results.record import Record
+from eai.results.responses import find_response_files
 from eai.results.summary import break_down, cases_of, summarise
 from eai.results.tidy import Tables
 from eai.scoring.epochs import Obtained, SuiteResult, settle

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.codec import sha256_of
 from eai.acting.declaration import ActingVerdict
 from eai.acting.journal import Journal, key_in, read_journal
 from eai.acting.play import OVER, Arena, Play
 from eai.acting.setting import ACTING, Setting
 from eai.benchmark.suite import open_suite
 from eai.errors import InputError
+from eai.results.codec import sha256_of
 from envs.switches import SWITCHES
 
 SUITE = open_suite(SWITCHES, ACTING)

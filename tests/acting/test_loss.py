@@ -8,12 +8,12 @@ from dataclasses import replace
 import pytest
 
 from eai import Benchmark, given, make_task
-from eai.abilities.codec import record_from_json, record_to_json
-from eai.abilities.responses import Response, ResponseFile
 from eai.acting.declaration import ActingVerdict, Outlook, contributions, outlook_text
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant, Eventually
+from eai.results.codec import record_from_json, record_to_json
+from eai.results.responses import Response, ResponseFile
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
 from eai.world.action import Action

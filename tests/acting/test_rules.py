@@ -12,7 +12,6 @@ import pytest
 
 from command_line import Command
 from eai.abilities.experiment import Experiment
-from eai.abilities.responses import Response, ResponseFile, read_responses
 from eai.acting.play import RULE_NAMES, Arena, Episode, Play, read_episode, rules_label, rules_of
 from eai.acting.setting import ACTING, STANDARD, Setting
 from eai.acting.worlds import opened
@@ -20,6 +19,7 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.envs.game import Stage
 from eai.envs.rules import Rules
+from eai.results.responses import Response, ResponseFile, read_responses
 from eai.scoring.batch import OTHER_RULES, by_rules, score_run
 from eai.scoring.options import ScoringOptions
 from eai.scoring.records import read_records

@@ -9,12 +9,9 @@ from typing import Any
 import pytest
 
 from eai import Benchmark, InputError, Reward, given, make_task
-from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.mending import PlanMender
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record
-from eai.abilities.responses import Response
 from eai.acting.declaration import ActingVerdict, Turn, contributions
 from eai.acting.play import Arena, Play
 from eai.acting.scorer import NO_REFERENCE
@@ -25,6 +22,9 @@ from eai.envs.agents import Reference, reference_of
 from eai.envs.game import Game, Stage, staged
 from eai.envs.rules import STANDARD, Rules
 from eai.logic.formula import Atom, Constant, Not
+from eai.results.codec import record_from_json, record_to_json
+from eai.results.record import Record
+from eai.results.responses import Response
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Shaping
 from eai.world.fault import FaultKind

@@ -25,7 +25,6 @@ import httpx2
 from mcp import Client, MCPError, StdioServerParameters
 from mcp.client.streamable_http import streamable_http_client
 
-from eai.abilities.responses import read_responses
 from eai.acting import play
 from eai.acting.declaration import ActingVerdict
 from eai.acting.play import OVER, Arena
@@ -35,6 +34,7 @@ from eai.acting.worlds import Worlds, journal_in, opened
 from eai.benchmark.suite import open_suite
 from eai.errors import InputError
 from eai.prompts.prompt import Image
+from eai.results.responses import read_responses
 from envs.switches import SWITCHES
 from processes import wait_until
 

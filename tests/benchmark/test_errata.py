@@ -12,13 +12,11 @@ import pytest
 import eai.world as w
 from by_path import module_at
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.record import ErrataUse
-from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.task import make_task
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.errata import _Erratum, published_errata, read_errata
+from eai.benchmark.errata import ErrataUse, _Erratum, published_errata, read_errata
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
@@ -28,6 +26,7 @@ from eai.logic.formula import Atom, Constant
 from eai.logic.traversal import walk
 from eai.pddl.check import Offence, check_problem
 from eai.pddl.planning import PlannerChoice
+from eai.results.responses import Response, ResponseFile
 from eai.results.totals import Totals
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions

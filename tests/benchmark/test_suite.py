@@ -5,7 +5,7 @@ import pickle
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import TaskFeatures
+from eai.abilities.task_features import TaskFeatures
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
 from eai.errors import InputError

@@ -11,10 +11,10 @@ from typing import get_args
 import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment, World
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Attempt
 from eai.abilities.trial import Trial
 from eai.benchmark.gold_answers import corrupted_versions, heeding_answer, noisy_answer
 from eai.benchmark.prompt_library import Library

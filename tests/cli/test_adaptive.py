@@ -12,7 +12,6 @@ import pytest
 import eai.cli.run
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING
@@ -21,6 +20,7 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.cli.run import _Order
 from eai.data.store import Store
 from eai.errors import InputError
+from eai.results.record import Record
 from eai.run.spec import RunSpec
 from eai.studies.variation import Endpoint
 from eai.tasks.adaptive import item_difficulties

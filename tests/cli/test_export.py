@@ -9,7 +9,7 @@ import pytest
 import eai as library
 from by_path import ROOT
 from command_line import Command
-from eai.abilities.record import Usage
+from eai.abilities.attempt import Usage
 from eai.data.store import Store
 from eai.scoring.epochs import Obtained, settle
 from eai.scoring.options import ScoringOptions

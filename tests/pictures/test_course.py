@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, StepReport, read_statement
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Attempt, Record
-from eai.abilities.responses import Response
 from eai.abilities.verdict import PlanVerdict
 from eai.abilities.wording import subjects
 from eai.acting.setting import ACTING
@@ -20,6 +19,8 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
 from eai.pictures.course import Course, course_of, courses, states_along
 from eai.pictures.picture import picture_words
+from eai.results.record import Record
+from eai.results.responses import Response
 from eai.scoring.batch import Scoring
 from eai.tasks.source import Source
 from eai.world.execution import execute

@@ -5,10 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record
-from eai.abilities.responses import Response, ResponseFile
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.errors import InputError
@@ -16,8 +13,11 @@ from eai.questions.declaration import _QuestionVerdict, open_questions
 from eai.questions.question import Form, Kind, Question, questions_content
 from eai.questions.shortcuts import entropy_of
 from eai.results.certainty import certainty_of_rate
+from eai.results.codec import record_from_json, record_to_json
 from eai.results.comparison import compare
 from eai.results.rate import Rate
+from eai.results.record import Record
+from eai.results.responses import Response, ResponseFile
 from eai.results.summary import cases_of, summarise
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions

@@ -13,12 +13,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from eai.abilities.codec import fields_of
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.gold_answers import chance, noisy_answer
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
+from eai.results.codec import fields_of
 from eai.tasks.source import Source
 from golden_files import assert_golden
 from suites import SUITES, answer_book

@@ -7,17 +7,19 @@ from dataclasses import replace
 import pytest
 
 from abilities.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
+from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Attempt, Record
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, Share
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
-from eai.reference.protocol import EAI_1_0_5, TASK, count_as_the_paper_did
+from eai.reference.protocol import EAI_1_0_5, TASK
 from eai.results.paper_tables import PaperColumn, paper_models, paper_table
+from eai.results.record import Record
 from eai.results.summary import summarise
+from eai.scoring.runs import Run, RunKey, as_asked_in_paper
 from oracle import MODELS, Oracle
 
 
@@ -82,8 +84,13 @@ OTHERWISE = {"claude-3-5-sonnet-20240620": 1.0, "gpt-3.5-turbo-0125": -1.0}
 """The models whose task success the goal does not explain -> how much more the paper has."""
 
 
+def as_asked(record: Record) -> Record:
+    run = Run(RunKey(record.protocol, record.domain, record.ability, record.model), (record,))
+    return as_asked_in_paper(run).records[0]
+
+
 def test_one_relation_more_is_missed() -> None:
-    asked = count_as_the_paper_did(PLAN).verdict
+    asked = as_asked(PLAN).verdict
     assert isinstance(asked, PlanVerdict)
     assert (asked.success, asked.goals) == (False, ALL_THREE._replace(relation=Share(3, 4)))
     assert (asked.executable, asked.goals_satisfied) == (True, REACHED.goals_satisfied)
@@ -91,7 +98,7 @@ def test_one_relation_more_is_missed() -> None:
 
 def test_what_counts_in_summaries_misses_it_too() -> None:
     counting = replace(REACHED, counted=Counted(True, ALL_THREE, {}))
-    asked = count_as_the_paper_did(replace(PLAN, verdict=counting)).verdict
+    asked = as_asked(replace(PLAN, verdict=counting)).verdict
     assert isinstance(asked, PlanVerdict)
     assert asked.counted == Counted(False, ALL_THREE._replace(relation=Share(3, 4)), {})
 
@@ -107,7 +114,7 @@ def test_what_counts_in_summaries_misses_it_too() -> None:
     ],
 )
 def test_all_other_records_stay_as_they_are(record: Record) -> None:
-    assert count_as_the_paper_did(record) is record
+    assert as_asked(record) is record
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -119,7 +126,7 @@ def test_with_it_task_success_is_the_paper_s(model: str, oracle: Oracle) -> None
         )
         for row in rows
     ]
-    verdicts = [count_as_the_paper_did(record).verdict for record in records]
+    verdicts = [as_asked(record).verdict for record in records]
     ours = summarise(verdicts, Ability.ACTION_SEQUENCING)["task_success"].percent
     printed = paper_table("action_sequencing_trajectory").figure(paper_models()[model], TASK_SUCCESS)
     assert ours is not None

@@ -10,8 +10,8 @@ from pathlib import Path
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, read_statement
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Origin, Record, TaskFeatures
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import (
     OperatorReport,
     OperatorStatus,
@@ -23,6 +23,7 @@ from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.report.rankings import Cell, Row
+from eai.results.record import Origin, Record
 from eai.world.fault import FaultKind
 from record_files import write_records
 from results.verdicts import goals, record, whole

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from eai.abilities.record import Origin, Record, Usage
+from eai.abilities.attempt import Usage
 from eai.cli import app
+from eai.results.record import Origin, Record
 from report.samples import action_run, write_runs
 
 RUNNER = CliRunner(env={"COLUMNS": "100"})

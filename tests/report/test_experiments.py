@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
-from eai.abilities.record import Attempt, Record
 from eai.cli import app
 from eai.report.explorer import ExplorerData
+from eai.results.record import Record
 from eai.scoring.runs import read_runs
 from report.samples import RIGHT, WRONG, action_run, write_runs
 

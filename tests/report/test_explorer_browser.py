@@ -9,14 +9,14 @@ import pytest
 
 from browsing import needs_browser
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record
-from eai.abilities.responses import Response
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import open_suite
 from eai.pictures.course import Course, course_of
 from eai.pictures.tiles import Tile
 from eai.report.explorer import Background, ExplorerData, explorer_html
+from eai.results.record import Record
+from eai.results.responses import Response
 from eai.scoring.batch import Scoring
 from eai.scoring.runs import Run, RunKey, read_runs
 from envs.switches import SWITCHES, WON

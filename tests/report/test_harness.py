@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.record import Record
-from eai.abilities.responses import Response, ResponseFile
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING, REACT, TEXT, Setting
 from eai.benchmark.suite import open_suite
 from eai.cli.table import print_results
 from eai.report.rankings import rankings
 from eai.report.run_summary import plain_runs, summary_of
+from eai.results.record import Record
+from eai.results.responses import Response, ResponseFile
 from eai.results.table import Label
 from eai.results.totals import Totals
 from eai.scoring.batch import score_run

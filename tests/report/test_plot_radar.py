@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.record import Record
 from eai.report.plot_radar import draw_radar
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.plots import LINES
+from eai.results.record import Record
 from eai.scoring.runs import Run, RunKey
 from report.samples import action_run, goal_run, operator_run, subgoal_run
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from eai.abilities.record import Record, TaskFeatures
+from eai.abilities.task_features import TaskFeatures
 from eai.report.plots import (
     add_plots,
     draw_actions,
@@ -22,6 +22,7 @@ from eai.report.plots import (
 )
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.plots import PAGE
+from eai.results.record import Record
 from eai.scoring.runs import Run, RunKey
 from eai.world.fault import FaultKind
 from report.samples import action_run, goal_run

@@ -6,7 +6,6 @@ import pytest
 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
@@ -16,6 +15,7 @@ from eai.report.run_summary import summary_of
 from eai.report.table_specs import tables_of
 from eai.results.paper_tables import NULL_MODELS, null_scores, published_scores
 from eai.results.rate import Rate
+from eai.results.record import NOT_ANSWERED, Record
 from eai.scoring.runs import Run, RunKey
 from eai.world.fault import FaultKind
 from report.samples import cell_at

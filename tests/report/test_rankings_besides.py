@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.record import Record
 from eai.report.rankings import Ranking
 from eai.report.rankings import besides as rankings_besides
 from eai.report.run_summary import RunSummary, summary_of
@@ -14,6 +13,7 @@ from eai.report.table_specs import place_of_column
 from eai.report.writer import rankings_csv, rankings_json
 from eai.results.latex import table_latex
 from eai.results.paper_tables import paper_setting, paper_table
+from eai.results.record import Record
 from eai.scoring.runs import Run, RunKey
 from report.samples import action_run, cell_at, goal_run, operator_run
 from results.verdicts import whole

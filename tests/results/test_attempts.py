@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import pytest
 
+from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
-from eai.abilities.record import Attempt, Record
 from eai.results.rate import Rate
+from eai.results.record import Record
 from eai.results.summary import after, by_attempt, most_attempts
 from eai.world.fault import FaultKind
 from results.verdicts import SUCCEEDED, failed, record

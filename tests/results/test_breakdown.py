@@ -8,7 +8,7 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, names_in, read_statement
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
-from eai.abilities.record import TaskFeatures
+from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import (
     OperatorReport,
     OperatorStatus,

@@ -5,10 +5,11 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.abilities.record import NOT_ANSWERED, ErrataUse, Record
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
+from eai.benchmark.errata import ErrataUse
 from eai.results.coverage import Coverage, together
+from eai.results.record import NOT_ANSWERED, Record
 from eai.results.totals import Totals
 from results.verdicts import SUCCEEDED, record, whole
 

@@ -7,8 +7,8 @@ import pytest
 from eai.abilities.declaration import declaration_of, the_four
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.record import TaskFeatures
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, Share
 from eai.pddl.planning import PlannerOutcome

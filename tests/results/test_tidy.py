@@ -7,8 +7,6 @@ import pytest
 
 from eai.abilities.explanation import names_in, read_statement
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.record import Record
-from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.suite import open_suite
@@ -16,6 +14,8 @@ from eai.data.store import Store
 from eai.pddl.matching import predicates_in
 from eai.pddl.planning import PlannerChoice
 from eai.results.lines import AnswerLine
+from eai.results.record import Record
+from eai.results.responses import Response, ResponseFile
 from eai.results.tidy import Tables
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions

@@ -12,11 +12,11 @@ from inspect_ai.log import EvalLog, read_eval_log, write_eval_log
 from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.rate import Rate
+from eai.results.record import Record
 from eai.run.job import Job
 from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS

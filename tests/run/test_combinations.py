@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.record import Record
 from eai.data.store import Store
 from eai.errors import InputError
+from eai.results.record import Record
 from eai.run.spec import read_spec
 from eai.scoring.records import read_records
 from eai.studies.records import Records

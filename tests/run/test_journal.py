@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.record import Usage
+from eai.abilities.attempt import Usage
 from eai.errors import InputError
 from eai.run.journal import Answer, Journal
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import eai
-from eai.abilities.record import Usage
+from eai.abilities.attempt import Usage
 from eai.data.files import sole_run
 from eai.errors import InputError
 from eai.run.journal import Answer, Journal

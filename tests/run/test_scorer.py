@@ -11,18 +11,19 @@ import pytest
 from inspect_ai.log import EvalLog, EvalSample, read_eval_log
 from inspect_ai.scorer import Score
 
-from eai.abilities.codec import record_from_json
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.responses import Response, file_name, read_responses
 from eai.acting.setting import ACTING
 from eai.benchmark.errata import published_errata
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
+from eai.data.files import file_name
 from eai.data.store import Store
+from eai.results.codec import record_from_json
 from eai.results.rate import Rate
+from eai.results.responses import Response, read_responses
 from eai.results.summary import outcome, summarise
 from eai.run.scorer import with_experiment
 from eai.run.tasks import read_answers

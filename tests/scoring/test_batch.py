@@ -7,11 +7,11 @@ import pytest
 
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import RAISED, PlanVerdict
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite, open_suite
+from eai.results.record import NOT_ANSWERED, Record
+from eai.results.responses import Response, ResponseFile
 from eai.scoring.batch import Scoring, score_run
 from eai.scoring.options import ScoringOptions
 from eai.world.fault import FaultKind

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from eai.abilities.attempt import Usage
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.record import ErrataUse, Usage
+from eai.benchmark.errata import ErrataUse
 from eai.cli.console import counted, dollars
 from eai.cli.table import result_json
 from eai.prompts.prompt import Prompt

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.codec import record_to_json
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict
 from eai.errors import InputError
+from eai.results.codec import record_to_json
+from eai.results.record import Record
 from eai.scoring.records import read_records
 from record_files import write_records
 

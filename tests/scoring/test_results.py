@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.abilities.record import ErrataUse, Record
-from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.benchmark.errata import ErrataUse
+from eai.results.record import Record
+from eai.results.responses import Response, ResponseFile
 from eai.results.summary import by_attempt, summarise
 from eai.scoring.batch import Scoring
 from eai.scoring.records import RECORDS, SUMMARY, part_of, write_parts

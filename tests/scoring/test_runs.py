@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.responses import find_response_files
 from eai.errors import InputError
+from eai.results.responses import find_response_files
 from eai.scoring.runs import find_record_files, read_runs, write_log_place
 from record_files import write_records
 from report.samples import action_run, all_runs, goal_run, write_runs

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.record import Record
-from eai.abilities.responses import Response, ResponseFile, read_responses
 from eai.data.files import parquet
 from eai.errors import InputError
 from eai.results.rate import Rate
+from eai.results.record import Record
+from eai.results.responses import Response, ResponseFile, read_responses
 from eai.results.totals import Totals
 from eai.scoring.batch import NO_ROW, Scoring
 from eai.scoring.options import ScoringOptions

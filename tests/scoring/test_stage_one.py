@@ -8,16 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.codec import record_from_json, record_to_json, sha256_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record
-from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import Confusion
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
 from eai.errors import InputError
+from eai.results.codec import record_from_json, record_to_json, sha256_of
+from eai.results.record import Record
+from eai.results.responses import Response, ResponseFile
 from eai.scoring.batch import score_run
 from eai.scoring.epochs import Believed
 from eai.scoring.options import ScoringOptions

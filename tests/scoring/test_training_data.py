@@ -11,9 +11,9 @@ import pytest
 import eai
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Origin, Record
 from eai.abilities.verdict import PlanVerdict
 from eai.prompts.prompt import Prompt
+from eai.results.record import Origin, Record
 from eai.scoring.reward import Reward
 from eai.scoring.training_data import (
     ASKED_OTHERWISE,

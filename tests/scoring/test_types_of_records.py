@@ -10,14 +10,15 @@ from pathlib import Path
 
 import pytest
 
+from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Attempt, Origin, Record, Usage
-from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import Json, PlanVerdict
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
+from eai.results.record import Origin, Record
+from eai.results.responses import Response, ResponseFile
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
 from eai.tasks.source import Source

@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import cache
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.responses import Response, ResponseFile
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
+from eai.results.responses import Response, ResponseFile
 from eai.results.tidy import Tables
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions

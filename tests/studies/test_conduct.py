@@ -11,8 +11,8 @@ import pytest
 import eai
 from eai import Benchmark, InputError, Task, given, make_task
 from eai.abilities.notation.plans import QUESTION, refusal
-from eai.abilities.responses import Response, ResponseFile
 from eai.generator.spec import SHUT_LAST
+from eai.results.responses import Response, ResponseFile
 from eai.results.table import Estimate, Table
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions

@@ -8,9 +8,10 @@ from pathlib import Path
 from typer.testing import CliRunner
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Record, TaskFeatures
+from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import GoalTallies, PlanVerdict, Share
 from eai.cli import app
+from eai.results.record import Record
 from eai.results.table import Estimate
 from eai.studies.contamination.study import contamination_table
 from record_files import write_records

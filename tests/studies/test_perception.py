@@ -6,9 +6,10 @@ import pytest
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Perceived, Record, TaskFeatures
+from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.errors import InputError
+from eai.results.record import Perceived, Record
 from eai.results.table import Estimate, Table
 from eai.studies.perception import study as plot_perception
 from eai.studies.perception.study import PLAIN, perception_tables

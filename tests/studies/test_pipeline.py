@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.record import Record, Stated
 from eai.abilities.verdict import Confusion
+from eai.results.record import Record, Stated
 from eai.results.table import Cell, Estimate, Table
 from eai.studies.pipeline.analysis import _kind_of, _Pair, pooled
 from report.samples import RIGHT, WRONG, action_run

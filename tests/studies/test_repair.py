@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import eai
-from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.repair import EFFORT, Edit, Repair, blame_of, repair_lines
-from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import PlanVerdict
+from eai.results.codec import record_from_json, record_to_json
+from eai.results.responses import Response, ResponseFile
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
 from eai.studies.records import Records

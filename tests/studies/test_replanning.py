@@ -12,14 +12,16 @@ from typer.testing import CliRunner
 
 from abilities.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scorer
 from eai.abilities.experiment import Experiment
-from eai.abilities.record import Record
-from eai.abilities.responses import read_responses
+from eai.abilities.protocol import Protocol
 from eai.abilities.trial import Trial
 from eai.cli import app
 from eai.errors import InputError
+from eai.results.record import Record
+from eai.results.responses import read_responses
 from eai.results.summary import after, by_attempt, summarise
 from eai.results.table import Estimate
 from eai.scoring.epochs import _write_attempts
+from eai.scoring.runs import Run, RunKey, as_counted_in_paper
 from eai.scoring.trials import record_of_trial
 from eai.studies.attempts.study import _analyze, _Choices, arms_of, remarks, success_by_attempt, tables
 from eai.studies.records import Records
@@ -121,7 +123,9 @@ def test_the_published_counts_know_of_no_error_before_the_last_attempt() -> None
     ]
     reached = [replace(record, verdict=record.attempts[-1].verdict) for record in reached]
     plain = summarise([record.verdict for record in reached], SUITE.ability)
-    counted = map(of_reference("protocol").counted_as_published, reached)
+    of_reference("protocol")
+    key = RunKey(Protocol.STRICT, reached[0].domain, SUITE.ability, "m")
+    counted = as_counted_in_paper(Run(key, tuple(reached))).records
     then = summarise([record.verdict for record in counted], SUITE.ability)
     assert [rates["task_success"].numerator for rates in (plain, then)] == [2, 2]
     assert [rates["execution_success"].numerator for rates in (plain, then)] == [0, 0]

@@ -9,7 +9,6 @@ import pytest
 
 from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Record
 from eai.abilities.task import Category
 from eai.abilities.transition_modeling.rules import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
@@ -20,6 +19,7 @@ from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
 from eai.results.rate import rate_of
+from eai.results.record import Record
 from eai.studies.sensitivity.study import NOT_WRITTEN, Trial, cells_of, sensitivity_tables, try_operators
 from eai.tasks.source import Source
 from operator_rules import rules_of

@@ -9,7 +9,6 @@ from statistics import fmean
 from typing import NamedTuple, TypeVar
 
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.verdict import Share
 from eai.benchmark.suite import Suite as ScoredSuite
@@ -18,6 +17,7 @@ from eai.pddl.planning import PlannerChoice
 from eai.results.lines import AnswerLine, Line, case_of
 from eai.results.paper_tables import PublishedSuite, paper_models
 from eai.results.rate import Rate, rate_of
+from eai.results.record import Record
 from eai.results.table import Estimate
 from eai.results.tidy import Tables
 from eai.results.totals import Totals

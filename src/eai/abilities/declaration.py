@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from eai.abilities.notation.goals import GoalNotation
     from eai.abilities.notation.plans import PlanNotation
     from eai.abilities.notation.subgoals import SubgoalNotation
-    from eai.abilities.record import TaskFeatures
     from eai.abilities.scorer import Scorer
     from eai.abilities.task import Task
+    from eai.abilities.task_features import TaskFeatures
     from eai.abilities.wording import Wording
     from eai.pddl.planning import PddlPlanner
     from eai.world.domain import Domain

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, TypeAlias
 
-from eai.abilities.responses import file_name
+from eai.data.files import file_name
 from eai.errors import InputError
 from eai.world.fault import Notice
 

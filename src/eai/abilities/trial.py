@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import GoalReport
 from eai.abilities.goal_test import GoalTest, remaining_goals
 from eai.abilities.notation.plans import Course
-from eai.abilities.record import Attempt
 from eai.abilities.reports import goal_reports
 from eai.abilities.scorer import PlanScorer, assess_or_fail
 from eai.abilities.task import Goal, Task

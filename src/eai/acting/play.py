@@ -10,7 +10,6 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
-from eai.abilities.codec import sha256_of
 from eai.abilities.experiment import MAX_SEED, RULES_SEPARATOR
 from eai.abilities.notation.plans import resolve
 from eai.abilities.options import misfit
@@ -27,6 +26,7 @@ from eai.envs.rules import Rules
 from eai.errors import InputError
 from eai.pictures.rendered import VIEWS, photographs_of
 from eai.prompts.prompt import Image, Prompt
+from eai.results.codec import sha256_of
 
 OVER = "The episode is over."
 """The observation after a command that comes too late."""
@@ -145,7 +145,7 @@ _MAX_NAME = 100
 _Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
 _Seed = Annotated[int, Field(ge=-MAX_SEED, le=MAX_SEED)]
 _Harness = Annotated[str, Field(max_length=_MAX_NAME, pattern=r"^$|[^.]")]
-"""A name that may be part of a file's name (`eai.abilities.responses.file_name`), or empty."""
+"""A name that may be part of a file's name (`eai.data.files.file_name`), or empty."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,6 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
-from eai.abilities.codec import sha256_of
 from eai.abilities.declaration import AskedWorld, Posed
 from eai.abilities.explanation import EXECUTED, SLIP, Explanation, Statement, StepReport
 from eai.abilities.goal_test import GoalTest, remaining_goals
@@ -30,6 +29,7 @@ from eai.envs.command import DONE
 from eai.envs.game import Game, Stage, staged
 from eai.planning.planner import planner_of
 from eai.planning.search import Limits, SearchEnd
+from eai.results.codec import sha256_of
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.state import State

@@ -15,7 +15,6 @@ from pydantic import TypeAdapter, ValidationError
 
 from eai.abilities.options import Options, misfit
 from eai.abilities.protocol import Ability
-from eai.abilities.record import ErrataUse
 from eai.abilities.task import Task
 from eai.data.files import parse_toml
 from eai.data.grouping import grouped
@@ -46,6 +45,19 @@ def _head(task: TransitionTask, name: str) -> str:
     """An operator to be finished as the other questions have it, the bracket behind its name included."""
     parameters = task.domain.operators[name].parameters
     return f"(:action {name})\n:parameters {parameters}\n:precondition ()\n:effect ()\n)\n"
+
+
+@dataclass(frozen=True, slots=True)
+class ErrataUse:
+    """The errata behind a verdict.
+
+    Attributes:
+        version: version of the table of errata.
+        entries: ids of the errata that concern the task and decide verdicts on it.
+    """
+
+    version: str
+    entries: tuple[str, ...] = ()
 
 
 class _Replacement(Options):

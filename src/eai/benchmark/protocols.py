@@ -6,7 +6,7 @@ else knows of it: what a protocol does otherwise is in that value.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
@@ -17,9 +17,10 @@ from eai.errors import InputError, did_you_mean
 if TYPE_CHECKING:
     from eai.abilities.experiment import Experiment
     from eai.abilities.protocol import Ability
-    from eai.abilities.record import Record
     from eai.abilities.trial import Trial
+    from eai.abilities.verdict import PlanVerdict, Verdict
     from eai.benchmark.benchmark import Benchmark, Opener
+    from eai.tasks.source import TaskReference
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,16 +33,17 @@ class Implementation:
         experiment: the experiment of its published script, with which probability and seed actions fail,
             and with how many further attempts (the script's number if 0).
         trial: how that script carries out plans.
-        as_asked: a record as it counts by the goals that the published runs were asked for.
-        as_counted: the record of an experiment with its errors counted as that script did.
+        as_asked: returns the verdict on a task by the goals that the prompts of published runs stated.
+        as_counted: returns the verdicts on the attempts of an experiment with errors counted as that script
+            did, given the number of further attempts.
         over: what opens a suite for answers that are scored together; None where each is read by itself.
     """
 
     open_suite: Opener
     experiment: Callable[[float, int, int], Experiment]
     trial: type[Trial]
-    as_asked: Callable[[Record], Record]
-    as_counted: Callable[[Record], Record]
+    as_asked: Callable[[TaskReference, Verdict], Verdict]
+    as_counted: Callable[[Sequence[PlanVerdict], int], Sequence[PlanVerdict]]
     over: Callable[[Benchmark, Ability, Iterable[str]], Opener | None] | None = None
 
 

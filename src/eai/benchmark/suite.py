@@ -8,9 +8,9 @@ from functools import cached_property, partial
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, registered_protocols
-from eai.abilities.record import TaskFeatures
 from eai.abilities.scorer import Assessment, Scorer, assess_or_fail
 from eai.abilities.task import Task
+from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.benchmark.benchmark import Benchmark, Opener
 from eai.benchmark.errata import Errata

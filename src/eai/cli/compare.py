@@ -12,7 +12,6 @@ import typer
 from rich.text import Text
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.cli.console import note, output, print_json
 from eai.cli.options import AsJson, flag
@@ -21,6 +20,7 @@ from eai.errors import InputError
 from eai.results.certainty import Certainty, Interval
 from eai.results.comparison import Comparison, Difference
 from eai.results.comparison import compare as compare_runs
+from eai.results.record import Record
 from eai.results.table import Cell, Column, Estimate, Label, Table
 from eai.results.terminal import print_table
 from eai.results.totals import Totals

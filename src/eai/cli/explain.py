@@ -14,19 +14,16 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from eai.abilities.codec import record_to_json
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport, near_misses
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability, member
-from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.repair import EFFORT, repair_lines
 from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
 from eai.acting.declaration import ActingVerdict, outlook_text
-from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.packs import is_at_hand
@@ -41,6 +38,9 @@ from eai.pictures.course import film_name, states_of
 from eai.pictures.rendered import film_of
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
+from eai.results.answer_files import benchmarks_of_runs
+from eai.results.codec import record_to_json
+from eai.results.record import NOT_ANSWERED, Record
 from eai.results.summary import outcome
 from eai.scoring.records import read_records
 from eai.scoring.runs import find_record_files

@@ -9,14 +9,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from eai.abilities.responses import (
-    SUFFIX,
-    Response,
-    ResponseFile,
-    model_name,
-    read_responses,
-    write_responses,
-)
 from eai.acting.setting import ACTING, PICTURES, Setting
 from eai.benchmark.suite import Suite
 from eai.cli.console import counted, note, say
@@ -24,6 +16,7 @@ from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, s
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
 from eai.errors import InputError
+from eai.results.responses import SUFFIX, Response, ResponseFile, model_name, read_responses, write_responses
 
 if TYPE_CHECKING:
     from eai.acting.play import Play

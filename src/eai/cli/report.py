@@ -14,9 +14,7 @@ import typer
 
 from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.protocol import FOUR
-from eai.abilities.record import Record
 from eai.abilities.verdict import Json
-from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.packs import is_at_hand
 from eai.benchmark.prompt_library import Library
@@ -36,8 +34,10 @@ from eai.report.publication import published_files
 from eai.report.rankings import Ranking, rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
 from eai.report.writer import rankings_json, tables_tex, write_tables
+from eai.results.answer_files import benchmarks_of_runs
 from eai.results.cost import PriceList
 from eai.results.plots import FORMATS
+from eai.results.record import Record
 from eai.results.table import Table, superscript
 from eai.results.terminal import print_table
 from eai.scoring.runs import as_asked_in_paper, find_record_files, read_runs

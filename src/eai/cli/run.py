@@ -16,7 +16,6 @@ import typer
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
-from eai.abilities.responses import file_name
 from eai.abilities.verdict import PlanVerdict
 from eai.acting.declaration import ActingVerdict
 from eai.acting.setting import ACTING, STANDARD
@@ -29,7 +28,7 @@ from eai.cli.options import OUTPUT, SCORING, AsJson, DataFolder, Wide, flag
 from eai.cli.progress import resumable, run_progress, scoring_progress
 from eai.cli.prompts import tasks_of
 from eai.cli.table import print_results, result_json
-from eai.data.files import sole_run
+from eai.data.files import file_name, sole_run
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet

@@ -15,10 +15,7 @@ import typer
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
-from eai.abilities.record import Record
-from eai.abilities.responses import ResponseFile, find_response_files, read_responses
 from eai.abilities.verdict import Json
-from eai.benchmark.answer_files import benchmarks_of_runs, files_of_suite, suite_files, unpacked
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli import options
@@ -29,6 +26,9 @@ from eai.cli.table import print_remark, print_results, result_json
 from eai.data.files import sole_run
 from eai.errors import InputError, InterruptError, needing
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
+from eai.results.answer_files import benchmarks_of_runs, files_of_suite, suite_files, unpacked
+from eai.results.record import Record
+from eai.results.responses import ResponseFile, find_response_files, read_responses
 from eai.results.totals import Totals
 from eai.scoring import records
 from eai.scoring.batch import OTHER_RULES, Scoring, by_rules, score_run, without_row

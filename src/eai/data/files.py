@@ -214,6 +214,18 @@ def printable(text: str) -> str:
     )
 
 
+def file_name(name: str) -> str:
+    """Return a name, such as a model's, for use in file names. Unsafe characters become underscores.
+
+    Raises:
+        InputError: the name would be empty or consist of dots.
+    """
+    plain = re.sub(r"[^\w.-]+", "_", name)
+    if not plain.strip("."):
+        raise InputError(f"{name!r}: expected a name that files can be named after")
+    return plain
+
+
 @contextlib.contextmanager
 def writing_to(place: Path) -> Iterator[None]:
     """Within it, files are written to a place.

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.record import Record
-from eai.abilities.responses import COLUMNS, Response
 from eai.benchmark.suite import Suite
 from eai.errors import InputError
+from eai.results.record import Record
+from eai.results.responses import COLUMNS, Response
 from eai.results.summary import outcome as outcome_of
 from eai.scoring.batch import Scoring
 from eai.scoring.records import line_of

@@ -11,18 +11,18 @@ from functools import cache
 from typing import Protocol as Structure
 from typing import TypeAlias, runtime_checkable
 
-from eai.abilities.codec import sha256_of
 from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Record
-from eai.abilities.responses import file_name
 from eai.abilities.task import Task
 from eai.abilities.wording import subjects
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
+from eai.data.files import file_name
 from eai.pictures.picture import picture_words
 from eai.pictures.scene_graph import SceneWords
 from eai.pictures.tiles import Tile, tiles_of
+from eai.results.codec import sha256_of
+from eai.results.record import Record
 from eai.tasks.source import ErrataChoice, Source
 from eai.world.action import Action
 from eai.world.domain import Domain

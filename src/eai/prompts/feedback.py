@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
+from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
-from eai.abilities.record import Attempt
 from eai.abilities.reports import UNTOLD, formula_text
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.trial import Trial

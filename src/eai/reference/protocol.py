@@ -11,21 +11,21 @@ stochastic actions in BEHAVIOR is in the package (``action_sequencing/scripts/re
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
+from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
 from eai.abilities.notation.plans import Course
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Attempt, Record
 from eai.abilities.scorer import Scorer
 from eai.abilities.trial import Trial
-from eai.abilities.verdict import ErrorReport, PlanVerdict, Share
+from eai.abilities.verdict import ErrorReport, PlanVerdict, Share, Verdict
 from eai.benchmark.benchmark import Benchmark, Opener
 from eai.benchmark.protocols import Implementation
 from eai.errors import InputError
-from eai.tasks.source import Source, TaskSet
+from eai.tasks.source import Source, TaskReference, TaskSet
 from eai.world.action import Action, Fault
 from eai.world.episode import Episode
 from eai.world.fault import FaultKind
@@ -140,20 +140,17 @@ touches anything in the reference's symbolic states, so that no plan met it. The
 are those without it.
 """
 
-_ASKED_MORE = (NAME, "behavior", Ability.ACTION_SEQUENCING, TASK)
+_ASKED_MORE = TaskReference("behavior", Ability.ACTION_SEQUENCING, TASK)
 
 
-def count_as_the_paper_did(record: Record) -> Record:
-    """A record as it counts with the goal that the paper's runs required besides."""
-    verdict = record.verdict
-    if (record.protocol, record.domain, record.ability, record.task_id) != _ASKED_MORE:
-        return record
-    if not isinstance(verdict, PlanVerdict) or verdict.goals is None:
-        return record
+def count_as_the_paper_did(task: TaskReference, verdict: Verdict) -> Verdict:
+    """Return the verdict as it counts with the goal that the paper's runs required besides."""
+    if task != _ASKED_MORE or not isinstance(verdict, PlanVerdict) or verdict.goals is None:
+        return verdict
     satisfied, total = verdict.goals.relation
     goals = verdict.goals._replace(relation=Share(satisfied, total + 1))
     counted = verdict.counted and replace(verdict.counted, success=False, goals=goals)
-    return replace(record, verdict=replace(verdict, success=False, goals=goals, counted=counted))
+    return replace(verdict, success=False, goals=goals, counted=counted)
 
 
 _REPLANS = 3
@@ -219,16 +216,9 @@ class _ScriptedTrial(Trial):
         return attempt
 
 
-def counted_as_published(record: Record) -> Record:
-    """The record of an experiment without the errors of a success that is not the last possible attempt."""
-    if record.experiment is None or not record.attempts:
-        return record
-    early = record.attempts[: record.experiment.replans]
-    attempts = (
-        *[replace(attempt, verdict=_without_errors(attempt.verdict)) for attempt in early],
-        *record.attempts[len(early) :],
-    )
-    return replace(record, attempts=attempts, verdict=attempts[-1].verdict)
+def count_as_published(verdicts: Sequence[PlanVerdict], replans: int) -> Sequence[PlanVerdict]:
+    """Return the verdicts on attempts; a success counts no errors unless it is the last possible attempt."""
+    return [*map(_without_errors, verdicts[:replans]), *verdicts[replans:]]
 
 
 def _without_errors(verdict: PlanVerdict) -> PlanVerdict:
@@ -243,7 +233,7 @@ EAI_1_0_5 = Implementation(
     experiment=scripted_experiment,
     trial=_ScriptedTrial,
     as_asked=count_as_the_paper_did,
-    as_counted=counted_as_published,
+    as_counted=count_as_published,
     over=read_together,
 )
 """The protocol."""

@@ -12,12 +12,12 @@ from collections.abc import Mapping
 
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import SUFFIX
 from eai.abilities.task import GoalKind
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.prompts.prompt import Prompt
 from eai.results.page import build_page, for_script
+from eai.results.responses import SUFFIX
 from eai.tasks.source import USUAL, Source
 
 SCRIPTS = ("dom.js", "tables.js", "form.js")

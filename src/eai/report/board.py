@@ -23,8 +23,6 @@ from eai import __version__
 from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import ENDINGS, PARQUET, ResponseFile, read_responses
-from eai.benchmark.answer_files import ZIP, suite_files, unpacked
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark, title_of
 from eai.benchmark.suite import Suite, open_suite
@@ -34,8 +32,10 @@ from eai.errors import InputError
 from eai.generator.sets import MANIFEST, file_of_set, set_of, unproven
 from eai.report.rankings import Ranking, Row, rankings
 from eai.report.run_summary import RunSummary, summary_of
+from eai.results.answer_files import ZIP, suite_files, unpacked
 from eai.results.page import build_page
 from eai.results.paper_tables import is_null_model
+from eai.results.responses import ENDINGS, PARQUET, ResponseFile, read_responses
 from eai.results.table import Estimate
 from eai.scoring.batch import score_run, without_row
 from eai.scoring.options import ScoringOptions

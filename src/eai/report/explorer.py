@@ -16,7 +16,6 @@ from urllib.parse import quote
 
 from eai.abilities.explanation import Explanation, StepReport, near_misses
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record
 from eai.abilities.repair import repair_lines
 from eai.abilities.verdict import Json, PlanVerdict, SpanKind, Verdict
 from eai.acting.declaration import ActingVerdict
@@ -24,6 +23,7 @@ from eai.benchmark.registry import title_of
 from eai.pictures.course import Course
 from eai.pictures.tiles import Tile
 from eai.results.page import build_page, for_script
+from eai.results.record import Record
 from eai.results.summary import after, outcome
 from eai.scoring.runs import Run, RunKey
 

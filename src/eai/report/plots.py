@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import file_name
 from eai.benchmark.registry import title_of
-from eai.data.files import write_whole
+from eai.data.files import file_name, write_whole
 from eai.data.grouping import grouped
 from eai.report import plot_summary
 from eai.report.plot_radar import draw_radar

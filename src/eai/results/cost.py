@@ -10,14 +10,15 @@ from importlib import resources
 
 from pydantic import ConfigDict, Field
 
+from eai.abilities.attempt import Usage
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.options import Options
-from eai.abilities.record import Record, Usage
 from eai.abilities.verdict import Json, Share
 from eai.data.files import parse_toml
 from eai.data.grouping import grouped
 from eai.results.certainty import Case, Cases, interval_of_ratio
 from eai.results.rate import rate_of
+from eai.results.record import Record
 from eai.results.summary import name_of, outcome
 
 _MILLION = 1_000_000

@@ -18,9 +18,8 @@ from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
-from eai.abilities.responses import file_name
 from eai.abilities.verdict import Share
-from eai.data.files import parse_toml
+from eai.data.files import file_name, parse_toml
 from eai.data.grouping import grouped
 from eai.results.coverage import Coverage
 from eai.results.rate import Rate, total

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 from eai.abilities.declaration import AnswerOutcome, declaration_of, the_four
 from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.record import Record
 from eai.abilities.verdict import NONE, PlanVerdict, Share, Shares, Verdict, of_all
 from eai.abilities.verdict import NOTHING as NO_SHARE
 from eai.data.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.rate import NOTHING, Rate, rate_of, total
+from eai.results.record import Record
 from eai.results.repeats import repeated_metric
 from eai.results.table import Estimate
 

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.verdict import RAISED
 from eai.results.coverage import Coverage, ErrataEffect
 from eai.results.rate import NOTHING, Exact, Rate, add_up, rates_of
+from eai.results.record import NOT_ANSWERED, Record
 
 _ANSWERED, _SCORED, _LEFT_OUT, _IN_ERRATA, _RAISED = 1, 2, 4, 8, 16
 """The bits of the fate of a task, of its answers together where it has several."""

@@ -20,7 +20,7 @@ from inspect_ai.tool import ToolDef, ToolParams
 from inspect_ai.util import StoreModel, apply_limits, registry_info, time_limit, token_limit, turn_limit
 from pydantic import Field
 
-from eai.abilities.record import Usage
+from eai.abilities.attempt import Usage
 from eai.abilities.task import Task
 from eai.acting.play import Arena, Play
 from eai.acting.setting import ACTING, REACT, TEXT, Setting

@@ -11,7 +11,6 @@ from typing import Literal, TypeAlias
 from pydantic import Field
 
 from eai.abilities.answer_schema import Schema
-from eai.abilities.codec import sha256_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
@@ -22,6 +21,7 @@ from eai.benchmark.suite import Suite
 from eai.errors import InputError, did_you_mean
 from eai.pictures.scene_graph import SCENE
 from eai.prompts.prompt import Prompt
+from eai.results.codec import sha256_of
 from eai.scoring.trials import Inquiry, Trials
 from eai.studies.variation import Endpoint
 

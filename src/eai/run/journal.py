@@ -16,10 +16,10 @@ from typing import TypeAlias
 
 from pydantic import TypeAdapter, ValidationError
 
-from eai.abilities.codec import dataclass_to_json
-from eai.abilities.record import Attempt
+from eai.abilities.attempt import Attempt
 from eai.data.files import content_of, lines, writing_to
 from eai.errors import EaiError, InputError
+from eai.results.codec import dataclass_to_json
 from eai.run.job import Job
 from eai.scoring.trials import Answer, Inquiry, Place, described
 

@@ -20,10 +20,8 @@ from pydantic import Field
 
 from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import read_responses
 from eai.acting.play import Arena, commands_of
 from eai.acting.setting import ACTING, STANDARD, Setting
-from eai.benchmark.answer_files import recorded_file
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmark.gold_answers import (
@@ -45,6 +43,8 @@ from eai.envs.command import DONE
 from eai.errors import InputError
 from eai.pictures.scene_graph import SCENE, read_scene_graph
 from eai.planning.search import Limits
+from eai.results.answer_files import recorded_file
+from eai.results.responses import read_responses
 from eai.run.job import CAPTIONER, ERRATA, PROVIDER, answers, check_model
 from eai.run.tasks import refusing
 from eai.scoring.batch import NO_ROW

@@ -29,21 +29,22 @@ from inspect_ai.scorer import (
 )
 from inspect_ai.solver import TaskState
 
-from eai.abilities.codec import experiment_from_json, record_from_json, record_to_json
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.abilities.experiment import RULES_SEPARATOR, Experiment
 from eai.abilities.explanation import Explanation, PartReport, StepReport
 from eai.abilities.protocol import Ability, Protocol, registered_abilities
-from eai.abilities.record import Record
-from eai.abilities.responses import Response, file_name
 from eai.abilities.verdict import Verdict
 from eai.acting.setting import ACTING
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
+from eai.data.files import file_name
 from eai.data.grouping import grouped
 from eai.pddl.planning import PlannerChoice
 from eai.pictures.scene_graph import SCENE
+from eai.results.codec import experiment_from_json, record_from_json, record_to_json
+from eai.results.record import Record
+from eai.results.responses import Response
 from eai.results.summary import outcome, summarise
 from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS

@@ -33,8 +33,8 @@ from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.util import JSONSchema
 from tenacity import RetryError
 
+from eai.abilities.attempt import Usage
 from eai.abilities.reasoning import split_reasoning
-from eai.abilities.record import Usage
 from eai.prompts.prompt import Prompt
 from eai.run.job import Job
 from eai.run.journal import Desk

@@ -29,12 +29,9 @@ from inspect_ai.solver import Solver
 from inspect_ai.util import registry_info
 from rich.text import Text
 
-from eai.abilities.codec import experiment_to_json
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
-from eai.abilities.record import Record
-from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.abilities.verdict import Json
 from eai.acting.play import in_setting
 from eai.acting.setting import ACTING, AGENT, Setting
@@ -42,11 +39,14 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.files import require_file, writing_to
+from eai.data.files import file_name, require_file, writing_to
 from eai.data.grouping import grouped
 from eai.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt
+from eai.results.codec import experiment_to_json
+from eai.results.record import Record
+from eai.results.responses import Response, ResponseFile
 from eai.run.acting import act, enter, episode_text, player
 from eai.run.job import ERRATA, PROVIDER, Job
 from eai.run.journal import Desk, Journal, Watch

@@ -14,10 +14,11 @@ from eai.abilities.declaration import declaration_of, made_without_game
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
-from eai.abilities.record import NOT_ANSWERED, Record, TaskFeatures
-from eai.abilities.responses import Response, ResponseFile, Row, response_of
+from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.benchmark.suite import Suite
+from eai.results.record import NOT_ANSWERED, Record
+from eai.results.responses import Response, ResponseFile, Row, response_of
 from eai.scoring.options import ScoringOptions
 from eai.scoring.records import AT_A_TIME, Part, Shard, part_of, record_of
 from eai.scoring.workers import LARGEST, SMALLEST, Workers, batches

@@ -15,12 +15,10 @@ from operator import attrgetter
 from pathlib import Path
 
 from eai.abilities.answer_text import ANY_VALUE, Pairs, Reading, read_json
-from eai.abilities.codec import dataclass_to_json, sha256_of
+from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.declaration import SingleTurn, declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, Usage
-from eai.abilities.responses import Response, ResponseFile, attempt_name, write_responses
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json, Verdict
 from eai.benchmark.prompt_library import Library
@@ -29,8 +27,11 @@ from eai.data.grouping import grouped
 from eai.prompts.feedback import Look
 from eai.prompts.prompt import Belief, Prompt
 from eai.results.certainty import Cases
+from eai.results.codec import dataclass_to_json, sha256_of
 from eai.results.cost import per_success, per_success_to_json
+from eai.results.record import Origin, Perceived, Record, Stated
 from eai.results.repeats import passes, passes_to_json, repeated_metric
+from eai.results.responses import Response, ResponseFile, attempt_name, write_responses
 from eai.results.summary import by_attempt, cases_of
 from eai.results.totals import Totals
 from eai.scoring.batch import Progressed, score_run

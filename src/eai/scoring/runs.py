@@ -13,7 +13,6 @@ from urllib.parse import urlencode
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol, place_of
-from eai.abilities.record import Record
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import registered
 from eai.data.files import content_of, files_below, write_whole
@@ -21,7 +20,9 @@ from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_setting
+from eai.results.record import Record
 from eai.scoring.records import RECORDS, read_records
+from eai.tasks.source import TaskReference
 
 _LOG = "inspect.json"
 """The file beside records that says where Inspect's log has their samples."""
@@ -96,15 +97,36 @@ class Run:
 
 
 def as_asked_in_paper(run: Run) -> Run:
-    """The run as it is to be set beside the paper's: with the goals that its runs were asked for."""
-    protocol = implementation_of(paper_setting().protocol)
-    return run if protocol is None else replace(run, records=tuple(map(protocol.as_asked, run.records)))
+    """Return the run, counted by the goals that the prompts of the paper's runs stated."""
+    name = paper_setting().protocol
+    protocol = implementation_of(name) if run.key.protocol.value == name else None
+    if protocol is None:
+        return run
+
+    def as_asked(record: Record) -> Record:
+        task = TaskReference(record.domain, record.ability, record.task_id)
+        verdict = protocol.as_asked(task, record.verdict)
+        return record if verdict is record.verdict else replace(record, verdict=verdict)
+
+    return replace(run, records=tuple(map(as_asked, run.records)))
 
 
 def as_counted_in_paper(run: Run) -> Run:
-    """The run of an experiment with its errors counted as the script of the paper's runs did."""
+    """Return the run of an experiment with its errors counted as the script of the paper's runs did."""
     protocol = implementation_of(paper_setting().protocol)
-    return run if protocol is None else replace(run, records=tuple(map(protocol.as_counted, run.records)))
+    if protocol is None:
+        return run
+
+    def as_counted(record: Record) -> Record:
+        if record.experiment is None or not record.attempts:
+            return record
+        verdicts = [attempt.verdict for attempt in record.attempts]
+        counted = protocol.as_counted(verdicts, record.experiment.replans)
+        pairs = zip(record.attempts, counted, strict=True)
+        attempts = tuple([replace(attempt, verdict=verdict) for attempt, verdict in pairs])
+        return replace(record, attempts=attempts, verdict=counted[-1])
+
+    return replace(run, records=tuple(map(as_counted, run.records)))
 
 
 def find_record_files(paths: Iterable[Path]) -> list[Path]:

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from operator import itemgetter
 from typing import Any, TypeAlias
 
-from eai.abilities.record import Record
 from eai.prompts.prompt import Prompt
+from eai.results.record import Record
 from eai.scoring.reward import Reward
 
 Row: TypeAlias = dict[str, Any]

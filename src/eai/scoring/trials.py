@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeAlias
 
+from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Attempt, Record, Usage
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.task import Task
 from eai.abilities.trial import Trial
@@ -18,6 +18,7 @@ from eai.benchmark.suite import Suite
 from eai.errors import InputError
 from eai.prompts.feedback import Asker
 from eai.prompts.prompt import Prompt
+from eai.results.record import Record
 from eai.scoring.records import record_of
 from eai.world.action import Action
 

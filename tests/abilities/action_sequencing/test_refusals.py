@@ -8,15 +8,15 @@ import pytest
 
 import eai
 from eai import Benchmark, Reward, Shaping, Suite, Task, given, make_task
-from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.notation.plans import QUESTION, reason_of, refusal
 from eai.abilities.repair import EFFORT
-from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.gold_answers import open_answer_book
 from eai.envs.game import RULES, Game, Stage
 from eai.prompts.own import explanations
 from eai.prompts.template import Templates
+from eai.results.codec import record_from_json, record_to_json
+from eai.results.responses import Response, ResponseFile
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
 from envs.switches import DOMAIN, as_plan, initial

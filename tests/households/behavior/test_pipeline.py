@@ -8,13 +8,13 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Record
-from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
 from eai.results.paper_tables import paper_models, paper_table
+from eai.results.record import Record
+from eai.results.responses import Response, ResponseFile
 from eai.results.summary import summarise
 from eai.results.table import Estimate
 from eai.scoring.batch import NO_ROW, score_run

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from benchmark.plan_scorers import behavior_scorer
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.codec import fields_of
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Verdict
+from eai.results.codec import fields_of
 from households.behavior.kitchen import make_task
 from sweeps import examples
 

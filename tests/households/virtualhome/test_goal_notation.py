@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import write_goals
@@ -14,6 +13,7 @@ from eai.abilities.verdict import Verdict
 from eai.households.virtualhome import domain
 from eai.households.virtualhome.notation import VirtualHomeGoals
 from eai.households.virtualhome.tasks import VirtualHomeTasks
+from eai.results.codec import dataclass_to_json, fields_of
 from eai.world.fault import FaultKind
 from households.virtualhome.household import make_task
 from protocols import of_reference

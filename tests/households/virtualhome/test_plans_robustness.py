@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from benchmark.plan_scorers import virtualhome_scorer
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
 from eai.households.virtualhome import domain as virtualhome
+from eai.results.codec import dataclass_to_json, fields_of
 from eai.tasks.source import Source
 from households.virtualhome.household import make_task
 from made_answers import made_answers

@@ -10,7 +10,6 @@ import pytest
 
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Perceived
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict, Share
 from eai.benchmark.benchmark import Benchmark
@@ -21,6 +20,7 @@ from eai.errors import InputError
 from eai.pictures.scene_graph import Supports
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
+from eai.results.record import Perceived
 from eai.studies.perception.belief import perceiving, scene_words
 from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.errors import perception_errors

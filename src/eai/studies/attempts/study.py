@@ -21,15 +21,15 @@ from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, Until, World
 from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record
-from eai.abilities.responses import file_name
 from eai.benchmark.protocols import preset_experiment
+from eai.data.files import file_name
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.certainty import Case
 from eai.results.paper_tables import PaperTable, paper_table
 from eai.results.plots import LINES, MUTED, RULE, clipped, draw_line, sheet
 from eai.results.rate import rate_of
+from eai.results.record import Record
 from eai.results.summary import after, cases_of, outcome, share_of
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.scoring.runs import RunKey, as_counted_in_paper

@@ -8,11 +8,12 @@ from pathlib import Path
 from statistics import fmean
 
 from eai.abilities.options import Options
-from eai.abilities.record import Record, TaskFeatures
+from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import PlanVerdict
 from eai.errors import InputError
 from eai.generator.spec import SHUT_LAST
 from eai.results.lines import MODEL, SUITE
+from eai.results.record import Record
 from eai.results.summary import share_of
 from eai.results.table import Cell, Estimate, Row, table_of
 from eai.scoring.runs import Run

@@ -13,11 +13,11 @@ from typing import TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.options import Options
-from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict, Share, of_all
 from eai.errors import InputError
 from eai.results.certainty import Case
 from eai.results.rate import rate_of
+from eai.results.record import Record
 from eai.results.table import Estimate, Row, table_of
 from eai.scoring.runs import Run
 from eai.studies.records import Records

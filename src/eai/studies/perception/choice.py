@@ -11,7 +11,7 @@ from typing_extensions import Self
 
 from eai.abilities.options import Arguments
 from eai.abilities.protocol import SCENE_GRAPH, Ability
-from eai.abilities.responses import file_name
+from eai.data.files import file_name
 from eai.errors import InputError
 from eai.pictures.picture import Clutter
 from eai.studies.perception.noise import Noise, noise_of

@@ -17,8 +17,8 @@ from eai.abilities.declaration import (
     label_of,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Perceived
 from eai.abilities.verdict import Share, add, confusion_shares, of_all
+from eai.results.record import Perceived
 from eai.studies.perception.verdict import SceneGraphVerdict
 
 if TYPE_CHECKING:

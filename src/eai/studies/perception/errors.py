@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 from eai.abilities.explanation import Explanation, repair_notes
-from eai.abilities.record import Perceived
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Confusion, ErrorReport
 from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, read_scene_graph
+from eai.results.record import Perceived
 from eai.studies.perception.verdict import SceneGraphVerdict
 from eai.world.fault import FaultKind
 

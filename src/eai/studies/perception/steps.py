@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Sequence
 from statistics import fmean
 
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record
 from eai.abilities.verdict import Unreadable
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark, registered
+from eai.results.record import Record
 
 
 def mean_steps(records: Sequence[Record]) -> float | None:

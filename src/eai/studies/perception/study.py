@@ -15,15 +15,15 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.options import Options
-from eai.abilities.record import Perceived, Record
-from eai.abilities.responses import file_name
 from eai.abilities.verdict import Share
+from eai.data.files import file_name
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.certainty import Case, Cases
 from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, sheet
 from eai.results.plots import cases_of as tasks_in
 from eai.results.rate import Rate
+from eai.results.record import Perceived, Record
 from eai.results.summary import cases_of
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.studies.perception.choice import Perception

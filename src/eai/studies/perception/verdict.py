@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eai.abilities.record import Perceived
 from eai.abilities.verdict import Verdict
+from eai.results.record import Perceived
 
 _NOTHING_PERCEIVED = Perceived(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {})
 

@@ -16,14 +16,13 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record, Stated
-from eai.abilities.responses import file_name
 from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import of_all
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import believing, open_planned_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
+from eai.data.files import file_name
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.planning.search import Limits
@@ -32,6 +31,7 @@ from eai.results.comparison import compare
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_models, paper_table
 from eai.results.rate import rate_of
+from eai.results.record import Record, Stated
 from eai.results.summary import cases_of, name_of
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.scoring.runs import Run, RunKey

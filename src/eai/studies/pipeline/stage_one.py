@@ -12,21 +12,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
 
-from eai.abilities.codec import sha256_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import read_stated
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Stated
-from eai.abilities.responses import file_name, read_responses
 from eai.abilities.verdict import ALL, Confusion, Unreadable
-from eai.benchmark.answer_files import files_of_suite
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.files import files_below
+from eai.data.files import file_name, files_below
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.prompts.prompt import Belief
+from eai.results.answer_files import files_of_suite
+from eai.results.codec import sha256_of
+from eai.results.record import Stated
+from eai.results.responses import read_responses
 from eai.scoring.epochs import STATED, SUBGOALS, Believed
 from eai.scoring.records import RECORDS, read_records
 from eai.studies.variation import Endpoint, Stage

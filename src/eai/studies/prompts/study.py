@@ -16,14 +16,14 @@ from itertools import combinations, product
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.options import Options
-from eai.abilities.record import Record
-from eai.abilities.responses import file_name
+from eai.data.files import file_name
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.certainty import Cases
 from eai.results.comparison import compare
 from eai.results.plots import clipped, draw_matrix, entitle, value_of
 from eai.results.rate import Rate, rate_of
+from eai.results.record import Record
 from eai.results.summary import cases_of, outcome, share_of
 from eai.results.table import Cell, Estimate, Row, Table, table_of
 from eai.scoring.runs import Run

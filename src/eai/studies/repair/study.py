@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from statistics import median
 
 from eai.abilities.options import Options
-from eai.abilities.record import Record
 from eai.abilities.repair import Repair
 from eai.errors import InputError
 from eai.results.lines import MODEL, SUITE
+from eai.results.record import Record
 from eai.results.summary import outcome, share_of
 from eai.results.table import Estimate, Row, table_of
 from eai.scoring.runs import Run, RunKey

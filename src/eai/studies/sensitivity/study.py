@@ -18,7 +18,6 @@ from pydantic import BeforeValidator
 
 from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record
 from eai.abilities.task import Category
 from eai.abilities.transition_modeling.rules import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
@@ -31,6 +30,7 @@ from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE, Line, by_model, by_suite, case_of
 from eai.results.plots import counted_of, draw_matrix, rows_of
+from eai.results.record import Record
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.results.tidy import beginning_of
 from eai.studies.records import Records

@@ -10,16 +10,18 @@ from typing import get_args
 import pytest
 
 from by_path import ROOT
-from eai.abilities.codec import record_from_json, record_to_json
+from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.declaration import the_four
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, Until, World
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, TaskFeatures, Usage
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
+from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import Counted, ErrorReport
 from eai.pddl.planning import PlannerOutcome
+from eai.results.codec import record_from_json, record_to_json
+from eai.results.record import Origin, Perceived, Record, Stated
 from eai.world.fault import FaultKind, Notice
 
 PAGE = (ROOT / "docs" / "records.md").read_text(encoding="utf-8")

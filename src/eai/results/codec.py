@@ -16,14 +16,16 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
+from eai.abilities.attempt import Attempt
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, Statement
 from eai.abilities.options import misfit
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Attempt, Origin, Record, Stated, TaskFeatures
+from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import GoalTallies, Json, Verdict
 from eai.errors import InputError
+from eai.results.record import Origin, Record, Stated
 
 SCHEMA = 3
 """The version of the record format."""

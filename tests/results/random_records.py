@@ -6,14 +6,15 @@ from typing import Any, TypeVar, get_args, get_type_hints
 
 from hypothesis import strategies as st
 
+from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, Usage
 from eai.abilities.transition_modeling.verdict import OperatorReport
 from eai.abilities.verdict import Counted, ErrorReport, Share
 from eai.pddl.matching import SideMatch
+from eai.results.record import Origin, Perceived, Record, Stated
 from eai.world.fault import FaultKind
 
 T = TypeVar("T")

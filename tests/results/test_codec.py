@@ -8,13 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from abilities.random_records import records
-from eai.abilities.codec import COMMON, SCHEMA, fields_of, record_from_json, record_to_json, sha256_of
+from eai.abilities.attempt import Usage
 from eai.abilities.declaration import declaration_of
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, Statement, StepReport
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.record import Origin, Record, Usage
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import (
@@ -32,7 +30,10 @@ from eai.errors import InputError
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
+from eai.results.codec import COMMON, SCHEMA, fields_of, record_from_json, record_to_json, sha256_of
+from eai.results.record import Origin, Record
 from eai.world.fault import FaultKind
+from results.random_records import records
 
 GOALS = GoalTallies(Share(1, 2), Share(0.5, 1), Share(0, 0))
 PLAN = PlanVerdict(

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import Confusion, PlanVerdict, TaskExclusion, Verdict
-
-if TYPE_CHECKING:
-    from eai.abilities.task import Task
+from eai.abilities.task_features import TaskFeatures
+from eai.abilities.verdict import Confusion, TaskExclusion, Verdict
+from eai.benchmark.errata import ErrataUse
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,40 +64,6 @@ NOT_ANSWERED = TaskExclusion("not answered")
 
 
 @dataclass(frozen=True, slots=True)
-class Usage:
-    """The effort that an answer took. What the provider does not count is None.
-
-    Attributes:
-        input_tokens: tokens of the question, those read from a provider's cache included.
-        output_tokens: tokens of reasoning and answer.
-        reasoning_tokens: tokens of reasoning alone.
-        cost: dollars, where prices were given.
-        seconds: of waiting for the replies of an episode; other answers are not timed.
-    """
-
-    input_tokens: int | None = None
-    output_tokens: int | None = None
-    reasoning_tokens: int | None = None
-    cost: float | None = None
-    seconds: float | None = None
-
-    @property
-    def tokens(self) -> int | None:
-        """Tokens of question and answer, or None if either number is unknown."""
-        if self.input_tokens is None or self.output_tokens is None:
-            return None
-        return self.input_tokens + self.output_tokens
-
-    def __add__(self, other: Usage) -> Usage:
-        """Both together; what neither has is not known."""
-        sums: dict[str, Any] = {}
-        for name in self.__slots__:
-            known = [each for each in (getattr(self, name), getattr(other, name)) if each is not None]
-            sums[name] = sum(known) if known else None
-        return Usage(**sums)
-
-
-@dataclass(frozen=True, slots=True)
 class Origin:
     """Where the answer of a run comes from; what a task without an answer was asked is known all the same.
 
@@ -114,64 +80,6 @@ class Origin:
     truncated: bool | None = None
     usage: Usage | None = None
     answer_repairs: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Attempt:
-    """One of several answers to a task, in an experiment that carries them out one after the other.
-
-    Attributes:
-        response: the answer as it was scored.
-        verdict: what it came to; where the world continues, its goals are those of all attempts so far.
-        slipped_at: the first of its steps that slipped, from 0; None if none did.
-        goal_held_at: after how many of its steps all goals held for the first time, 0 for at its start; None
-            if they never did. It says of a plan that passes through the goal what its end does not.
-        prompt_sha256: digest of what was asked, where that is known.
-        usage: what the answer took, where that is known.
-        answer_repairs: names of what was done to the model's text before it was scored.
-        explanation: what became of it in words, where that was asked for.
-    """
-
-    response: str
-    verdict: PlanVerdict
-    slipped_at: int | None = None
-    goal_held_at: int | None = None
-    prompt_sha256: str | None = None
-    usage: Usage | None = None
-    answer_repairs: tuple[str, ...] = ()
-    explanation: Explanation | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class TaskFeatures:
-    """The features of a task, whatever was answered: what success may be set against, as an outcome may not.
-
-    Attributes:
-        name: the name that tasks of a kind share; tasks of one name are near copies of each other.
-        annotated_steps: how many steps the data set's own plan has; None if it has none.
-        goals: how many goals it has.
-        hazards: what the last of them keep from happening (`eai.abilities.task.Task`).
-        missing: the facts for want of which no plan reaches them, where an answer may say so.
-        fits: the objects that the instruction may mean, where an answer may ask.
-    """
-
-    name: str
-    annotated_steps: int | None
-    goals: int
-    hazards: tuple[str, ...] = ()
-    missing: tuple[str, ...] | None = None
-    fits: tuple[str, ...] | None = None
-
-    @property
-    def is_to_decline(self) -> bool:
-        """Whether it is right to decline: nothing leads to the goals, or words fit several objects."""
-        return bool(self.missing) or len(self.fits or ()) > 1
-
-    @staticmethod
-    def of(task: Task) -> TaskFeatures:
-        """The features of a task."""
-        script, goals = len(task.script) or None, len(task.goals)
-        return TaskFeatures(task.title, script, goals, task.hazards, task.missing, task.fits)
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,19 +104,6 @@ class Stated:
     stage_1_left_out: int = 0
     subgoals_sha256: str | None = None
     subgoals_success: bool | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class ErrataUse:
-    """The errata of the data that a verdict was made with.
-
-    Attributes:
-        version: of their table.
-        entries: the ids of those that are about the task and decide verdicts on it.
-    """
-
-    version: str
-    entries: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.answer_files import files_of_suite, recorded_file
 from eai.errors import InputError
+from eai.results.answer_files import files_of_suite, recorded_file
 
 PLANS, GOALS = Ability.ACTION_SEQUENCING, Ability.GOAL_INTERPRETATION
 

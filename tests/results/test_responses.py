@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.responses import (
+from eai.data.files import file_name
+from eai.errors import InputError
+from eai.results.responses import (
     Response,
     ResponseFile,
     attempt_name,
-    file_name,
     find_response_files,
     model_name,
     read_responses,
     write_responses,
 )
-from eai.errors import InputError
 
 TASKS = ("27_2", "11_1")
 GOOD = {"identifier": "27_2", "llm_output": "a"}

@@ -307,18 +307,6 @@ def attempt_name(name: str, attempt: int) -> str:
     return f"{name}_attempt_{attempt}"
 
 
-def file_name(name: str) -> str:
-    """A name, such as a model's, as part of file names: an underscore for what is no letter, digit, ``.-_``.
-
-    Raises:
-        InputError: nothing but dots would be left, which is no name in any folder.
-    """
-    plain = re.sub(r"[^\w.-]+", "_", name)
-    if not plain.strip("."):
-        raise InputError(f"{name!r}: expected a name that files can be named after")
-    return plain
-
-
 def _rows(path: Path) -> Iterator[Row]:
     """The rows of a file, those of lines of JSON as lines; of these and of Parquet a few are in memory."""
     if path.suffix == Path(PARQUET).suffix:

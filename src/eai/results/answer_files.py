@@ -17,10 +17,10 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 from eai.abilities.protocol import Ability, place_of, registered_abilities
-from eai.abilities.responses import ENDINGS, SUFFIX, attempt_name, find_response_files, model_name
 from eai.benchmark.registry import find_benchmark, registered
 from eai.data.files import MAX_UNPACKED, UNPACKED_PER_BYTE, read_toml
 from eai.errors import EaiError, InputError
+from eai.results.responses import ENDINGS, SUFFIX, attempt_name, find_response_files, model_name
 
 if TYPE_CHECKING:
     from eai.benchmark.benchmark import Benchmark
