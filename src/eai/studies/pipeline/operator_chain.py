@@ -13,7 +13,6 @@ from functools import cache
 from typing import TypeAlias
 
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
-from eai.abilities.record import Record
 from eai.abilities.task import GoalKind
 from eai.abilities.transition_modeling.extraction import Memory, Readings, extract
 from eai.abilities.transition_modeling.rules import gold_steps
@@ -28,6 +27,7 @@ from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE
+from eai.results.record import Record
 from eai.results.summary import name_of
 from eai.results.table import Cell, Estimate, Row, Table, table_of
 from eai.scoring.runs import Run, RunKey
