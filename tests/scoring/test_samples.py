@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from eai.data.files import parquet
 from eai.errors import InputError
+from eai.results.parquet import parquet
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile, read_responses

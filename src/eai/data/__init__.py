@@ -1,1 +1,1 @@
-"""The data set: getting it, its compact store, and task records."""
+"""Files of users, the data store, published archives, and entry points."""

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import get_type_hints
 
 from eai.abilities.verdict import Json
-from eai.data.files import parquet, printable, write_whole
+from eai.data.files import printable, write_whole
 from eai.errors import InputError
 from eai.results.lines import MODEL, SUITE, TOGETHER, Line, SuiteKey
 from eai.results.markdown import rows_markdown
+from eai.results.parquet import parquet
 from eai.results.table import Cell, Estimate, Label, Plain, Table
 
 _FORMULA = re.compile(r"[=+\-@\t\r].")

@@ -1,0 +1,85 @@
+"""Parquet files, for many answers or large tables. pyarrow, which reads them, belongs to an extra."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from eai.data.files import MAX_UNPACKED, UNPACKED_PER_BYTE, require_file
+from eai.errors import InputError, needing
+
+_BATCH_ROWS = 1024
+"""Number of rows that are read at a time."""
+
+_SHARED_PREFIXES = "DELTA_BYTE_ARRAY"
+"""An encoding of Parquet: a text shares its beginning with the one before, so that few bytes mean many."""
+
+
+def parquet() -> Any:
+    """Return the module ``pyarrow.parquet``.
+
+    Raises:
+        EaiError: pyarrow is not installed.
+    """
+    with needing("analysis", "Parquet needs"):
+        import pyarrow.parquet
+    return pyarrow.parquet
+
+
+def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> Iterator[dict[str, object]]:
+    """Yield the rows of a Parquet file, with some columns. The file is never in memory as a whole.
+
+    Rows that share a text in the file share it in memory.
+
+    Args:
+        path: the file.
+        names: the columns that it must have.
+        also: those that rows have where it has them.
+
+    Raises:
+        EaiError: pyarrow is not installed.
+        InputError: the file cannot be read, has no such column, or unpacks to far more bytes than it has.
+    """
+    reader = parquet()
+    require_file(path)
+    try:
+        metadata = reader.read_metadata(path)
+        there = metadata.schema.to_arrow_schema().names
+        for name in names:
+            if name not in there:
+                raise InputError(f'{path}: the column "{name}" is missing')
+        columns = [*names, *(name for name in also if name in there)]
+        is_prefixed = _require_bounded(path, metadata, columns)
+        with reader.ParquetFile(path, read_dictionary=[] if is_prefixed else columns) as file:
+            for batch in file.iter_batches(1 if is_prefixed else _BATCH_ROWS, columns=columns):
+                texts = [_values(batch.column(name)) for name in columns]
+                yield from (dict(zip(columns, row, strict=True)) for row in zip(*texts, strict=True))
+    except (OSError, ValueError, OverflowError, MemoryError) as error:
+        raise InputError(f"{path}: expected a Parquet file ({str(error).splitlines()[0]})") from error
+
+
+def _require_bounded(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
+    """Refuse a file with a group of rows that unpacks to too many bytes.
+
+    Returns whether texts share their beginnings. Then a row may be much larger than its bytes in the file.
+    """
+    limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
+    is_prefixed = False
+    for group in map(metadata.row_group, range(metadata.num_row_groups)):
+        chunks = [group.column(i) for i in range(group.num_columns)]
+        wanted = [chunk for chunk in chunks if chunk.path_in_schema in columns]
+        unpacked = sum(chunk.total_uncompressed_size for chunk in wanted)
+        if unpacked > limit:
+            expected = f"expected at most {limit:,} bytes of answers in a group of rows"
+            raise InputError(f"{path}: {expected}, found {unpacked:,}")
+        is_prefixed |= any(_SHARED_PREFIXES in chunk.encodings for chunk in wanted)
+    return is_prefixed
+
+
+def _values(column: Any) -> list[object]:
+    """The values of a column of a batch; rows with the same entry of a dictionary share one value."""
+    if not hasattr(column, "dictionary"):
+        return list(column.to_pylist())
+    entries = column.dictionary.to_pylist()
+    return [None if index is None else entries[index] for index in column.indices.to_pylist()]
