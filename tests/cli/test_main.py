@@ -13,7 +13,8 @@ import pytest
 from typer.main import get_command
 
 from command_line import Command
-from eai import __version__, cli
+from data.test_entry_points import declared
+from eai import __version__
 from eai.cli import app
 
 NAP = """
@@ -135,23 +136,69 @@ def test_only_the_command_that_is_asked_for_is_imported() -> None:
     assert not {"eai.cli.analyze", "eai.cli.run", "eai.cli.score"}.intersection(loaded)
 
 
-def test_every_command_is_where_its_place_says(eai: Command) -> None:
-    told = eai("--help")[1]
-    assert [name for of_panel in cli._COMMANDS.values() for name in of_panel if f" {name} " not in told] == []
+COMMANDS = "eai.commands"
 
 
 def test_help_has_the_summary_of_each_command_and_imports_none(eai: Command) -> None:
     known: Any = get_command(app)
-    summaries = {name: text for of_panel in cli._COMMANDS.values() for name, text in of_panel.items()}
-    for name, summary in summaries.items():
-        assert summary == known.commands[name].help.split("\n\n")[0]
+    shown = " ".join(eai("--help").out.split())
+    names = [name for name in declared(COMMANDS) if " " not in name]
+    assert sorted(known.commands) == sorted(names)
+    context = known.context_class(known, info_name="eai")
+    for name in names:
+        summary = known.commands[name].help.split("\n\n")[0]
+        assert known.get_command(context, name).help == summary
+        assert f" {name} {summary.split()[0]} " in shown.replace("│ │", "│").replace("│", "")
     script = (
         "import sys; from eai import cli; cli.app(['--help'], standalone_mode=False); print(*sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     loaded = done.stdout.splitlines()[-1].split()
-    modules = {f"eai.cli.{cli._PLACES.get(name, name).partition(':')[0]}" for name in summaries}
-    assert not modules.intersection(loaded)
+    assert not {value.partition(":")[0] for value in declared(COMMANDS).values()}.intersection(loaded)
+
+
+NAPPING = '''
+print("imported")
+
+
+def nap(minutes: int = 10) -> None:
+    """Do nothing for some minutes; nothing is computed.
+
+    Example: eai nap
+
+    Options:
+        minutes: How many.
+    """
+    print(f"slept for {minutes}")
+'''
+
+
+def test_a_distribution_adds_commands_at_the_top_and_below_a_group(tmp_path: Path) -> None:
+    about = tmp_path / "napping-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: napping\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(
+        f"[{COMMANDS}]\nnap = napping:nap\ndata nap = napping:nap\nscore nap = napping:nap\n"
+    )
+    (tmp_path / "napping.py").write_text(NAPPING)
+
+    def ran(*words: str) -> subprocess.CompletedProcess[str]:
+        environment = {**os.environ, "PYTHONPATH": str(tmp_path), "COLUMNS": "80"}
+        command = [sys.executable, "-m", "eai", *words]
+        return subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+
+    top = ran("--help").stdout
+    assert "Do nothing for some minutes; nothing is computed." in top
+    assert top.index("Tasks and data") < top.index("Extensions") < top.index(" nap ")
+    assert "imported" not in top
+    assert "Do nothing for some minutes" in ran("data", "--help").stdout
+    assert ran("nap").stdout == "imported\nslept for 10\n"
+    assert ran("data", "nap", "--minutes", "3").stdout == "imported\nslept for 3\n"
+    wrong = ran("score", "--help")
+    assert (wrong.returncode, wrong.stderr) == (
+        2,
+        "eai: score nap of eai.commands: score is no group of commands\n",
+    )
 
 
 def test_there_are_few_commands() -> None:

@@ -16,7 +16,7 @@ from eai.data import entry_points as module
 from eai.errors import InputError
 
 PYPROJECT = ROOT / "pyproject.toml"
-GROUPS = ("eai.abilities", "eai.benchmarks", "eai.protocols", "eai.studies")
+GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.protocols", "eai.studies")
 
 
 def declared(group: str) -> dict[str, str]:
@@ -71,5 +71,5 @@ def test_a_source_tree_that_was_not_installed_says_what_to_do() -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     error = done.stderr.splitlines()[-1]
-    assert error.startswith(f"{InputError.__module__}.InputError: eai is not installed")
+    assert error.startswith(f"{InputError.__module__}.InputError: no entry points of eai.studies: eai is not")
     assert "pip install -e ." in error

@@ -1,4 +1,7 @@
-"""The command line: thin callers of the library, one module a command."""
+"""The command line: thin callers of the library, one module a command.
+
+Commands are found by entry points. The help of the group imports none of them.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,10 @@ import sys
 from collections import UserDict
 from collections.abc import Iterator, Mapping
 from functools import cache
-from importlib import import_module
+from importlib.metadata import EntryPoint
+from importlib.util import find_spec
 from io import TextIOWrapper
+from pathlib import Path
 from shutil import get_terminal_size
 from typing import Annotated, Any
 
@@ -20,9 +25,10 @@ from typer.main import get_group
 
 from eai import __version__
 from eai.data.docstrings import meanings
-from eai.errors import EaiError, InterruptError
+from eai.data.entry_points import entry_points_of
+from eai.errors import EaiError, InputError, InterruptError
 
-MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
+MEASURE, UNDERSTAND, MATERIAL, EXTENSIONS = "Measure", "Understand", "Tasks and data", "Extensions"
 """The panels of the commands."""
 
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
@@ -53,51 +59,21 @@ _METAVARS: Mapping[str, str] = {
 _PANELS = 80
 """How many columns help in panels takes; where there are fewer, it would cut the names of options."""
 
-_COMMANDS = {
-    MEASURE: {
-        "demo": "See in a minute what eai does: two built-in models, and an answer that failed, explained.",
-        "run": "Obtain answers through Inspect and score them. "
-        "The same command resumes where it was interrupted.",
-        "play": "Play tasks yourself, as models act; "
-        "scores, reports and comparisons take episodes as theirs.",
-        "score": "Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, "
-        "the main table to the screen.",
-        "serve": "Let agents outside of this program act.",
-    },
-    UNDERSTAND: {
-        "explain": "Show what became of an answer: each step, what it changed, the failing check and why; "
-        "or list answers.",
-        "compare": "Compare two runs task by task: exact McNemar for success, random exchanges for F1.",
-        "report": "Print the main results of runs, the best first; "
-        "with --out, write tables, plots and the HTML explorer.",
-        "analyze": "Make the tables and plots of a study of records; "
-        "without a name, list the studies and their options.",
-    },
-    MATERIAL: {
-        "generate": "Generate tasks that nobody has seen. Equal arguments give equal bytes.",
-        "data": "The data set: fetch it, say where it is, check it, count it, annotate it.",
-        "new": "Write a small domain that runs: a folder NAME with its declaration and two tasks in NAME.py.",
-        "check": "Check a benchmark: its declaration, its tasks, and each line of task files.",
-        "export": "Prompts, data sets for training, task files, world-model questions, pictures, "
-        "challenge files.",
-    },
+_COMMANDS = "eai.commands"
+"""The group of entry points of commands. `data annotate` is the command `annotate` below the group `data`."""
+
+_BY_PANEL = {
+    MEASURE: ("demo", "run", "play", "score", "serve"),
+    UNDERSTAND: ("explain", "compare", "report", "analyze"),
+    MATERIAL: ("generate", "data", "new", "check", "export"),
 }
-"""The commands by panel, in the order of the help, each with the first paragraph of its own.
+"""Commands by panel, in the order of the help."""
 
-It stands here, too, so that the help of the group imports no command.
-"""
+_BELOW = tuple([f"export {name}" for name in ("tasks", "questions", "pictures", "harbor", "submission")])
+"""Commands below a group in the order of the help."""
 
-_PLACES = {
-    "serve": "serve:app",
-    "generate": "generate:generate_tasks",
-    "data": "data:app",
-    "check": "tasks:check",
-    "export": "export:app",
-}
-"""The module in this package, and the name there, of a command that is no function NAME in a module NAME."""
-
-_BARE = frozenset({"demo", "analyze"})
-"""The commands that do something without any argument, instead of printing their help."""
+_NEED_OPTIONS = frozenset({"run", "check"})
+"""Commands that print their help if called without arguments, although no argument is required."""
 
 
 class _Commands(TyperGroup):
@@ -106,9 +82,7 @@ class _Commands(TyperGroup):
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**{**attributes, "rich_markup_mode": _help_mode()})
         self._shown: dict[str, Any] = {
-            name: TyperCommand(name, help=summary, rich_help_panel=panel)
-            for panel, summaries in _COMMANDS.items()
-            for name, summary in summaries.items()
+            name: TyperCommand(name, rich_help_panel=_panel_of(name)) for name in _points() if " " not in name
         }
         self._shown |= self.commands
         self.commands = _Loaded(self._shown)
@@ -119,7 +93,10 @@ class _Commands(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """The command as the help of the group shows it, for which it is not imported."""
-        return self._shown.get(cmd_name)
+        command = self._shown.get(cmd_name)
+        if command is not None and command.callback is None and command.help is None:
+            command.help = _summary(_points()[cmd_name])
+        return command
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help of the group."""
@@ -146,26 +123,56 @@ class _Loaded(UserDict[str, Any]):
         return _imported(self.data[name])
 
 
-def _object_at(place: str) -> Any:
-    module, _, name = place.partition(":")
-    return getattr(import_module(f"{__name__}.{module}"), name)
+@cache
+def _points() -> Mapping[str, EntryPoint]:
+    listed = [name for names in _BY_PANEL.values() for name in names]
+    return entry_points_of(_COMMANDS, (*listed, *_BELOW))
+
+
+def _panel_of(name: str) -> str:
+    return next((panel for panel, names in _BY_PANEL.items() if name in names), EXTENSIONS)
+
+
+def _summary(point: EntryPoint) -> str:
+    """Return the first paragraph of the docstring of a command, or of a group's module; import neither."""
+    spec = find_spec(point.module)
+    if spec is None or spec.origin is None:
+        raise InputError(f"{point.name} of {_COMMANDS}: there is no module {point.module}")
+    source = Path(spec.origin).read_text(encoding="utf-8")
+    start = max(source.find(f"\ndef {point.attr}("), 0)
+    docstring = source[start:].partition('"""')[2].partition('"""')[0]
+    return " ".join(docstring.partition("\n\n")[0].split())
 
 
 @cache
 def _imported(shown: Any) -> Any:
-    """A command by how the help of the group shows it; one that does something is that already."""
+    """Return the command that the help of the group shows."""
     if shown.callback is not None:
         return shown
-    name, panel = shown.name, shown.rich_help_panel
-    found = _object_at(_PLACES.get(name, f"{name}:{name}"))
-    app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
-    if isinstance(found, typer.Typer):
-        app.add_typer(found, name=name, help=shown.help, rich_help_panel=panel)
-    else:
-        app.command(name, no_args_is_help=name not in _BARE, rich_help_panel=panel)(found)
-    command: Any = get_group(app).commands[name]
+    command = _load(shown.name, shown.rich_help_panel)
     for each in _with_those_below(command):
         _label(each)
+    return command
+
+
+def _load(path: str, panel: str | None = None) -> Any:
+    """Import a command, or a group of commands with those that entry points add to it."""
+    point, name = _points()[path], path.rpartition(" ")[2]
+    target = point.load()
+    app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
+    if isinstance(target, typer.Typer):
+        app.add_typer(target, name=name, help=_summary(point), rich_help_panel=panel)
+    else:
+        app.command(name, rich_help_panel=panel)(target)
+    command: Any = get_group(app).commands[name]
+    if not isinstance(command, TyperGroup):
+        command.no_args_is_help = path in _NEED_OPTIONS or any(each.required for each in command.params)
+    for below in _points():
+        group, _, leaf = below.rpartition(" ")
+        if group == path:
+            if not isinstance(command, TyperGroup):
+                raise InputError(f"{below} of {_COMMANDS}: {path} is no group of commands")
+            command.add_command(_load(below), leaf)
     return command
 
 

@@ -1,4 +1,4 @@
-"""``eai data annotate``: from demonstrations to goals, one step after the other."""
+"""From demonstrations to goals and planning problems."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task_files import write_task_file
 from eai.tasks.task_lines import written
 
-app = typer.Typer(help="From demonstrations to goals and planning problems.", no_args_is_help=True)
+app = typer.Typer(no_args_is_help=True)
 
 OfTitle = Annotated[str | None, flag("--title", help="Demonstrations of this title alone.", metavar="TITLE")]
 DecisionFile = Annotated[

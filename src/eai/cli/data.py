@@ -1,10 +1,9 @@
-"""``eai data``: get the data set, say where it is, check it, count it, annotate it."""
+"""The data set: fetch it, say where it is, check it, count it, annotate it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -204,9 +203,3 @@ def _check_annotations(
     with opened_source(data, PlannerChoice.BUILT_IN, errata) as source:
         found = [each for name in names for each in check_annotations(find_benchmark(name), source)]
     tell_findings(found, "all plans reach their goals, all problems are solved", as_json=as_json)
-
-
-if find_spec("eai.studies.annotation"):
-    from eai.cli.annotate import app as annotate
-
-    app.add_typer(annotate, name="annotate")

@@ -1,4 +1,4 @@
-"""``eai export``: data sets for training, task files, pictures of tasks, files of the challenge."""
+"""Prompts, data sets for training, task files, world-model questions, pictures, challenge files."""
 
 from __future__ import annotations
 
@@ -22,8 +22,6 @@ from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, asked_by_default, counted, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, flag, opened_source
 from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn, is_list, tasks_of, write_prompts
-from eai.cli.questions import questions
-from eai.cli.tasks import tasks
 from eai.data.files import Content, write_whole
 from eai.data.grouping import grouped
 from eai.errors import InputError
@@ -269,11 +267,6 @@ def _tell(out: Path, number: int, left_out: Counter[str], *, as_json: bool) -> N
     tell(f"{counted(number, 'row')} written to {out}", *lines, value=made, as_json=as_json)
 
 
-app.command(no_args_is_help=True)(tasks)
-app.command(no_args_is_help=True)(questions)
-
-
-@app.command(no_args_is_help=True)
 def pictures(
     domain: options.OfDomain,
     tasks: str = "",
@@ -338,7 +331,6 @@ def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> 
             return {".gif": film_of(task, execute(domain, task.initial, task.script).states)}
 
 
-@app.command(no_args_is_help=True)
 def harbor(
     domain: options.OfDomain,
     ability: options.OfAbility,
@@ -391,7 +383,6 @@ def harbor(
     tell(f"{counted(written, 'task')} written to {out}", *lines, value=made, as_json=as_json)
 
 
-@app.command(no_args_is_help=True)
 def submission(
     run: Path,
     out: Annotated[Path, flag(metavar="FILE")] = Path("submission.zip"),

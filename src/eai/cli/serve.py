@@ -1,4 +1,4 @@
-"""``eai serve``: agents outside of this program act in its worlds."""
+"""Let agents outside of this program act."""
 
 from __future__ import annotations
 

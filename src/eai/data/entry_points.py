@@ -12,8 +12,8 @@ from typing import Any
 from eai.errors import InputError
 
 _OURS = "eai."
-_ALWAYS_INSTALLED = "eai.abilities"
-"""A group that is in the metadata of every installed copy of this package."""
+_CORE = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.studies")
+"""Groups of which the metadata of this package always have entry points."""
 
 
 def entry_points_of(group: str, first: Sequence[str] = ()) -> Mapping[str, EntryPoint]:
@@ -42,19 +42,19 @@ def names_of(group: str, first: Sequence[str] = ()) -> list[str]:
 
 
 def _declared(group: str) -> Mapping[str, EntryPoint]:
-    return {point.name: point for point in _installed(tuple(sys.path)).select(group=group)}
+    points = {point.name: point for point in _installed(tuple(sys.path)).select(group=group)}
+    if group in _CORE and not points:
+        raise InputError(
+            f"no entry points of {group}: eai is not installed, or was installed before they changed: "
+            "run `pip install -e .` in its source tree"
+        )
+    return points
 
 
 @cache
 def _installed(path: tuple[str, ...]) -> Any:
     """Return the entry points of all distributions on `sys.path`. Each has a file of them, read once."""
-    points = entry_points()
-    if _ALWAYS_INSTALLED not in points.groups:
-        raise InputError(
-            "eai is not installed, or was installed before its entry points changed: "
-            "run `pip install -e .` in its source tree"
-        )
-    return points
+    return entry_points()
 
 
 def is_there(module: str) -> bool:
