@@ -100,18 +100,6 @@ def test_help_tells_how_to_write(eai: Command) -> None:
         assert "write" in told.out + told.err
 
 
-@pytest.mark.parametrize(
-    ("command", "instead"),
-    [
-        ("run", "eai run --ability world_model --domain FILE --model NAME"),
-        ("score", "eai score ANSWERS --ability world_model --domain FILE"),
-    ],
-)
-def test_commands_that_there_were_name_the_new_ones(eai: Command, command: str, instead: str) -> None:
-    outcome = eai("questions", command, "questions.jsonl")
-    assert (outcome.status, outcome.err) == (2, f"eai: eai questions {command}: write {instead}\n")
-
-
 def test_the_gold_answers_are_all_right(eai: Command, written: Path, tmp_path: Path) -> None:
     out = tmp_path / "answers"
     asked = in_own_process("run", *ASKED, written, "--model", "eai/oracle", "--out", out, "--json")
