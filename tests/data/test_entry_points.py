@@ -16,7 +16,7 @@ from eai.data import entry_points as module
 from eai.errors import InputError
 
 PYPROJECT = ROOT / "pyproject.toml"
-GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.protocols", "eai.studies")
+GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.packs", "eai.protocols", "eai.studies")
 
 
 def declared(group: str) -> dict[str, str]:
@@ -32,6 +32,23 @@ def test_the_installed_entry_points_are_those_of_the_source_tree(group: str) -> 
     installed = entry_points().select(group=group)
     ours = {point.name: point.value for point in installed if point.module.startswith("eai.")}
     assert ours == declared(group), "install the source tree again: pip install -e ."
+
+
+def test_the_entry_points_of_all_distributions_are_those_of_the_standard_library() -> None:
+    points = [point for group in entry_points().groups for point in entry_points().select(group=group)]
+    read = module._installed(tuple(sys.path))
+    assert {(point.group, point.name, point.value) for point in points} == {
+        (point.group, point.name, point.value) for point in read
+    }
+    assert {(point.module, point.attr or "") for point in points} == {(p.module, p.attr) for p in read}
+
+
+def test_comments_spaces_and_extras_are_no_part_of_a_name_or_an_object(tmp_path: Path) -> None:
+    file = tmp_path / "entry_points.txt"
+    file.write_text("# ours\n[eai.commands]\n; theirs\n\ndata  nap = naps.all : nap [sleep]\n")
+    (point,) = module._read(file)
+    assert (point.group, point.name) == ("eai.commands", "data  nap")
+    assert (point.module, point.attr) == ("naps.all", "nap")
 
 
 def test_abilities_and_benchmarks_are_listed_in_the_order_of_the_paper() -> None:
@@ -58,8 +75,6 @@ def test_points_of_others_follow_by_name_and_points_without_a_module_are_left_ou
 NOT_INSTALLED = """
 import sys
 sys.path[:] = [sys.argv.pop(1), *(each for each in sys.path if "site-packages" not in each)]
-import importlib.metadata
-importlib.metadata.entry_points = lambda: importlib.metadata.EntryPoints()
 from eai.data.entry_points import entry_points_of
 entry_points_of("eai.studies")
 """

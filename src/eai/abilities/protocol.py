@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from enum import Enum
 from functools import cache
-from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, ClassVar, TypeVar, cast
 
 from typing_extensions import Self
 
-from eai.data.entry_points import entry_points_of, is_there, names_of
+from eai.data.entry_points import EntryPoint, entry_points_of, is_there, names_of
 from eai.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:

@@ -10,12 +10,11 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint
 from pathlib import Path
 
 from eai.benchmark.registry import FIRST, of_the_paper
 from eai.data import source
-from eai.data.entry_points import entry_points_of
+from eai.data.entry_points import EntryPoint, entry_points_of
 from eai.data.files import if_killed, lock_of
 from eai.data.source import Archive, open_bundle
 from eai.data.store import PackFile, Report, Store, silent, unwritable

@@ -12,13 +12,12 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from traceback import extract_tb
 from typing import TYPE_CHECKING, Any
 
 from eai.abilities.protocol import Ability, registered_abilities
-from eai.data.entry_points import entry_points_of
+from eai.data.entry_points import EntryPoint, entry_points_of
 from eai.data.files import files_below
 from eai.errors import EaiError, InputError, did_you_mean
 

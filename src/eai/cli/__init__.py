@@ -12,7 +12,6 @@ import sys
 from collections import UserDict
 from collections.abc import Iterator, Mapping
 from functools import cache
-from importlib.metadata import EntryPoint
 from importlib.util import find_spec
 from io import TextIOWrapper
 from pathlib import Path
@@ -25,7 +24,7 @@ from typer.main import get_group
 
 from eai import __version__
 from eai.data.docstrings import meanings
-from eai.data.entry_points import entry_points_of
+from eai.data.entry_points import EntryPoint, entry_points_of
 from eai.errors import EaiError, InputError, InterruptError
 
 MEASURE, UNDERSTAND, MATERIAL, EXTENSIONS = "Measure", "Understand", "Tasks and data", "Extensions"

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from importlib.metadata import EntryPoint
 
-from eai.data.entry_points import entry_points_of
+from eai.data.entry_points import EntryPoint, entry_points_of
 from eai.errors import InputError, did_you_mean
 from eai.studies.study import Study
 from eai.studies.variation import Variation
