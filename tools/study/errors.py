@@ -96,14 +96,14 @@ def _is_ahead(answers: Sequence[AnswerLine]) -> bool:
 
 
 def seated(evidence: Evidence) -> Finding:
-    return _overlooked(evidence, V, SEATED, ("missing_step", "wrong_order"), "sitting or lying")
+    return overlooked(evidence, V, SEATED, ("missing_step", "wrong_order"), "sitting or lying")
 
 
 def closed(evidence: Evidence) -> Finding:
-    return _overlooked(evidence, B, CLOSED, ("missing_step",), "something closed")
+    return overlooked(evidence, B, CLOSED, ("missing_step",), "something closed")
 
 
-def _overlooked(
+def overlooked(
     evidence: Evidence, domain: str, checks: Sequence[str], kinds: Sequence[str], name: str
 ) -> Finding:
     rows, highest = [], []
@@ -127,8 +127,8 @@ def _overlooked(
 
 
 def chicken(evidence: Evidence) -> Finding:
-    table = _stating(evidence, "serving_a_meal", "ontop(chicken", "table.")
-    plate = _stating(evidence, "serving_a_meal", "ontop(chicken", "plate.")
+    table = stating(evidence, "serving_a_meal", "ontop(chicken", "table.")
+    plate = stating(evidence, "serving_a_meal", "ontop(chicken", "plate.")
     models = list(evidence.suites[Suite(B, GI)])
     neither = [each for each in models if each not in (*table, *plate)]
     return Finding(
@@ -159,7 +159,7 @@ def sneakers(evidence: Evidence) -> Finding:
     )
 
 
-def _stating(evidence: Evidence, task: str, beginning: str, end: str) -> list[str]:
+def stating(evidence: Evidence, task: str, beginning: str, end: str) -> list[str]:
     atoms = evidence.of(evidence.tables.atoms, Suite(B, GI))
     said = {
         each.model

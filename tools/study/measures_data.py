@@ -55,14 +55,61 @@ STATES = {
 }
 """The states of the paper's tables; BEHAVIOR's two kinds of tools are abilities, not states, in the data."""
 
+PRINTED_TASKS = 518
+"""The sum of the numbers of tasks that the paper prints beside VirtualHome's names."""
+
 CONNECTIVES = ("and", "or", "not", "when", "exists", "forall")
 
 
 def formulas(evidence: Evidence) -> Finding:
-    goals = {domain: sum(len(task.goals) for task in _tasks(evidence, domain).values()) for domain in (V, B)}
+    """Parse VirtualHome's formulas; BEHAVIOR's goals come in another language, and are read as formulas."""
+    texts = [task.temporal_goal for task in _tasks(evidence, V).values() if task.goals]
+    read = [text for text in texts if text and parse(text)]
+    others = [task for task in _tasks(evidence, B).values() if task.goals]
+    number = len(_tasks(evidence, B))
+    return all_of(
+        (len(read), len(texts)),
+        (len(others), number),
+        text=f"`eai` reads the formulas of {len(read)} of {len(texts)} VirtualHome tasks "
+        "with a goal, and the "
+        f"goals of {len(others)} of {number} BEHAVIOR tasks",
+    )
+
+
+def goals_over_time(evidence: Evidence) -> Finding:
+    ordered, number, of_states = _ordered(evidence)
     return if_so(
-        all(goals.values()),
-        f"`eai` reads the goals of all tasks: {goals[V]} conditions in VirtualHome, {goals[B]} in BEHAVIOR",
+        ordered > 0 and of_states > 0,
+        f"{ordered} of VirtualHome's {number} formulas have “then”, none of BEHAVIOR's {of_states} goals",
+    )
+
+
+def order_of_actions(evidence: Evidence) -> Finding:
+    ordered, number, _ = _ordered(evidence)
+    several = sum(
+        sum(goal.kind is GoalKind.ACTION for goal in task.goals) > 1
+        for task in _tasks(evidence, V).values()
+        if " then " in (task.temporal_goal or "")
+    )
+    return Finding(
+        by_degree(ordered > number / 2, ordered > 0),
+        f"{ordered} of {number} formulas put something in order by “then”; {several} of "
+        "them name two actions",
+    )
+
+
+def rewards_of_states(evidence: Evidence) -> Finding:
+    counts = {}
+    for domain in (V, B):
+        tasks = [task for task in _tasks(evidence, domain).values() if task.goals]
+        counts[domain] = (
+            sum(all(goal.kind is not GoalKind.ACTION for goal in task.goals) for task in tasks),
+            len(tasks),
+        )
+    text = ", ".join(f"{NAMED[domain]} {hits} of {number}" for domain, (hits, number) in counts.items())
+    return all_of(
+        *counts.values(),
+        text=f"tasks whose goals a single state decides, since they ask for no action: {text}",
     )
 
 
@@ -81,17 +128,24 @@ def priorities(evidence: Evidence) -> Finding:
 
 
 def parts_of_tasks(evidence: Evidence) -> Finding:
-    lacking = {}
-    for domain in (V, B):
-        tasks = _tasks(evidence, domain)
-        operators = find_benchmark(domain).operators(evidence.published)
-        whole = sum(
-            bool(t.title and t.instruction and t.goals and t.script and t.id in operators)
-            for t in tasks.values()
-        )
-        lacking[domain] = whole, len(tasks)
-    text = ", ".join(f"{NAMED[domain]} {hits} of {number}" for domain, (hits, number) in lacking.items())
-    return all_of(*lacking.values(), text=f"tasks with all five parts: {text}")
+    counts = {domain: _whole_tasks(evidence, domain) for domain in (V, B)}
+    text = ", ".join(
+        f"{NAMED[domain]} {whole} of {number}, with a formula in LTL {formulas}"
+        for domain, (whole, formulas, number) in counts.items()
+    )
+    return all_of(
+        *((hits, number) for *parts, number in counts.values() for hits in parts),
+        text=f"tasks with name, instruction, goal, plan and operators: {text}",
+    )
+
+
+def parts_in_virtualhome(evidence: Evidence) -> Finding:
+    whole, formulas, number = _whole_tasks(evidence, V)
+    return all_of(
+        (whole, number),
+        (formulas, number),
+        text=f"{whole} of {number} tasks have all of these but for the formula, {formulas} the formula",
+    )
 
 
 def complete_tasks(evidence: Evidence) -> Finding:
@@ -101,17 +155,22 @@ def complete_tasks(evidence: Evidence) -> Finding:
 
 
 def names_share_tasks(evidence: Evidence) -> Finding:
-    names = Counter(task.title for task in _tasks(evidence, V).values())
-    return if_so(
-        max(names.values()) > 1, f"VirtualHome's {sum(names.values())} tasks have {len(names)} names"
+    plans: dict[str, set[str]] = {}
+    for task in _tasks(evidence, V).values():
+        if task.script:
+            plans.setdefault(task.title, set()).add(" ".join(action.operator for action in task.script))
+    several = sum(len(each) > 1 for each in plans.values())
+    return most_of(
+        (several, len(plans)), text=f"{several} of {len(plans)} names have plans with different actions"
     )
 
 
 def names_of_virtualhome(evidence: Evidence) -> Finding:
     names = Counter(task.title for task in _tasks(evidence, V).values() if task.goals)
     return if_so(
-        False,
-        f"the printed numbers add up to 518; {sum(names.values())} tasks with a goal are released "
+        sum(names.values()) == PRINTED_TASKS,
+        f"the printed numbers add up to {PRINTED_TASKS}; {sum(names.values())} tasks with "
+        "a goal are released "
         f"under {len(names)} names",
         in_part=len(names) == 26,
     )
@@ -192,11 +251,23 @@ def several_options(evidence: Evidence) -> Finding:
     return if_so(several > 0, f"{several} of {len(lines)} tasks have more than one goal option")
 
 
+def problems_of_behavior(evidence: Evidence) -> Finding:
+    tasks = _tasks(evidence, B).values()
+    whole = sum(bool(t.goals and t.relevant and next(t.initial.facts(), None)) for t in tasks)
+    return if_so(
+        whole == len(tasks) == 100, f"{whole} of {len(tasks)} tasks have objects, initial states and goals"
+    )
+
+
 def touching(evidence: Evidence) -> Finding:
     tasks = [t for t in _tasks(evidence, V).values() if t.title == "Pet cat" and t.goals]
-    hits = sum(any(goal.kind is GoalKind.ACTION for goal in task.goals) for task in tasks)
-    everywhere = sum(any(g.kind is GoalKind.ACTION for g in t.goals) for t in _tasks(evidence, V).values())
-    return if_so(hits > 0, f"{hits} of {len(tasks)} tasks “Pet cat” ask for an action, {everywhere} of all")
+    hits = sum(any("TOUCH" in str(goal.formula) for goal in task.goals) for task in tasks)
+    effect = _library(evidence, V).operators["touch"].effect
+    return all_of(
+        (hits, len(tasks)),
+        (int(not re.search(r"\w", effect.replace("and", ""))), 1),
+        text=f"{hits} of {len(tasks)} tasks “Pet cat” ask for touching, whose annotated effect is {effect}",
+    )
 
 
 def no_action_goals(evidence: Evidence) -> Finding:
@@ -242,10 +313,16 @@ def light_goals(evidence: Evidence) -> Finding:
 
 def bottling_fruit(evidence: Evidence) -> Finding:
     (task,) = (t for t in _tasks(evidence, B).values() if t.title == "bottling_fruit")
-    used = {action.operator for action in task.script}
-    wanted = {"GRASP", "SLICE", "PLACE_INSIDE"}
-    found = {name for name in wanted if any(each.endswith(name) for each in used)}
-    return if_so(found == wanted, f"its plan has {len(task.script)} steps, with {', '.join(sorted(used))}")
+    steps = [
+        (step.operator, [task.scene.objects[index].name for index in step.arguments]) for step in task.script
+    ]
+    wanted = (("GRASP", "peach"), ("SLICE", "peach"), ("PLACE_INSIDE", "jar"))
+    hits = sum(
+        any(operator.endswith(verb) and any(thing in name for name in names) for operator, names in steps)
+        for verb, thing in wanted
+    )
+    used = ", ".join(sorted({f"{operator}({', '.join(names)})" for operator, names in steps}))
+    return all_of((hits, len(wanted)), text=f"its plan has {len(steps)} steps: {used}")
 
 
 def example_1057_1(evidence: Evidence) -> Finding:
@@ -373,11 +450,18 @@ def affordances_of_examples(evidence: Evidence) -> Finding:
         for t in scenes
         if "fridge_97" in t.scene.index
     ]
+    knives = [
+        t.initial.has("sliceable", index)
+        for t in scenes
+        for name, index in t.scene.index.items()
+        if "knife" in name
+    ]
     return all_of(
         (plugs.count(False), 2),
         (int(any(heavy)), 1),
+        (knives.count(False), len(knives)),
         text=f"{plugs.count(False)} of the two have no plug; fridge_97 cannot be grasped in "
-        f"{sum(heavy)} of {len(heavy)} scenes",
+        f"{sum(heavy)} of {len(heavy)} scenes; {sum(knives)} of {len(knives)} knives can be sliced",
     )
 
 
@@ -437,6 +521,22 @@ def cells_that_come_out(evidence: Evidence) -> Finding:
         f"of {number:,} cells of the full tables {exact:,} come out of public answers to the digit, "
         f"{near:,} within a point",
     )
+
+
+def _ordered(evidence: Evidence) -> tuple[int, int, int]:
+    """Return how many VirtualHome formulas have an order, their number, and that of BEHAVIOR's goals."""
+    formulas = [task.temporal_goal for task in _tasks(evidence, V).values() if task.temporal_goal]
+    of_states = sum(not goal.is_over_time for task in _tasks(evidence, B).values() for goal in task.goals)
+    return sum(" then " in text for text in formulas), len(formulas), of_states
+
+
+def _whole_tasks(evidence: Evidence, domain: str) -> tuple[int, int, int]:
+    """Return the number of tasks with all parts but the formula, with the formula, and in all."""
+    tasks, operators = _tasks(evidence, domain), find_benchmark(domain).operators(evidence.published)
+    whole = sum(
+        bool(t.title and t.instruction and t.goals and t.script and t.id in operators) for t in tasks.values()
+    )
+    return whole, sum(bool(t.temporal_goal) for t in tasks.values()), len(tasks)
 
 
 def _tasks(evidence: Evidence, domain: str) -> Mapping[str, Task]:

@@ -63,7 +63,8 @@ def number_of_models(evidence: Evidence) -> Finding:
 
 
 def number_of_runs(evidence: Evidence) -> Finding:
-    return if_so(18 * 2 * 4 == 180, f"18 models, two worlds and four abilities are {18 * 2 * 4} runs")
+    runs = len(evidence.names) * len(evidence.suites)
+    return if_so(runs == 180, f"{len(evidence.names)} models, two worlds and four abilities are {runs} runs")
 
 
 def number_of_queries(evidence: Evidence) -> Finding:
@@ -480,6 +481,20 @@ def replanning_rates(evidence: Evidence) -> Finding:
         worse == ["additional step"] and not same,
         f"by the table {', '.join(worse)} gets worse, {', '.join(same) or 'none'} stays",
         in_part=worse == ["additional step"],
+    )
+
+
+def gains_of_replanning(evidence: Evidence) -> Finding:
+    gains = [
+        (again[column] or 0) - (plain[column] or 0)
+        for table in (paper_table("replanning"), paper_table("replanning_prose"))
+        for plain, again in [[table.rows[name] for name in ("GPT-4o", "GPT-4o w/ replanning")]]
+        for column in table.columns
+        if column.metric in ("task_success", "execution_success")
+    ]
+    return all_of(
+        (sum(gain > 10.05 for gain in gains), len(gains)),
+        text=f"printed gains in success and execution: {', '.join(f'{gain:.1f}' for gain in gains)} points",
     )
 
 

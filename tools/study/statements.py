@@ -26,7 +26,10 @@ from typing import NamedTuple
 
 import measures_answers
 import measures_data
+import measures_errors
+import measures_examples
 import measures_operators
+import measures_questions
 import measures_rates
 from claim import Claim, Finding, Status, by_degree
 from evidence import NAMED, Evidence
@@ -49,7 +52,15 @@ from eai.results.data_set import table_of
 from eai.results.paper_tables import paper_table
 
 FILE = Path(__file__).parent / "statements.tsv"
-MODULES = (measures_rates, measures_answers, measures_operators, measures_data)
+MODULES = (
+    measures_rates,
+    measures_answers,
+    measures_errors,
+    measures_operators,
+    measures_data,
+    measures_questions,
+    measures_examples,
+)
 
 
 class Statement(NamedTuple):
@@ -206,6 +217,9 @@ PLANNED = (
     "mixtures",
     "mixture_of_three",
     "place_inside",
+    "overall_rates",
+    "spatial_operators",
+    "complexity_of_operators",
     "rest_non_spatial",
     "rest_orientation",
     "rest_behavior",

@@ -53,13 +53,13 @@ def error_at(text: str, offset: int, offence: Offence, expected: str) -> PddlErr
     return PddlError(offence, *place(text, offset), expected)
 
 
-def read_group(text: str) -> Group:
-    """Return the first expression of a text, which must be a parenthesised list.
+def read_group(text: str, offset: int = 0) -> Group:
+    """The first expression at or behind an offset, which must be a parenthesised list; the rest is not read.
 
     Raises:
-        PddlError: the text has no such list, or the list is unbalanced.
+        PddlError: there is none, or it is unbalanced.
     """
-    found = _read(text)
+    found = _read(text, offset)
     if not isinstance(found, Group):
         raise error_at(
             text, len(text) if found is None else found.offset, Offence.MALFORMED, "a parenthesised list"
@@ -67,10 +67,10 @@ def read_group(text: str) -> Group:
     return found
 
 
-def _read(text: str) -> SExpr | None:
-    """Return the first expression, or None at the end of the text."""
+def _read(text: str, offset: int) -> SExpr | None:
+    """The next expression, or None at the end of the text."""
     pending: list[tuple[int, list[SExpr]]] = []
-    for match in _WORD.finditer(text):
+    for match in _WORD.finditer(text, offset):
         word, place = match.group(), match.start()
         node: SExpr
         if word == "(":

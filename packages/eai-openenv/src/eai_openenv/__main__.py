@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 import uvicorn
 
-from eai.envs.rules import TRAINING, Feedback, Observe, Rules
+from eai.envs.game import RULES
+from eai.envs.rules import Feedback, Observe, Rules
 from eai.errors import EaiError
 from eai.scoring.reward import Shaping
 from eai_openenv.connections import PromptProtocol
@@ -27,12 +28,10 @@ def serve(
             "task file. A split without a name is called as its domain. Repeat it for several."
         ),
     ],
-    shaping: Annotated[
-        Shaping, typer.Option(help="What answers and episodes are paid for.")
-    ] = TRAINING.reward,
+    shaping: Annotated[Shaping, typer.Option(help="What answers and episodes are paid for.")] = RULES.reward,
     turns: Annotated[int, typer.Option(min=1, help=Rules.about("max_steps"))] = 50,
-    observe: Annotated[Observe, typer.Option(help=Rules.about("observe"))] = TRAINING.observe,
-    feedback: Annotated[Feedback, typer.Option(help=Rules.about("feedback"))] = TRAINING.feedback,
+    observe: Annotated[Observe, typer.Option(help=Rules.about("observe"))] = RULES.observe,
+    feedback: Annotated[Feedback, typer.Option(help=Rules.about("feedback"))] = RULES.feedback,
     host: Annotated[
         str,
         typer.Option(help="Where to listen. There is no password: other than this machine at your own risk."),

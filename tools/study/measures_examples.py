@@ -1,0 +1,350 @@
+"""Measures of the paper's examples from cleaning a refrigerator, and of words in its pictures."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+
+from claim import Finding, by_degree
+from evidence import AS, SD, B, Evidence, Suite, V
+from rates import all_of, if_so
+
+from eai.abilities.explanation import StepReport
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.task import GoalKind, Task
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
+from eai.logic import formula as f
+from eai.results.lines import StepLine
+
+FRIDGE = "cleaning_up_refrigerator"
+STATES = (
+    "nextto(rag.0, sink.82)",
+    "toggledon(sink.82)",
+    "soaked(rag.0)",
+    "not toggledon(sink.82)",
+    "open(fridge.97)",
+    "not stained(fridge.97)",
+)
+"""The states that the paper's plan for the fridge is to run through."""
+
+ACTIONS = (
+    "RIGHT_GRASP(rag_0)",
+    "RIGHT_PLACE_NEXTTO(sink_82)",
+    "TOGGLE_ON(sink_82)",
+    "SOAK(rag_0)",
+    "TOGGLE_OFF(sink_82)",
+    "OPEN(fridge_97)",
+    "CLEAN(fridge_97)",
+)
+"""The actions that the paper prints for these states."""
+
+CLOTH = ("soaked(rag.0)", "holds_rh(rag.0)", "not stained(fridge.97)")
+"""The subgoals of the paper's figure; a place for the agent is no state of subgoals."""
+
+CABINET = "open(bottom_cabinet_no_top.80)"
+"""The state that lets the rag be taken out in the released task."""
+
+NAMED = ("fridge_97", "tray_1", "bowl_1", "rag_0", "sink_82")
+"""The objects that the paper names for the instruction."""
+
+INVENTED = ((V, "kitchen.1"), (B, "countertop.84"))
+"""The objects that a picture of the paper calls hallucinated, by world."""
+
+_SOAK_NEEDS = ("holding", "next_to", "toggled_on")
+"""The predicates of the paper's precondition of SOAK."""
+
+
+def example_states(evidence: Evidence) -> Finding:
+    plain, opened = _steps(evidence, STATES), _steps(evidence, (CABINET, *STATES))
+    done = [step.action for step in plain if step.outcome == "executed"]
+    return if_so(
+        done == list(ACTIONS),
+        f"in the released {FRIDGE} they {_end_of(plain)}; with the cabinet opened first "
+        f"they {_end_of(opened)}",
+    )
+
+
+def example_subgoals(evidence: Evidence) -> Finding:
+    plain, opened = _steps(evidence, CLOTH), _steps(evidence, (CABINET, *CLOTH))
+    return if_so(
+        all(step.outcome == "executed" for step in plain),
+        f"in the released {FRIDGE} they {_end_of(plain)}; with the cabinet opened first "
+        f"they {_end_of(opened)}",
+    )
+
+
+def sink_switched_on(evidence: Evidence) -> Finding:
+    before, after = (_steps(evidence, (CABINET, *STATES[:number])) for number in (1, 2))
+    between = [step.action for step in after[len(before) :]]
+    return if_so(len(between) == 2, f"one state leads to the other by {', '.join(between)} alone")
+
+
+def objects_of_the_fridge(evidence: Evidence) -> Finding:
+    objects = _fridge(evidence).scene.index
+    known = [name for name in NAMED if name in objects]
+    lacking = ", ".join(name for name in NAMED if name not in objects)
+    bowls = ", ".join(sorted(name for name in objects if name.startswith("bowl")))
+    return all_of(
+        (len(known), len(NAMED)),
+        text=f"{len(known)} of {len(NAMED)} are in the released {FRIDGE}, {lacking or 'none'} is not; "
+        f"its bowls: {bowls}",
+    )
+
+
+def instruction_of_the_fridge(evidence: Evidence) -> Finding:
+    text = _fridge(evidence).instruction
+    words = [word for word in ("rag", "tray", "bowl", "refrigerator", "sink") if word in text]
+    return Finding(
+        by_degree(len(words) == 5 and "soap" not in text, len(words) == 5),
+        f"the released instruction names {', '.join(words)}"
+        + (", and soap, which the quotation lacks" if "soap" in text else ""),
+    )
+
+
+def conditions_of_the_fridge(evidence: Evidence) -> Finding:
+    goals = _fridge(evidence).goals
+    tasks = [task for task in find_benchmark(B).tasks(evidence.published).values() if len(task.goals) > 1]
+    return if_so(
+        len(goals) > 1, f"{FRIDGE} has {len(goals)} goals; {len(tasks)} BEHAVIOR tasks have more than one"
+    )
+
+
+def stains_of_the_fridge(evidence: Evidence) -> Finding:
+    clean = f.Not(f.Atom("stained", (f.Constant("fridge_97"),)))
+    tasks = [
+        task.title
+        for task in find_benchmark(B).tasks(evidence.published).values()
+        if any(goal.formula == clean and goal.kind is GoalKind.STATE for goal in task.goals)
+    ]
+    return if_so(FRIDGE in tasks, f"a goal of {', '.join(tasks) or 'no task'}")
+
+
+def needs_of_soak(evidence: Evidence) -> Finding:
+    library = next(iter(find_benchmark(B).operators(evidence.published).values())).domain
+    soak = library.operators["soak"]
+    right = [word for word in _SOAK_NEEDS if f"({word} " in soak.precondition]
+    return all_of(
+        (len(right), len(_SOAK_NEEDS)),
+        (int("soaked" in soak.effect), 1),
+        text=f"the data set's precondition is {soak.precondition}, its effect {soak.effect}",
+    )
+
+
+def invented_objects(evidence: Evidence) -> Finding:
+    counts = []
+    for domain, name in INVENTED:
+        records = [
+            record
+            for ability in (SD, AS)
+            for runs in evidence.suites[Suite(domain, ability)].values()
+            for record in runs
+        ]
+        counts.append(
+            sum(
+                record.verdict.error is not None
+                and f"there is no {kind}{name}" in record.verdict.error.detail
+                for record in records
+                for kind in ("", "object ")
+            )
+        )
+    return all_of(
+        *((int(bool(count)), 1) for count in counts),
+        text="; ".join(
+            f"{name} is reported as no object in {count} answers"
+            for (_, name), count in zip(INVENTED, counts, strict=True)
+        ),
+    )
+
+
+def doubled_characters(evidence: Evidence) -> Finding:
+    """Look for a doubled dot in a name and a doubled bracket, in answers that cannot be read."""
+    texts = [
+        record.response
+        for domain in (V, B)
+        for records in evidence.suites[Suite(domain, SD)].values()
+        for record in records
+        if record.verdict.error is not None and record.verdict.error.kind.value == "parsing"
+    ]
+    counts = {
+        "a name with two dots": sum(re.search(r"\w\.\.\w", text) is not None for text in texts),
+        "an uneven number of brackets": sum(text.count("(") != text.count(")") for text in texts),
+    }
+    return _each_occurs(counts, f"of {len(texts)} unreadable answers with subgoals")
+
+
+def full_hands(evidence: Evidence) -> Finding:
+    steps = _failed(evidence, V, "wrong_order")
+    counts = {
+        "a light": sum(
+            step.operator == "PLUGIN" and step.objects.startswith("light") and "hand" in step.reason
+            for step in steps
+        )
+    }
+    return _each_occurs(counts, "wrong orders of PLUGIN with full hands at")
+
+
+def soap_dropped(evidence: Evidence) -> Finding:
+    steps = [
+        step
+        for step in _failed(evidence, B, "wrong_order")
+        if step.operator == "CLEAN" and "cleaning" in step.reason
+    ]
+    return _each_occurs(
+        {"CLEAN": len(steps)}, "wrong orders of subgoals, with a tool that was held before, at"
+    )
+
+
+def closed_food(evidence: Evidence) -> Finding:
+    closed = "inside something that is closed"
+    freezers = sum(f"{closed}: freezer" in step.reason for step in _failed(evidence, V, "missing_step"))
+    onions = sum(
+        closed in step.reason and "onion" in step.objects for step in _failed(evidence, B, "missing_step")
+    )
+    return _each_occurs(
+        {"something in a closed freezer": freezers, "an onion in a closed container": onions}, "missing steps"
+    )
+
+
+def needless_plugs(evidence: Evidence) -> Finding:
+    counts = {
+        f"{operator}({name})": sum(
+            step.operator == operator and step.objects.startswith(name)
+            for step in _failed(evidence, domain, "additional_step")
+        )
+        for domain, operator, name in ((V, "PLUGIN", "washing_machine"), (B, "OPEN", "carton"))
+    }
+    return _each_occurs(counts, "additional steps of subgoals")
+
+
+def goals_of_pictures(evidence: Evidence) -> Finding:
+    cases = (
+        (V, "ON(light", ""),
+        (B, "open(window", ""),
+        (V, "ONTOP(clothes_pants", "washing_machine"),
+    )
+    counts = {
+        f"{start}{', ' if end else ''}{end})": sum(
+            start in text and end in text for text in _missed(evidence, domain)
+        )
+        for domain, start, end in cases
+    }
+    return _each_occurs(counts, "goals that executed answers with subgoals miss")
+
+
+def drink_left_out(evidence: Evidence) -> Finding:
+    return _each_occurs(
+        {"DRINK": sum("DRINK" in text for text in _missed(evidence, V))},
+        "action goals that executed answers with subgoals miss",
+    )
+
+
+def washing_of_plans(evidence: Evidence) -> Finding:
+    hands = sum(
+        step.operator in ("WASH", "RINSE", "SCRUB") and step.objects.startswith("hands")
+        for step in _failed(evidence, V, "missing_step", AS)
+    )
+    brushes = sum(
+        step.operator == "CLEAN" and "soaked" in step.reason
+        for step in _failed(evidence, B, "missing_step", AS)
+    )
+    return _each_occurs(
+        {"washing hands from afar": hands, "CLEAN without a soaked tool": brushes}, "missing steps of plans"
+    )
+
+
+def orders_of_plans(evidence: Evidence) -> Finding:
+    drinks = sum(step.operator == "DRINK" for step in _failed(evidence, V, "wrong_order", AS))
+    tomatoes = sum(
+        step.operator == "SLICE" and "tomato" in step.objects
+        for step in _failed(evidence, B, "wrong_order", AS)
+    )
+    return _each_occurs({"DRINK": drinks, "SLICE of a tomato": tomatoes}, "wrong orders of plans")
+
+
+def affordances_of_plans(evidence: Evidence) -> Finding:
+    mice = sum(
+        step.operator == "TYPE" and step.objects.startswith("mouse")
+        for step in _failed(evidence, V, "affordance", AS)
+    )
+    berries = sum("strawberry" in step.reason for step in _failed(evidence, B, "affordance", AS))
+    return _each_occurs(
+        {"TYPE on a mouse": mice, "a sliced strawberry": berries}, "affordance errors of plans"
+    )
+
+
+def additions_of_plans(evidence: Evidence) -> Finding:
+    cabinets = sum(
+        step.operator == "OPEN" and "cabinet" in step.objects
+        for step in _failed(evidence, B, "additional_step", AS)
+    )
+    stands = sum(step.operator == "STANDUP" for step in _failed(evidence, V, "additional_step", AS))
+    return _each_occurs({"OPEN of a cabinet": cabinets, "STANDUP": stands}, "additional steps of plans")
+
+
+def cooking(evidence: Evidence) -> Finding:
+    tasks = [
+        task
+        for task in find_benchmark(V).tasks(evidence.published).values()
+        if task.title == "Cook some food" and task.goals
+    ]
+    counts = {
+        what: sum(
+            any(
+                step.operator in verbs and word in task.scene.objects[index].name
+                for step in task.script
+                for index in step.arguments
+                for word in words
+            )
+            for task in tasks
+        )
+        for what, verbs, words in (
+            ("takes an ingredient", ("GRAB",), ("food", "pasta", "water")),
+            ("switches an appliance on", ("SWITCHON",), ("oven", "stove", "microwave")),
+            ("puts something on a table", ("PUTBACK",), ("table",)),
+        )
+    }
+    return _each_occurs(counts, f"of {len(tasks)} annotated plans “Cook some food”")
+
+
+def _each_occurs(counts: Mapping[str, int], what: str) -> Finding:
+    text = ", ".join(f"{name} {number}" for name, number in counts.items())
+    found = [bool(number) for number in counts.values()]
+    return Finding(by_degree(all(found), any(found)), f"{what}: {text}")
+
+
+def _failed(evidence: Evidence, domain: str, outcome: str, ability: str = SD) -> list[StepLine]:
+    """Return the steps of answers with an outcome."""
+    return [
+        step for step in evidence.of(evidence.tables.steps, Suite(domain, ability)) if step.outcome == outcome
+    ]
+
+
+def _missed(evidence: Evidence, domain: str) -> list[str]:
+    """Return the goals that executed answers with subgoals do not reach."""
+    suite = Suite(domain, SD)
+    executed = {(each.model, each.task) for each in evidence.answers(suite) if each.executable}
+    return [
+        goal.text
+        for goal in evidence.of(evidence.tables.goals, suite)
+        if not goal.satisfied and (goal.model, goal.task) in executed
+    ]
+
+
+def _fridge(evidence: Evidence) -> Task:
+    (task,) = (t for t in find_benchmark(B).tasks(evidence.published).values() if t.title == FRIDGE)
+    return task
+
+
+def _steps(evidence: Evidence, states: Sequence[str]) -> Sequence[StepReport]:
+    """Return the steps of an answer with these states as subgoals."""
+    suite = open_suite(B, Ability.SUBGOAL_DECOMPOSITION, Protocol("eai-1.0.5"), source=evidence.published)
+    return suite.assess(_fridge(evidence).id, json.dumps({"output": list(states)})).explain().steps
+
+
+def _end_of(steps: Sequence[StepReport]) -> str:
+    last = steps[-1]
+    if last.outcome == "executed":
+        return f"run as {len(steps)} actions"
+    return f"stop at action {len(steps)}, {last.action}: {last.reason}"

@@ -1,0 +1,194 @@
+"""Measures of statements about the questions that the models were asked, and about the models' names."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from statistics import fmean
+
+from claim import Finding, by_degree
+from evidence import NAMED, B, Evidence, Suite, V
+from measures_rates import OPEN_WEIGHT
+from rates import all_of, if_so
+
+from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
+from eai.prompts.prompt import Belief, Prompt
+from eai.results.model_cards import model_cards
+from eai.results.paper_tables import paper_models
+
+PLANNING = (Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
+PRINTED_TOKENS, PRINTED_QUERIES, PRINTED_RUNS = 192_280_000, 84_960, 180
+CHARACTERS_PER_TOKEN = 4
+"""The usual rule of thumb for English text."""
+
+_SELF = re.compile(r"\(same_obj [^)]*\)")
+"""The facts of BEHAVIOR's problems that an object is itself, which questions leave out."""
+
+_DATE = re.compile(r"(20\d\d)-?(\d\d)-?(\d\d)$")
+"""A date at the end of a model's id."""
+
+BEGINNING = 40
+"""Number of characters of an instruction that are looked for in a question."""
+
+
+def parts_of_questions(evidence: Evidence) -> Finding:
+    """Look for instructions, the first part, because published questions name the other parts."""
+    counts = {}
+    for domain, ability, questions in _questions(evidence):
+        tasks = find_benchmark(domain).tasks(evidence.published)
+        hits = sum(tasks[task].instruction[:BEGINNING] in text for task, text in questions.items())
+        counts[f"{NAMED[domain]}, {ability.value.replace('_', ' ')}"] = hits, len(questions)
+    text = ", ".join(f"{name} {hits} of {number}" for name, (hits, number) in counts.items())
+    return all_of(*counts.values(), text=f"questions with the beginning of the task's instruction: {text}")
+
+
+def gold_in_questions(evidence: Evidence) -> Finding:
+    """Compare goals of plans and subgoals by lines, and problems of operators by text without blanks."""
+    counts = {}
+    for domain, ability, questions in _questions(evidence):
+        benchmark = find_benchmark(domain)
+        name = f"{NAMED[domain]}, {ability.value.replace('_', ' ')}"
+        if ability in PLANNING:
+            tasks, section = benchmark.tasks(evidence.published), benchmark.goal_sections[ability]
+            hits = 0
+            for task, text in questions.items():
+                other = section.replace(text, Belief(tasks[task]))
+                lacking, own = _lines_lost(other, text), _lines_lost(text, other)
+                hits += not lacking if domain == V else own >= len(tasks[task].goals)
+            counts[name] = hits, len(questions)
+        elif ability is Ability.TRANSITION_MODELING:
+            operators = benchmark.operators(evidence.published)
+            hits = sum(
+                _squeezed(_SELF.sub("", operators[task].problem_text)) in _squeezed(text)
+                for task, text in questions.items()
+            )
+            counts[name] = hits, len(questions)
+    text = ", ".join(f"{name} {hits} of {number}" for name, (hits, number) in counts.items())
+    return all_of(*counts.values(), text=f"questions with the data set's own goals or problem: {text}")
+
+
+def equal_questions(evidence: Evidence) -> Finding:
+    """Compare the answers of each model to questions that are the same byte for byte."""
+    same, number = Counter[str](), 0
+    for domain, ability, questions in _questions(evidence):
+        groups: dict[str, list[str]] = {}
+        for task, text in questions.items():
+            groups.setdefault(text, []).append(task)
+        equal = [tasks for tasks in groups.values() if len(tasks) > 1]
+        number += len(equal)
+        for model, records in evidence.suites[Suite(domain, ability.value)].items():
+            answers = {record.task_id: record.response for record in records}
+            same[model] += sum(len({answers[task] for task in tasks}) == 1 for tasks in equal)
+    order = sorted(same, key=lambda model: (same[model], model))
+    text = ", ".join(f"{paper_models()[model]} {same[model]}" for model in order[:3])
+    return all_of(
+        (sum(hits == number for hits in same.values()), len(same)),
+        text=f"shipped questions fall into {number} groups of equal ones; all answers of "
+        "a group are equal in "
+        f"all groups for {sum(hits == number for hits in same.values())} of {len(same)} models, fewest for "
+        f"{text} groups; whether the shipped questions are those that were asked is not known",
+    )
+
+
+def number_of_tokens(evidence: Evidence) -> Finding:
+    asked = {
+        (domain, ability.value): questions for domain, ability, questions in _questions(evidence, system=True)
+    }
+    lengths = [
+        len(asked[suite.domain, suite.ability].get(record.task_id, "")) + len(record.response)
+        for suite, models in evidence.suites.items()
+        for records in models.values()
+        for record in records
+    ]
+    total, each = sum(lengths) / CHARACTERS_PER_TOKEN, fmean(lengths) / CHARACTERS_PER_TOKEN
+    printed = PRINTED_TOKENS / PRINTED_QUERIES
+    return Finding(
+        by_degree(abs(total / PRINTED_TOKENS - 1) < 0.25, abs(each / printed - 1) < 0.25),
+        f"{len(lengths):,} shipped questions with their answers have about {total / 1e6:.0f} million tokens "
+        f"at four characters each, {each:,.0f} a query; the printed figures give {printed:,.0f} a query",
+    )
+
+
+def queries_of_runs(evidence: Evidence) -> Finding:
+    tasks = max(len(questions) for _, _, questions in _questions(evidence))
+    share = PRINTED_QUERIES / PRINTED_RUNS
+    return if_so(
+        share <= tasks,
+        f"{share:.0f} queries a run by the printed figures; the largest suite has {tasks} tasks",
+    )
+
+
+def relevant_objects(evidence: Evidence) -> Finding:
+    """Take the objects that the data set's own plan changes, as the explanation of its steps has them."""
+    text, counts = [], []
+    for domain in (V, B):
+        benchmark, source = find_benchmark(domain), evidence.published
+        suite = open_suite(domain, Ability.ACTION_SEQUENCING, Protocol.STRICT, source=source)
+        book = open_answer_book(benchmark, Ability.ACTION_SEQUENCING, source)
+        changed = listed = 0
+        for task_id in suite.task_ids:
+            task = suite.tasks[task_id]
+            steps = suite.assess(task_id, book[task_id].text).explain().steps
+            words = {word for step in steps for fact in (*step.added, *step.removed) for word in _words(fact)}
+            names = [task.scene.objects[index].name for index in task.relevant]
+            changed += sum(name in words for name in names)
+            listed += len(names)
+        counts.append((changed, listed))
+        text.append(f"{NAMED[domain]} {changed:,} of {listed:,}")
+    return all_of(*counts, text=f"listed objects that the data set's plan changes: {', '.join(text)}")
+
+
+def ids_on_cards(evidence: Evidence) -> Finding:
+    cards = {row[0]: (str(row[2]), str(row[3])) for row in model_cards().rows}
+    others = [
+        f"{cards[paper_models()[file]][0]} ({file})"
+        for file in evidence.models
+        if cards[paper_models()[file]][0] != file.lower()
+    ]
+    dates = {name: match for name, (text, _) in cards.items() if (match := _DATE.search(text))}
+    right = sum("-".join(match.groups()) == cards[name][1] for name, match in dates.items())
+    return all_of(
+        (len(cards) - len(others), len(cards)),
+        (right, len(dates)),
+        text=f"{len(cards) - len(others)} of {len(cards)} ids are the names of the files of public answers "
+        f"(not {', '.join(others)}); {right} of {len(dates)} dates in ids are the release",
+    )
+
+
+def open_hosts(evidence: Evidence) -> Finding:
+    hosts = {str(row[0]): str(row[5]) for row in model_cards().rows if row[0] in OPEN_WEIGHT}
+    hits = sum(host == "TogetherAI" for host in hosts.values())
+    text = ", ".join(f"{name} {host}" for name, host in hosts.items())
+    return all_of((hits, len(hosts)), text=f"hosts of open models on the paper's cards: {text}")
+
+
+def _questions(
+    evidence: Evidence, *, system: bool = False
+) -> Iterator[tuple[str, Ability, Mapping[str, str]]]:
+    """Yield the data set's questions of each suite, by task."""
+    for domain in (V, B):
+        for ability in FOUR:
+            prompts = find_benchmark(domain).official_prompts(ability, evidence.published) or {}
+            texts = {task: _text_of(prompt, system) for task, prompt in prompts.items()}
+            yield domain, ability, texts
+
+
+def _text_of(prompt: Prompt, system: bool) -> str:
+    return f"{prompt.system or ''}{prompt.user}" if system else prompt.user
+
+
+def _lines_lost(text: str, other: str) -> int:
+    """Return the number of lines of a text that another text lacks."""
+    return sum((Counter(text.splitlines()) - Counter([*other.splitlines(), ""])).values())
+
+
+def _squeezed(text: str) -> str:
+    return re.sub(r"\s+", "", text)
+
+
+def _words(fact: str) -> Sequence[str]:
+    return re.findall(r"[\w.]+", fact)
