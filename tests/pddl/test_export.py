@@ -19,7 +19,7 @@ from eai.logic.formula import (
 )
 from eai.pddl.check import check_domain, check_problem
 from eai.pddl.execute import Executor, PlanStep
-from eai.pddl.export import Exported, export
+from eai.pddl.export import Exported, ProblemSource, export, export_problems
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
 from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
@@ -272,7 +272,9 @@ def test_invisible_predicates_can_be_left_out() -> None:
         (Add(MEMORY(X)), When(MEMORY(X), (Add(RED(X)),)), Add(BIG(X))),
     )
     toy = domain(use)
-    exported = export(toy, SCENE.state([("memory", (1,))]), (), invisible=False)
+    exported = export_problems(
+        toy, [ProblemSource("task", SCENE.state([("memory", (1,))]), ())], invisible=False
+    )[0]
     text = write_domain(exported.domain) + write_problem(exported.problem)
     assert "memory" not in text
     assert "recalled" not in text
@@ -282,7 +284,7 @@ def test_invisible_predicates_can_be_left_out() -> None:
 def test_an_effect_that_depends_on_an_invisible_predicate_does_not_happen() -> None:
     effects = (ForEach(Y, MEMORY(Y), (Add(RED(Y)),)), When(MEMORY(X), (Add(BIG(X)),), (Delete(LIT()),)))
     toy = Domain("toy", VOCABULARY, (Operator("recall", (X,), (), effects, "recall the object"),))
-    exported = export(toy, SCENE.state([]), (), invisible=False)
+    exported = export_problems(toy, [ProblemSource("task", SCENE.state([]), ())], invisible=False)[0]
     (action,) = exported.domain.actions
     assert write_effect(action.effect) == "(not (lit))"
 

@@ -42,9 +42,9 @@ def planner() -> FastDownward:
     return installed(cpu_seconds=30)
 
 
-def installed(cpu_seconds: int = 100, memory_mib: int = 4096) -> FastDownward:
+def installed(cpu_seconds: int = 100) -> FastDownward:
     try:
-        return FastDownward.installed(cpu_seconds, memory_mib)
+        return FastDownward.installed(cpu_seconds)
     except DataError as error:
         pytest.skip(str(error))
 
@@ -114,7 +114,7 @@ def test_the_limit_of_time_is_an_outcome(scratch: Path) -> None:
 
 
 def test_the_limit_of_memory_is_an_outcome() -> None:
-    result = installed(cpu_seconds=30, memory_mib=60).solve(counter(COUNTER))
+    result = replace(installed(cpu_seconds=30), memory_mib=60).solve(counter(COUNTER))
     assert result.outcome is PlannerOutcome.MEMORY
 
 

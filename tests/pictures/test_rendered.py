@@ -25,7 +25,7 @@ def test_scenes_that_cannot_be_built_have_no_pictures() -> None:
     with pytest.raises(InputError, match="fridge_2 finds no place in basket_4"):
         photographed({"full": FULL})
     try:
-        found = photographed({"full": FULL, "kitchen": task_of(kitchen())}, ("near",))
+        found = photographed({"full": FULL, "kitchen": task_of(kitchen())})
     except EaiError as error:
         pytest.skip(str(error))
-    assert [(task_id, len(images)) for task_id, images in found.items()] == [("kitchen", 1)]
+    assert [(task_id, len(images)) for task_id, images in found.items()] == [("kitchen", 2)]

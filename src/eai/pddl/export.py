@@ -156,17 +156,14 @@ def export(
     initial: State,
     goals: Sequence[f.Formula],
     *,
-    name: str = "task",
     objects: int | None = None,
-    invisible: bool = True,
 ) -> Exported:
     """A domain with one problem: as `export_problems`, by the attributes of a `ProblemSource`.
 
     Raises:
         DomainError: a goal is not about one state, or uses what is not declared.
     """
-    source = ProblemSource(name, initial, tuple(goals), objects)
-    return export_problems(domain, (source,), invisible=invisible)[0]
+    return export_problems(domain, (ProblemSource("task", initial, tuple(goals), objects),))[0]
 
 
 def export_problems(

@@ -31,6 +31,9 @@ from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, checked_plan
 from eai.pddl.writer import write_domain, write_problem
 
+_MEMORY_MIB = 4096
+"""Memory that one planner may use."""
+
 _PAUSE = 0.05
 """Seconds until a seat is looked for again; a call of a planner takes longer."""
 
@@ -116,7 +119,7 @@ class FastDownward:
     remark: str = ""
 
     @classmethod
-    def installed(cls, cpu_seconds: int = 100, memory_mib: int = 4096) -> FastDownward:
+    def installed(cls, cpu_seconds: int = 100) -> FastDownward:
         """The planner of the current environment.
 
         Raises:
@@ -125,7 +128,7 @@ class FastDownward:
         binaries = _installed_binaries()
         if binaries is None:
             raise DataError(_MISSING)
-        return cls(binaries, importlib.metadata.version(_DISTRIBUTION), cpu_seconds, memory_mib)
+        return cls(binaries, importlib.metadata.version(_DISTRIBUTION), cpu_seconds, _MEMORY_MIB)
 
     @staticmethod
     def is_installed() -> bool:

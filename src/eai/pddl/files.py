@@ -345,10 +345,5 @@ def refuse(text: str, definition: Group, findings: Sequence[PddlFinding], vocabu
 
 def line_of(text: str, word: str) -> int:
     """The line on which a word stands first, or 1."""
-    return text.count("\n", 0, _offset(text, word, 0)) + 1
-
-
-def _offset(text: str, word: str, start: int) -> int:
-    """Where a word stands first from a place on, else that place."""
-    found = re.compile(rf"(?<![^\s()]){re.escape(word)}(?![^\s()])", re.IGNORECASE).search(text, start)
-    return start if found is None else found.start()
+    found = re.search(rf"(?<![^\s()]){re.escape(word)}(?![^\s()])", text, re.IGNORECASE)
+    return 1 if found is None else text.count("\n", 0, found.start()) + 1

@@ -53,13 +53,13 @@ def error_at(text: str, offset: int, offence: Offence, expected: str) -> PddlErr
     return PddlError(offence, *place(text, offset), expected)
 
 
-def read_group(text: str, offset: int = 0) -> Group:
-    """The first expression at or behind an offset, which must be a parenthesised list; the rest is not read.
+def read_group(text: str) -> Group:
+    """Return the first expression, which must be a parenthesised list; the rest is not read.
 
     Raises:
         PddlError: there is none, or it is unbalanced.
     """
-    found = _read(text, offset)
+    found = _read(text)
     if not isinstance(found, Group):
         raise error_at(
             text, len(text) if found is None else found.offset, Offence.MALFORMED, "a parenthesised list"
@@ -67,10 +67,10 @@ def read_group(text: str, offset: int = 0) -> Group:
     return found
 
 
-def _read(text: str, offset: int) -> SExpr | None:
-    """The next expression, or None at the end of the text."""
+def _read(text: str) -> SExpr | None:
+    """Return the first expression, or None at the end of the text."""
     pending: list[tuple[int, list[SExpr]]] = []
-    for match in _WORD.finditer(text, offset):
+    for match in _WORD.finditer(text):
         word, place = match.group(), match.start()
         node: SExpr
         if word == "(":

@@ -39,9 +39,7 @@ def photographs_of(
         return tuple([Image(PNG, each) for each in photographs(task, views, numbered=numbered, state=state)])
 
 
-def photographed(
-    tasks: Mapping[str, Task], views: Sequence[View] = VIEWS[:2], *, numbered: bool = False
-) -> dict[str, tuple[Image, ...]]:
+def photographed(tasks: Mapping[str, Task], *, numbered: bool = False) -> dict[str, tuple[Image, ...]]:
     """Pictures of the initial state of each task whose scene can be built (`photographs_of`).
 
     Raises:
@@ -52,7 +50,7 @@ def photographed(
     refused: list[InputError] = []
     for task_id, task in tasks.items():
         try:
-            found[task_id] = photographs_of(task, views, numbered=numbered)
+            found[task_id] = photographs_of(task, VIEWS[:2], numbered=numbered)
         except InputError as error:
             refused.append(error)
     if refused and not found:
