@@ -22,7 +22,8 @@ from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
-from eai.report.rankings import Cell, Row
+from eai.report.rankings import RankedModel, Score
+from eai.results.rate import Rate
 from eai.results.record import Origin, Record
 from eai.world.fault import FaultKind
 from record_files import write_records
@@ -196,6 +197,14 @@ def all_runs() -> list[list[Record]]:
     return [*plans, goal_run(), subgoal_run(), operator_run()]
 
 
-def cell_at(row: Row, place: int) -> Cell:
+def cell_at(row: RankedModel, place: int) -> Score:
     """The number of a row in the column at a place."""
     return [*row.cells.values()][place]
+
+
+def rate_at(row: RankedModel, place: int) -> Rate:
+    """The rate of a row in the column at a place."""
+    score = cell_at(row, place)
+    assert score.numerator is not None
+    assert score.denominator is not None
+    return Rate(score.numerator, score.denominator)

@@ -18,7 +18,7 @@ from eai.results.rate import Rate
 from eai.results.record import NOT_ANSWERED, Record
 from eai.scoring.runs import Run, RunKey
 from eai.world.fault import FaultKind
-from report.samples import cell_at
+from report.samples import cell_at, rate_at
 from results.verdicts import SUCCEEDED, failed, record, whole
 
 BAD = failed(FaultKind.AFFORDANCE)
@@ -60,7 +60,7 @@ def test_rows_are_ranked_equals_share_and_the_best_is_marked() -> None:
     assert found is not None
     assert [(row.rank, row.model) for row in found.rows] == [(1, "a"), (1, "c"), (3, "b"), (4, "d")]
     assert [cell_at(row, 0).best for row in found.rows] == [True, True, False, False]
-    assert cell_at(found.rows[0], 0).rate == Rate(7, 10)
+    assert rate_at(found.rows[0], 0) == Rate(7, 10)
     affordance = [column.metric for column in found.columns].index("affordance")
     assert not any(cell_at(row, affordance).best for row in found.rows)  # fewer errors are no contest
 
@@ -86,7 +86,7 @@ def test_granularity_is_the_last_column_of_subgoals() -> None:
     found = table("subgoal_decomposition_trajectory", [run_of([verdict], Ability.SUBGOAL_DECOMPOSITION, "a")])
     assert found is not None
     column, cell = [*found.columns][-1], cell_at(found.rows[0], -1)
-    assert (column.group, column.label, cell.percent) == ("Added by search", "Granularity", 25)
+    assert (column.group, column.label, cell.value) == ("Added by search", "Granularity", 25)
     assert "granularity" not in [each.metric for each in SPECS["action_sequencing_trajectory"].columns]
 
 
@@ -97,8 +97,8 @@ def test_paper_stands_beside_with_notes_on_its_cells() -> None:
     assert found.rows[0].model == "a"
     opus = next(row for row in found.rows if row.model == "Claude-3 Opus")
     assert opus.source == "paper"
-    assert cell_at(opus, 0).percent == 64.6
-    (note,) = cell_at(opus, 0).notes
+    assert cell_at(opus, 0).value == 64.6
+    (note,) = cell_at(opus, 0).texts
     assert "64.9" in note
     used = {n for notes in (*found.columns.values(), *(row.all_notes for row in found.rows)) for n in notes}
     assert used == set(found.notes)
@@ -114,7 +114,7 @@ def test_the_paper_s_figures_never_stand_beside_runs_under_another_protocol() ->
     assert (gpt_4o.rank, str(gpt_4o.coverage)) == (7, "342/342")
     assert (ours.rank, str(ours.coverage)) == (14, "10/10")
     known = published_scores("strict").suites["virtualhome/action_sequencing"].rates("GPT-4o")["task_success"]
-    assert cell_at(gpt_4o, 0).rate == known
+    assert rate_at(gpt_4o, 0) == known
     told = " ".join(gpt_4o.notes)
     assert f"{len(found.rows) - 1} of the paper's 18 models" in told
     assert "Scored against other data than the runs: Action sequencing." in told
@@ -177,10 +177,11 @@ def test_average_is_the_paper_s_mean_with_an_interval() -> None:
     found = table("overview", [goals, subgoals, plans(5, "a"), operators])
     assert found is not None
     average = cell_at(found.rows[0], -1)
-    assert average.percent is not None
-    assert round(average.percent, 6) == round((200 / 3 + 50 + 100 + (50 + 100) / 2) / 4, 6)
-    assert average.interval is not None
-    assert average.interval.low < average.percent < average.interval.high
+    assert average.value is not None
+    assert round(average.value, 6) == round((200 / 3 + 50 + 100 + (50 + 100) / 2) / 4, 6)
+    assert average.low is not None
+    assert average.high is not None
+    assert average.low < average.value < average.high
 
 
 def test_no_average_where_an_ability_is_missing() -> None:
@@ -213,7 +214,7 @@ def test_plans_that_work_rank_where_they_are_known(known: bool, first: str) -> N
     assert found is not None
     assert [row.rank for row in found.rows] == [1, 2]
     assert found.rows[0].model == first
-    rates = {row.model: [cell.rate for cell in row.cells.values()] for row in found.rows}
+    rates = {row.model: [rate_at(row, place) for place in range(len(row.cells))] for row in found.rows}
     assert rates["honest"] == [Rate(6, 10), *([Rate(5, 10)] if known else [])]
     assert rates["asserting"] == [Rate(10, 10), *([Rate(0, 10)] if known else [])]
 
@@ -260,8 +261,8 @@ def test_null_models_stand_below_every_table_and_compete_with_nobody(
     assert not any(row.rank or cell.best for row in floor for cell in row.cells.values())
     rates = null_scores(protocol.value).suites["virtualhome/action_sequencing"].rates("eai/lookup")
     lookup = floor[list(NULL_MODELS).index("eai/lookup")]
-    assert cell_at(lookup, 0).rate == rates["task_success"]
-    assert (cell_at(lookup, 0).percent or 0) > 30  # better than both runs, and first nowhere
+    assert rate_at(lookup, 0) == rates["task_success"]
+    assert (cell_at(lookup, 0).value or 0) > 30  # better than both runs, and first nowhere
     assert found.rows[0].rank == 1
     told = floor[0].notes[0]
     assert "what is earned without deciding anything" in told

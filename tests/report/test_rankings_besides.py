@@ -40,11 +40,11 @@ def test_every_figure_of_the_paper_is_there_in_its_order(name: str) -> None:
     paper = paper_table(name)
     tables = [table for (found, _), table in besides().items() if found == f"paper_{name}"]
     figures = {
-        (row.model, place_of_column(column, table.domain)): cell.percent
+        (row.model, place_of_column(column, table.domain)): cell.value
         for table in tables
         for row in table.rows
         for column, cell in row.cells.items()
-        if cell.percent is not None
+        if cell.value is not None
     }
     printed = {
         (model, column): paper.figure(model, column)
@@ -68,9 +68,8 @@ def test_a_run_stands_only_where_it_measures_the_same() -> None:
     run = found["paper_replanning", "virtualhome"].rows[0]
     assert run.model == "first"
     cell = cell_at(run, 0)
-    assert cell.interval is not None
-    assert cell.rate is not None
-    assert cell.rate.denominator == 11
+    assert cell.low is not None
+    assert cell.denominator == 11
     assert "no run can be set beside" in " ".join(found["paper_human", "virtualhome"].notes)
 
 
@@ -94,13 +93,13 @@ def test_a_behavior_run_stands_beside_the_modular_rows() -> None:
 def test_figures_that_the_paper_contradicts_itself_on_have_a_note() -> None:
     table = besides()["paper_replanning", "virtualhome"]
     alone = table.rows[0]
-    assert (alone.model, cell_at(alone, 0).percent) == ("GPT-4o", 65.2)
-    assert any("prints 71.5" in note for note in cell_at(alone, 0).notes)
+    assert (alone.model, cell_at(alone, 0).value) == ("GPT-4o", 65.2)
+    assert any("prints 71.5" in note for note in cell_at(alone, 0).texts)
 
 
 def test_every_note_is_marked_somewhere() -> None:
     for table in besides(summary(action_run()), summary(action_run(), Protocol.STRICT)).values():
-        used = {n for row in table.rows for cell in row.cells.values() for n in cell.notes}
+        used = {n for row in table.rows for cell in row.cells.values() for n in cell.texts}
         used |= {n for notes in table.columns.values() for n in notes}
         assert used == set(table.notes)
 

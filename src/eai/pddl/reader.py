@@ -54,10 +54,10 @@ def error_at(text: str, offset: int, offence: Offence, expected: str) -> PddlErr
 
 
 def read_group(text: str) -> Group:
-    """Return the first expression, which must be a parenthesised list; the rest is not read.
+    """Return the first expression of a text, which must be a parenthesised list.
 
     Raises:
-        PddlError: there is none, or it is unbalanced.
+        PddlError: the text has no such list, or the list is unbalanced.
     """
     found = _read(text)
     if not isinstance(found, Group):

@@ -30,13 +30,12 @@ from eai.data.files import MAX_UNPACKED, files_below, read_toml
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.generator.sets import MANIFEST, file_of_set, set_of, unproven
-from eai.report.rankings import Ranking, Row, rankings
+from eai.report.rankings import RankedModel, Ranking, Score, rankings
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.answer_files import ZIP, suite_files, unpacked
 from eai.results.page import build_page
 from eai.results.paper_tables import is_null_model
 from eai.results.responses import ENDINGS, PARQUET, ResponseFile, read_responses
-from eai.results.table import Estimate
 from eai.scoring.batch import score_run, without_row
 from eai.scoring.options import ScoringOptions
 from eai.scoring.runs import Run, RunKey
@@ -282,11 +281,11 @@ def _table(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
 
 
 def _row(
-    row: Row, columns: Sequence[MetricColumn], table: Ranking, submissions: Mapping[str, _Submission]
+    row: RankedModel, columns: Sequence[MetricColumn], table: Ranking, submissions: Mapping[str, _Submission]
 ) -> str:
     submission = submissions[row.model] if row.source == "run" else None
     rank = _NO_NUMBER if row.rank is None else str(row.rank)
-    numbers = [_number(row.cells[column].shown(table)) for column in columns]
+    numbers = [_number(row.cells[column], table) for column in columns]
     answered = _NO_NUMBER if row.coverage is None else str(row.coverage)
     protocol, marks = table.protocol.value, _marks(table.numbers(row.notes))
     if submission is None:
@@ -301,13 +300,13 @@ def _tr(cells: Iterable[str], attributes: str = "") -> str:
     return f"<tr{attributes}>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
-def _number(value: Estimate) -> str:
+def _number(value: Score, table: Ranking) -> str:
     if value.value is None:
         return _NO_NUMBER
     shown = f"<b>{value.value:.1f}</b>" if value.best else f"{value.value:.1f}"
     if value.low is not None and value.high is not None:
         shown += f" <small>[{value.low:.1f}, {value.high:.1f}]</small>"
-    return shown + _marks(value.notes)
+    return shown + _marks(table.numbers(value.texts))
 
 
 def _marks(notes: Iterable[int]) -> str:

@@ -10,7 +10,7 @@ from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.registry import title_of
 from eai.data.grouping import grouped
-from eai.report.rankings import Ranking, Row
+from eai.report.rankings import RankedModel, Ranking
 from eai.report.table_specs import ability_title
 from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped, sheet
 
@@ -40,7 +40,7 @@ _PANELS: Sequence[tuple[str, Sequence[str], Sequence[str]]] = (
 )
 """The title of each panel, the names of the tables it is from, and the groups of columns; all if none."""
 
-_Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, Row]]]
+_Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, RankedModel]]]
 """A heading and what is measured -> the tables that have it, with the row of the model."""
 
 _PAPERS = ("paper", "published")
@@ -88,7 +88,9 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
     return figure
 
 
-def _lines(shown: Sequence[tuple[Ranking, Row]], names: Sequence[str], groups: Sequence[str]) -> _Lines:
+def _lines(
+    shown: Sequence[tuple[Ranking, RankedModel]], names: Sequence[str], groups: Sequence[str]
+) -> _Lines:
     """The columns of the tables of some names as lines, below the abilities that they are of."""
     return grouped(
         ((ability_title(column.ability) if column.ability else column.group, column), (table, row))
@@ -138,20 +140,20 @@ def _draw_panel(axes: Axes, lines: _Lines, domains: Sequence[str]) -> None:
 
 
 def _draw_mark(
-    axes: Axes, line: int, mark: tuple[Ranking, Row, MetricColumn], domains: Sequence[str]
+    axes: Axes, line: int, mark: tuple[Ranking, RankedModel, MetricColumn], domains: Sequence[str]
 ) -> None:
     table, row, column = mark
     cell, number = row.cells[column], domains.index(table.domain)
-    if cell.percent is None:
+    if cell.value is None:
         return
     at, color = line + _APART * (number - (len(domains) - 1) / 2), _color(number)
-    others = (each.cells[column].percent for each in table.rows if each.source in _PAPERS)
+    others = (each.cells[column].value for each in table.rows if each.source in _PAPERS)
     for other in (percent for percent in others if percent is not None):
         axes.plot(other, at, "|", color=MUTED, markersize=4, markeredgewidth=0.7, alpha=0.7)
-    if cell.interval is not None:
-        axes.hlines(at, *cell.interval, color=color, linewidth=1.2)
-    axes.plot(cell.percent, at, _mark(number), color=color, markersize=4, zorder=3, clip_on=False)
-    beside, text = axes.get_yaxis_transform(), f"{cell.percent:.1f}"
+    if cell.low is not None and cell.high is not None:
+        axes.hlines(at, cell.low, cell.high, color=color, linewidth=1.2)
+    axes.plot(cell.value, at, _mark(number), color=color, markersize=4, zorder=3, clip_on=False)
+    beside, text = axes.get_yaxis_transform(), f"{cell.value:.1f}"
     axes.text(1.01 + 0.055 * number, line, text, transform=beside, fontsize=7, va="center", color=color)
 
 

@@ -32,48 +32,31 @@ from eai.report.table_specs import (
     tables_of,
 )
 from eai.results import paper_tables
-from eai.results.certainty import Cases, Certainty, Interval, certainty_of_mean
+from eai.results.certainty import Cases, Certainty, certainty_of_mean
 from eai.results.coverage import Coverage, together
 from eai.results.paper_tables import PaperColumn, PaperTable, PublishedSuite
 from eai.results.rate import Rate
 from eai.results.summary import AVERAGE, Place, average_performance, average_weights
-from eai.results.table import NO_NUMBER, Column, Estimate, Label, Table
-from eai.results.table import Cell as TableCell
+from eai.results.table import NO_NUMBER, Cell, Column, Estimate, Label, Table
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
-    """One number.
+class Score(Estimate):
+    """A number of a model in a ranking.
 
     Attributes:
-        percent: the number, None where there is none.
-        rate: what it is a share of; None for averages and for the paper's figures.
-        certainty: how sure it is; None for the paper's figures.
-        best: whether no other row of the column is better.
-        notes: footnotes.
-        coverage: how much of its suites is answered; None for the paper's figures, which do not say.
+        certainty: the interval and its effective size; None for the paper's figures.
+        texts: footnotes, which a ranking numbers.
+        coverage: number of answered tasks of the suites; None for the paper's figures.
     """
 
-    percent: float | None
-    rate: Rate | None = None
     certainty: Certainty | None = None
-    best: bool = False
-    notes: tuple[str, ...] = ()
+    texts: tuple[str, ...] = ()
     coverage: Coverage | None = None
 
     @property
-    def interval(self) -> Interval | None:
-        """Its 95 % interval; None for the paper's figures."""
-        return None if self.certainty is None else self.certainty.interval
-
-    def shown(self, ranking: Ranking) -> Estimate:
-        """The number as readers of a ranking see it."""
-        low, high = (None, None) if self.interval is None else self.interval
-        return Estimate(self.percent, low, high, best=self.best, notes=ranking.numbers(self.notes))
-
-    @property
     def ranked(self) -> bool:
-        """Whether it may be compared with those of other rows."""
+        """Whether the number may be compared with those of other rows."""
         return self.coverage is None or self.coverage.ranked
 
 
@@ -88,22 +71,22 @@ RowSource: TypeAlias = Literal["run", "paper", "published", "floor"]
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
-    """One model.
+class RankedModel:
+    """A row of a ranking: the scores of one model.
 
     Attributes:
-        cells: its number in each column of the table.
-        coverage: how much of its suites is answered; None of the paper's rows, which do not say.
-        harness: what the model acts in.
-        effort: how much it is to reason.
-        notes: footnotes on the whole of it.
-        rank: by the table's primary column and shared by equals; None if there is no number there, or if the
-            row is not ranked for what it does not answer.
+        cells: column -> score.
+        coverage: number of answered tasks of the suites; None for the paper's figures.
+        harness: name of the harness in which the model acts.
+        effort: the model's reasoning effort.
+        notes: footnotes on the row.
+        rank: rank by the ranking's primary column, shared by equals; None without a score in it, or if too
+            few tasks are answered.
     """
 
     model: str
     source: RowSource
-    cells: Mapping[MetricColumn, Cell]
+    cells: Mapping[MetricColumn, Score]
     coverage: Coverage | None = None
     notes: tuple[str, ...] = ()
     rank: int | None = None
@@ -118,24 +101,24 @@ class Row:
     @property
     def all_notes(self) -> list[str]:
         """The footnotes on the whole of it, and those on its numbers."""
-        return [*self.notes, *(note for cell in self.cells.values() for note in cell.notes)]
+        return [*self.notes, *(note for cell in self.cells.values() for note in cell.texts)]
 
-    def shown(self, ranking: Ranking) -> tuple[TableCell, ...]:
+    def shown(self, ranking: Ranking) -> tuple[Cell, ...]:
         """The cells that readers see, one for each of `_BESIDE`, and its numbers."""
         origin = "" if self.source == "run" else self.source
         answered = NO_NUMBER if self.coverage is None else str(self.coverage)
-        numbers = [cell.shown(ranking) for cell in self.cells.values()]
+        numbers = [replace(cell, notes=ranking.numbers(cell.texts)) for cell in self.cells.values()]
         model = Label(self.model, origin=origin, notes=ranking.numbers(self.notes))
         return (self.rank, model, self.harness, self.effort, answered, *numbers)
 
 
-Cells = Mapping[tuple["Ability | None", str], Cell]
+Cells = Mapping[tuple["Ability | None", str], Score]
 """The numbers of one model in one domain: (ability, metric) -> number."""
 
 
-def cell_of(cells: Cells, column: MetricColumn) -> Cell:
+def cell_of(cells: Cells, column: MetricColumn) -> Score:
     """The number of a column, or the cell without one."""
-    return cells.get((column.ability, column.metric), Cell(None))
+    return cells.get((column.ability, column.metric), Score(None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +137,7 @@ class Ranking:
     protocol: Protocol
     domain: str
     columns: Mapping[MetricColumn, tuple[str, ...]]
-    rows: tuple[Row, ...]
+    rows: tuple[RankedModel, ...]
     notes: tuple[str, ...]
     by: MetricColumn | None = None
 
@@ -223,7 +206,7 @@ def ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> M
     return next((column for name in primary for column in columns if column.metric == name), columns[0])
 
 
-def ranked(by: MetricColumn, rows: Sequence[Row]) -> list[Row]:
+def ranked(by: MetricColumn, rows: Sequence[RankedModel]) -> list[RankedModel]:
     """The rows by rank, by one of their columns, with the best of each column marked."""
     ranks = ranks_of([_printed(row.cells[by]) if row.competes else None for row in rows])
     marked, order = zip(with_best_marked(rows), ranks, strict=True), get_args(RowSource)
@@ -239,7 +222,7 @@ def ranks_of(values: Sequence[float | None]) -> list[int | None]:
     return [None if value is None else 1 + sum(other > value for other in known) for value in values]
 
 
-def with_best_marked(rows: Sequence[Row]) -> list[Row]:
+def with_best_marked(rows: Sequence[RankedModel]) -> list[RankedModel]:
     """The rows with the best of each column marked if there is something to compare."""
     best: dict[MetricColumn, float] = {}
     for column in dict.fromkeys(column for row in rows for column in row.cells if column.more_is_better):
@@ -253,16 +236,16 @@ def with_best_marked(rows: Sequence[Row]) -> list[Row]:
     ]
 
 
-def _marked(row: Row, cell: Cell, best: float | None) -> Cell:
+def _marked(row: RankedModel, cell: Score, best: float | None) -> Score:
     return replace(cell, best=best is not None and _compared(row, cell) == best)
 
 
-def _compared(row: Row, cell: Cell) -> float | None:
+def _compared(row: RankedModel, cell: Score) -> float | None:
     return _printed(cell) if cell.ranked and row.source != "floor" else None
 
 
-def _printed(cell: Cell) -> float | None:
-    return None if cell.percent is None else round(cell.percent, 1)
+def _printed(cell: Score) -> float | None:
+    return None if cell.value is None else round(cell.value, 1)
 
 
 _FLOOR = (
@@ -278,7 +261,7 @@ def run_rows(
     known: Mapping[str, Cells],
     *,
     with_paper: bool = False,
-) -> Iterator[Row]:
+) -> Iterator[RankedModel]:
     """A row for each model that has any of the columns' numbers, with footnotes on what it leaves open.
 
     Args:
@@ -291,7 +274,7 @@ def run_rows(
     planners = {name for run in runs for name in run.planners}
     for name, cells in known.items():
         found = {column: cell_of(cells, column) for column in columns}
-        if any(cell.percent is not None for cell in found.values()):
+        if any(cell.value is not None for cell in found.values()):
             shown = [run for run in runs if run.key.name == name and run.key.ability in abilities]
             remarks = [
                 f"{ability_title(run.key.ability)}: {run.coverage.remark}"
@@ -303,7 +286,7 @@ def run_rows(
                 remarks += [f"Planner that judged operators: {names}." for names in judged]
             model, experiment = shown[0].key.model, shown[0].key.experiment or Experiment()
             source: RowSource = "floor" if paper_tables.is_null_model(model) else "run"
-            yield Row(
+            yield RankedModel(
                 model,
                 source,
                 found,
@@ -318,47 +301,54 @@ def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
     """All numbers of the runs of one protocol and domain by their names, with the average over abilities."""
     found: dict[str, Cells] = {}
     for name, items in grouped((item.key.name, item) for item in runs).items():
-        cells: dict[tuple[Ability | None, str], Cell] = {
-            (item.key.ability, metric): Cell(
-                rate.percent, rate, item.certainties[metric], coverage=item.coverage
-            )
+        cells: dict[tuple[Ability | None, str], Score] = {
+            (item.key.ability, metric): _score(rate.percent, item.certainties[metric], item.coverage, rate)
             for item in items
             for metric, rate in item.rates.items()
         }
         cases = {(item.key.ability, metric): of for item in items for metric, of in item.cases.items()}
-        average = _average(cells, cases)
-        cells[None, AVERAGE] = replace(average, coverage=together(item.coverage for item in items))
+        cells[None, AVERAGE] = _average(cells, cases, together(item.coverage for item in items))
         found[name] = cells
     return found
 
 
-def _average(cells: Cells, cases: Mapping[Place, Cases]) -> Cell:
+def _average(cells: Cells, cases: Mapping[Place, Cases], coverage: Coverage | None) -> Score:
     percents = _percents(cells)
     percent = average_performance(percents)
     if percent is None:
-        return Cell(None)
+        return Score(None, coverage=coverage)
     parts = [(weight, cases[place]) for place, weight in average_weights(percents).items()]
-    return Cell(percent, certainty=certainty_of_mean(parts))
+    return _score(percent, certainty_of_mean(parts), coverage)
+
+
+def _score(
+    percent: float | None, certainty: Certainty | None, coverage: Coverage | None, rate: Rate | None = None
+) -> Score:
+    low, high = (None, None) if certainty is None else certainty.interval
+    numerator, denominator = (None, None) if rate is None else (rate.numerator, rate.denominator)
+    return Score(percent, low, high, numerator, denominator, certainty=certainty, coverage=coverage)
 
 
 def _percents(cells: Cells) -> dict[Place, float | None]:
-    return {(ability, metric): cell.percent for (ability, metric), cell in cells.items() if ability}
+    return {(ability, metric): cell.value for (ability, metric), cell in cells.items() if ability}
 
 
-def paper_rows(places: Mapping[MetricColumn, PaperColumn], papers: Sequence[PaperTable]) -> Iterator[Row]:
+def paper_rows(
+    places: Mapping[MetricColumn, PaperColumn], papers: Sequence[PaperTable]
+) -> Iterator[RankedModel]:
     """The paper's models; of two tables with a figure for a place of a column the first is taken."""
     for model in dict.fromkeys(model for paper in papers for model in paper.rows):
         cells = {column: _paper_cell(model, place, papers) for column, place in places.items()}
-        if any(cell.percent is not None for cell in cells.values()):
-            yield Row(model, "paper", cells)
+        if any(cell.value is not None for cell in cells.values()):
+            yield RankedModel(model, "paper", cells)
 
 
-def _paper_cell(model: str, column: PaperColumn, papers: Sequence[PaperTable]) -> Cell:
+def _paper_cell(model: str, column: PaperColumn, papers: Sequence[PaperTable]) -> Score:
     for paper in papers:
         figure = paper.figure(model, column)
         if figure is not None:
-            return Cell(figure, notes=tuple(paper.notes.get((model, column), ())))
-    return Cell(None)
+            return Score(figure, texts=tuple(paper.notes.get((model, column), ())))
+    return Score(None)
 
 
 def _notes_on(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, ...]:
@@ -368,7 +358,7 @@ def _notes_on(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, .
 
 def scored_rows(
     source: Literal["published", "floor"], columns: Sequence[MetricColumn], runs: Sequence[RunSummary]
-) -> Iterator[Row]:
+) -> Iterator[RankedModel]:
     """Models as a table that comes with the package has them; what it says of itself are their footnotes.
 
     Args:
@@ -391,9 +381,9 @@ def scored_rows(
     for model in models:
         cells = _published_cells(model, suites)
         found = {column: cell_of(cells, column) for column in columns}
-        if any(cell.percent is not None for cell in found.values()):
+        if any(cell.value is not None for cell in found.values()):
             covered = together(suite.coverage(model) for suite in suites.values() if model in suite.models)
-            yield Row(model, source, found, covered, tuple(texts))
+            yield RankedModel(model, source, found, covered, tuple(texts))
 
 
 def _about_published(protocol: str, models: int) -> str:
@@ -406,13 +396,13 @@ def _about_published(protocol: str, models: int) -> str:
 
 
 def _published_cells(model: str, suites: Mapping[Ability, PublishedSuite]) -> Cells:
-    cells: dict[tuple[Ability | None, str], Cell] = {
-        (ability, metric): Cell(rate.percent, rate, coverage=suite.coverage(model))
+    cells: dict[tuple[Ability | None, str], Score] = {
+        (ability, metric): _score(rate.percent, None, suite.coverage(model), rate)
         for ability, suite in suites.items()
         if model in suite.models
         for metric, rate in suite.rates(model).items()
     }
-    cells[None, AVERAGE] = Cell(average_performance(_percents(cells)))
+    cells[None, AVERAGE] = Score(average_performance(_percents(cells)))
     return cells
 
 
@@ -450,7 +440,7 @@ def make_ranking(
     columns = tuple(
         column
         for column in spec.columns
-        if any(cell_of(cells, column).percent is not None for cells in known.values())
+        if any(cell_of(cells, column).value is not None for cells in known.values())
     )
     if not columns:
         return None
@@ -458,7 +448,7 @@ def make_ranking(
     by = ranking_column(spec.primary, columns)
     ours = [_with_missing(row, by) for row in run_rows(columns, runs, known, with_paper=with_paper)]
     places = {column: place_of_column(column, domain) for column in columns}
-    papers, others = [], list[Row]()
+    papers, others = [], list[RankedModel]()
     if with_paper and protocol.value == paper_tables.paper_setting().protocol:
         papers = [paper_tables.paper_table(name) for name in paper_tables.paper_setting().tables[spec.name]]
     elif with_paper:
@@ -475,15 +465,15 @@ def _in_order(*notes: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(chain(*notes)))
 
 
-def _of_rows(rows: Iterable[Row]) -> list[str]:
+def _of_rows(rows: Iterable[RankedModel]) -> list[str]:
     return [note for row in rows for note in row.all_notes]
 
 
-def _with_missing(row: Row, by: MetricColumn) -> Row:
+def _with_missing(row: RankedModel, by: MetricColumn) -> RankedModel:
     """A row, with a footnote on what it lacks if it has no number in the column that ranks."""
-    if row.cells[by].percent is not None:
+    if row.cells[by].value is not None:
         return row
-    lacking = [column for column, cell in row.cells.items() if cell.percent is None]
+    lacking = [column for column, cell in row.cells.items() if cell.value is None]
     missing = dict.fromkeys([ability_title(each.ability).lower() for each in lacking if each.ability])
     unasked = f": {', '.join(missing)} not asked" if missing else ""
     note = f"No rank, as there is no {by.label.lower()}{unasked}."

@@ -18,7 +18,7 @@ from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
 from eai.report.cost import cost_csv, cost_section
 from eai.report.document import report_markdown
-from eai.report.rankings import Cell, Ranking, Row, besides, experiments, ranks_of, with_best_marked
+from eai.report.rankings import RankedModel, Ranking, Score, besides, experiments, ranks_of, with_best_marked
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.results import latex
 from eai.results.cost import PriceList
@@ -160,12 +160,12 @@ def rankings_csv(tables: Sequence[Ranking]) -> str:
         for table in tables
         for row in table.rows
         for column, cell in row.cells.items()
-        if cell.percent is not None
+        if cell.value is not None
     )
     return csv_text(_COLUMNS, ([line[name] for name in _COLUMNS] for line in lines))
 
 
-def _line(table: Ranking, row: Row, column: MetricColumn, cell: Cell) -> dict[str, Plain]:
+def _line(table: Ranking, row: RankedModel, column: MetricColumn, cell: Score) -> dict[str, Plain]:
     return {
         "table": table.name,
         "protocol": table.protocol.value,
@@ -192,13 +192,13 @@ def _flat(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
             yield name, value
 
 
-def _numbers(cell: Cell) -> dict[str, Any]:
+def _numbers(cell: Score) -> dict[str, Any]:
     """A number with what it is made of and how sure it is; None where that is not known."""
-    rate, sure = cell.rate, cell.certainty
+    sure = cell.certainty
     return {
-        "percent": cell.percent,
-        "numerator": rate and rate.numerator,
-        "denominator": rate and rate.denominator,
+        "percent": cell.value,
+        "numerator": cell.numerator,
+        "denominator": cell.denominator,
         "interval": list(sure.interval) if sure else None,
         "interval_by_task": list(sure.by_task) if sure else None,
         "design_effect": sure.design_effect if sure else None,
@@ -206,7 +206,7 @@ def _numbers(cell: Cell) -> dict[str, Any]:
     }
 
 
-def _row_json(table: Ranking, row: Row) -> Json:
+def _row_json(table: Ranking, row: RankedModel) -> Json:
     return {
         "model": row.model,
         "source": row.source,
@@ -219,7 +219,7 @@ def _row_json(table: Ranking, row: Row) -> Json:
                 "metric": column.metric,
                 **_numbers(cell),
                 "best": cell.best,
-                "notes": [*table.numbers(cell.notes), *table.numbers(table.columns[column])],
+                "notes": [*table.numbers(cell.texts), *table.numbers(table.columns[column])],
             }
             for column, cell in row.cells.items()
         ],
