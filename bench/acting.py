@@ -21,8 +21,10 @@ from eai.abilities.protocol import Ability
 from eai.benchmark.registry import FIRST, find_benchmark
 from eai.envs.agents import AGENTS, NULLS, Agent
 from eai.envs.command import DONE
-from eai.envs.game import Game, Stage
+from eai.envs.game import Game
+from eai.envs.reference import staged
 from eai.envs.rules import STANDARD, Rules, View
+from eai.envs.stage import Stage
 from eai.tasks.source import Source
 
 TIMES = (1, 2, 4)
@@ -66,7 +68,7 @@ def stages(name: str, rules: Rules, sample: int) -> tuple[list[Stage], int]:
     playable = []
     for number, task_id in enumerate(chosen, 1):
         print(f"\r{name}: reference {number} of {len(chosen)}, {task_id:<60.60}", end="", file=sys.stderr)
-        stage = Stage(tasks[task_id], benchmark, rules)
+        stage = staged(tasks[task_id], benchmark, rules)
         if stage.reference.commands is not None:
             playable.append(stage)
     print(file=sys.stderr)

@@ -14,7 +14,8 @@ from tempfile import TemporaryDirectory
 from time import process_time
 
 from eai.benchmark.registry import find_benchmark
-from eai.envs.game import Game, Stage
+from eai.envs.game import Game
+from eai.envs.reference import staged
 from eai.envs.rules import Rules
 from eai.tasks.source import Source
 
@@ -65,7 +66,7 @@ def main() -> None:
         odd, won, before = list[str](), 0, process_time()
         for played in sorted(Path(folder).rglob("played.jsonl")):
             task = tasks[".".join(played.parent.relative_to(folder).parts)]
-            odd += differences(Game(Stage(task, benchmark, rules)), played)
+            odd += differences(Game(staged(task, benchmark, rules)), played)
             won += '"won": true' in played.read_text()
         taken = chosen.games * chosen.turns
         print(f"{taken:,} actions in {chosen.games} games, {won} of them won: {len(odd)} games differ")

@@ -23,7 +23,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.envs.game import Game, Stage
+from eai.envs.game import Game
+from eai.envs.reference import staged
 from eai.envs.rules import Rules
 from eai.logic.ltl import read_formula
 from eai.logic.semantics import holds
@@ -112,7 +113,7 @@ def judging(steps: list[str]) -> dict[str, float]:
         return {
             "verdict": milliseconds(lambda: valid(succeeds(scorer.score(text)))),
             "execution": milliseconds(lambda: valid(execute(domain, task.initial, actions).failure is None)),
-            "game": milliseconds(lambda: valid(plays(Game(Stage(task, suite.benchmark, rules)), actions))),
+            "game": milliseconds(lambda: valid(plays(Game(staged(task, suite.benchmark, rules)), actions))),
             "VAL": milliseconds(lambda: valid("Plan valid" in subprocess.check_output(words, text=True))),
         }
 

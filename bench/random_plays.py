@@ -29,11 +29,11 @@ from mcp import Client
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.acting.declaration import ActingVerdict
 from eai.acting.journal import key_in, read_journal
 from eai.acting.play import Arena, Play
 from eai.acting.server import server_of
 from eai.acting.setting import ACTING, AGENT, STANDARD
+from eai.acting.verdict import ActingVerdict
 from eai.acting.worlds import journal_in, opened
 from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import Suite, open_suite

@@ -18,7 +18,8 @@ from eai.abilities.trial import Trial
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
-from eai.envs.game import Game, Stage
+from eai.envs.game import Game
+from eai.envs.reference import staged
 from eai.envs.rules import Rules
 from eai.tasks.task_lines import _TaskLine, task_of, written
 from eai.world.action import Action
@@ -157,7 +158,7 @@ def test_a_world_that_goes_on_remembers(lamps: Benchmark) -> None:
 def test_an_environment_goes_on_until_the_course_is_right(lamps: Benchmark) -> None:
     asked = task(lamps, "lit(lamp_1)", LATER)
     rules = Rules(until="goal")
-    game = Game(Stage(asked, lamps, rules))
+    game = Game(staged(asked, lamps, rules))
     assert '"always c" says' in game.opening()
     turns = [game.act(command) for command in ("GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)")]
     assert [turn.info["goals"] for turn in turns] == [

@@ -10,9 +10,10 @@ import pytest
 
 from eai.abilities.attempt import Usage
 from eai.abilities.verdict import Share
-from eai.acting.declaration import ActingVerdict, averaged, contributions
+from eai.acting.declaration import averaged, contributions
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING
+from eai.acting.verdict import ActingVerdict
 from eai.benchmark.suite import open_suite
 from eai.prompts.prompt import Prompt
 from eai.results.certainty import certainty_of_rate

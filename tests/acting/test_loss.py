@@ -8,8 +8,9 @@ from dataclasses import replace
 import pytest
 
 from eai import Benchmark, given, make_task
-from eai.acting.declaration import ActingVerdict, Outlook, contributions, outlook_text
+from eai.acting.declaration import contributions
 from eai.acting.setting import ACTING
+from eai.acting.verdict import ActingVerdict, Outlook, outlook_text
 from eai.benchmark.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant, Eventually
 from eai.results.codec import record_from_json, record_to_json

@@ -17,7 +17,7 @@ from eai.acting.setting import ACTING, STANDARD, Setting
 from eai.acting.worlds import opened
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
-from eai.envs.game import Stage
+from eai.envs.reference import staged
 from eai.envs.rules import Rules
 from eai.results.responses import Response, ResponseFile, read_responses
 from eai.scoring.batch import OTHER_RULES, by_rules, score_run
@@ -34,7 +34,7 @@ EMPTY = json.dumps({"turns": [], "rules": EASY.model_dump(mode="json")})
 
 
 def played(task: str, rules: Rules, *commands: str) -> str:
-    play = Play(Stage(SUITE.tasks[task], SWITCHES, rules), seed=0, epoch=1)
+    play = Play(staged(SUITE.tasks[task], SWITCHES, rules), seed=0, epoch=1)
     for command in commands:
         play.act(command)
     return play.text("stopped")

@@ -12,15 +12,17 @@ from eai import Benchmark, InputError, Reward, given, make_task
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.mending import PlanMender
 from eai.abilities.protocol import Ability
-from eai.acting.declaration import ActingVerdict, Turn, contributions
+from eai.acting.declaration import contributions
 from eai.acting.play import Arena, Play
 from eai.acting.scorer import NO_REFERENCE
 from eai.acting.setting import ACTING, Setting
+from eai.acting.verdict import ActingVerdict, Turn
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.envs.agents import Reference, reference_of
-from eai.envs.game import Game, Stage, staged
+from eai.envs.game import Game
+from eai.envs.reference import reference_of, staged
 from eai.envs.rules import STANDARD, Rules
+from eai.envs.stage import Reference, Stage
 from eai.logic.formula import Atom, Constant, Not
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.record import Record
@@ -76,7 +78,7 @@ def test_an_episode_is_won_only_if_the_agent_says_so(suite: Suite) -> None:
 
 
 def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -> None:
-    stage = Stage(suite.tasks[suite.task_ids[0]], SWITCHES, Rules(until="goal"))
+    stage = staged(suite.tasks[suite.task_ids[0]], SWITCHES, Rules(until="goal"))
     play = Play(stage, seed=0, epoch=1)
     for command in WON:
         play.act(command)
@@ -216,7 +218,7 @@ def test_a_replay_pays_nothing_and_lists_no_possible_actions(
     suite: Suite, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rules = Rules(reward=Shaping.REPAIR, gamma=0.5, admissible=True, until="done")
-    play = Play(Stage(suite.tasks[suite.task_ids[0]], SWITCHES, rules), seed=0, epoch=1)
+    play = Play(staged(suite.tasks[suite.task_ids[0]], SWITCHES, rules), seed=0, epoch=1)
     for command in [*reference(suite), "DONE"]:
         play.act(command)
 
@@ -290,7 +292,7 @@ def test_the_rules_that_an_episode_names_do_not_exclude_its_task(
         known = reference_of(stage)
         return known if stage.rules == STANDARD else known._replace(commands=None)
 
-    monkeypatch.setattr("eai.envs.agents.reference_of", without_commands)
+    monkeypatch.setattr("eai.envs.reference.reference_of", without_commands)
     staged.cache_clear()
     text = '{"turns": [{"said": "DONE"}], "rules": {"view": "task", "observe": "full"}}'
     verdict = verdict_of(suite, text)

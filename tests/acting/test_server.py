@@ -26,10 +26,10 @@ from mcp import Client, MCPError, StdioServerParameters
 from mcp.client.streamable_http import streamable_http_client
 
 from eai.acting import play
-from eai.acting.declaration import ActingVerdict
 from eai.acting.play import OVER, Arena
 from eai.acting.server import MAX_BODY, MAX_COMMAND, http_app, server_of
 from eai.acting.setting import ACTING, Setting
+from eai.acting.verdict import ActingVerdict
 from eai.acting.worlds import Worlds, journal_in, opened
 from eai.benchmark.suite import open_suite
 from eai.errors import InputError

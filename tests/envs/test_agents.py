@@ -15,8 +15,10 @@ from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.envs.agents import AGENTS, NULLS
 from eai.envs.command import DONE
-from eai.envs.game import Game, Stage
+from eai.envs.game import Game
+from eai.envs.reference import staged
 from eai.envs.rules import STANDARD, Rules
+from eai.envs.stage import Stage
 from eai.logic.formula import Always, And, Atom, Constant, Not, Occurs
 from eai.tasks.source import Source
 from eai.world.action import Action
@@ -45,12 +47,12 @@ def stages(name: str, store: Store, rules: Rules = STANDARD) -> list[Stage]:
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(store))
     ids = [task_id for task_id in tasks if tasks[task_id].left_out is None]
-    return [Stage(tasks[task_id], benchmark, rules) for task_id in ids[:: EVERY[name]]]
+    return [staged(tasks[task_id], benchmark, rules) for task_id in ids[:: EVERY[name]]]
 
 
 @pytest.mark.parametrize("task_id", ["both", "greet", "half", "done"])
 def test_the_explorer_finds_what_is_hidden_and_says_so(task_id: str) -> None:
-    game, commands = played("explorer", Stage(TASKS[task_id], SWITCHES, STANDARD))
+    game, commands = played("explorer", staged(TASKS[task_id], SWITCHES, STANDARD))
     assert (game.won, game.ended, commands[-1]) == (True, "done", DONE)
     if task_id == "both":
         assert commands == ["GO(shed)", "OPEN(box)", "PRESS(torch)", "GO(hall)", "PRESS(lamp)", DONE]
@@ -63,7 +65,7 @@ def test_after_it_has_opened_things_the_explorer_looks_once_more_where_it_was() 
         fact for fact in both.initial.facts() if fact != ("at", (scene.index["torch"], scene.index["shed"]))
     ]
     start = scene.state([*facts, ("at", (scene.index["torch"], scene.index["hall"]))])
-    game, commands = played("explorer", Stage(replace(both, initial=start), SWITCHES, STANDARD))
+    game, commands = played("explorer", staged(replace(both, initial=start), SWITCHES, STANDARD))
     assert game.won
     assert commands == ["GO(shed)", "OPEN(box)", "GO(hall)", "PRESS(lamp)", "PRESS(torch)", DONE]
 
@@ -81,20 +83,20 @@ def test_the_explorer_makes_what_is_not_there_yet() -> None:
     scene = w.Scene(domain.vocabulary, [w.WorldObject("mill", "mill"), w.WorldObject("flour", "flour")])
     start = scene.state([("mill", (0,)), ("whole", (0,))])
     task = make_task("grind", "Make flour.", start, whole(w.Constant("flour")))
-    game, commands = played("explorer", Stage(task, Benchmark("mills", domain, given(task)), STANDARD))
+    game, commands = played("explorer", staged(task, Benchmark("mills", domain, given(task)), STANDARD))
     assert (game.won, commands) == (True, ["TURN(mill)", DONE])
 
 
 def test_a_reference_is_what_can_be_played_and_the_budget_follows_from_it() -> None:
-    stage = Stage(TASKS["both"], SWITCHES, STANDARD)
+    stage = staged(TASKS["both"], SWITCHES, STANDARD)
     shortest, commands = stage.reference
     assert shortest == 3, "the torch can be pressed in its box, which who does not know of it cannot do"
     assert commands is not None
     assert stage.limit == 2 * 3 + 8 == stage.reference.budget(2)
     assert stage.reference.budget(0) == 8
     assert stage.reference._replace(commands=("WAVE()",) * 30).budget(2) == 30
-    assert Stage(TASKS["both"], SWITCHES, STANDARD.model_copy(update={"max_steps": 3})).limit == 3
-    assert Stage(TASKS["both"], SWITCHES, Rules()).limit == 100
+    assert staged(TASKS["both"], SWITCHES, STANDARD.model_copy(update={"max_steps": 3})).limit == 3
+    assert staged(TASKS["both"], SWITCHES, Rules()).limit == 100
 
 
 def test_a_reference_looks_for_what_the_plan_names_where_looking_first_breaks_a_rule() -> None:
@@ -105,7 +107,7 @@ def test_a_reference_looks_for_what_the_plan_names_where_looking_first_breaks_a_
     plan = tuple([Action(name, (both.scene.index[thing],)) for name, thing in PLAN])
     goals = (*both.goals, *make_task("rule", "", both.initial, rule).goals)
     task = replace(both, goals=goals, script=plan)
-    stage = Stage(task, SWITCHES, STANDARD)
+    stage = staged(task, SWITCHES, STANDARD)
     assert not any(played(agent, stage)[0].won for agent in ("gold", "explorer"))
     assert stage.reference.commands == ("PRESS(lamp)", "GO(shed)", "OPEN(box)", "PRESS(torch)")
 
@@ -114,20 +116,20 @@ def test_the_greedy_agent_sees_which_action_goals_it_has_met() -> None:
     both = TASKS["both"]
     lit = Atom("lit", (Constant("lamp"),))
     waved = make_task("wave", "Turn the lamp on and wave.", both.initial, Occurs("WAVE"), lit)
-    game, commands = played("greedy", Stage(waved, SWITCHES, STANDARD))
+    game, commands = played("greedy", staged(waved, SWITCHES, STANDARD))
     assert (game.won, sorted(commands)) == (True, [DONE, "PRESS(lamp)", "WAVE()"])
 
 
 @pytest.mark.parametrize("agent", NULLS)
 def test_nulls_play_by_their_seed(agent: str) -> None:
-    stage = Stage(TASKS["both"], SWITCHES, STANDARD)
+    stage = staged(TASKS["both"], SWITCHES, STANDARD)
     games = [played(agent, stage, seed)[1] for seed in (0, 0, 1, 2, 3)]
     assert games[0] == games[1]
     assert len({tuple(commands) for commands in games}) > 1
 
 
 def test_of_possible_actions_the_novel_agent_takes_new_ones_and_the_blind_one_any() -> None:
-    stage = Stage(TASKS["both"], SWITCHES, STANDARD)
+    stage = staged(TASKS["both"], SWITCHES, STANDARD)
     for seed in range(5):
         for agent in ("random", "novel"):
             game, commands = played(agent, stage, seed)

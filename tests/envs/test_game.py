@@ -16,8 +16,9 @@ from eai.acting.setting import Setting
 from eai.benchmark.benchmark import Benchmark
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
-from eai.envs.game import Game, Stage, stage_of, staged
+from eai.envs.game import Game
 from eai.envs.listed import spelled_out
+from eai.envs.reference import stage_of, staged
 from eai.envs.rules import STANDARD, Rules, View
 from eai.errors import InputError
 from eai.scoring.reward import Shaping
@@ -323,7 +324,7 @@ def test_what_is_reached_and_not_declared_is_no_success(reward: str, kept: float
     """Neither for who is cut off, nor for who leaves off before; `progress` is what the state says."""
     paid = rewards(*WON, "WAVE", reward=reward, until="done", max_steps=4)
     assert sum(paid) == kept
-    game = Game(Stage(tasks()[0], SWITCHES, Rules(reward=Shaping(reward), until="done")))
+    game = Game(staged(tasks()[0], SWITCHES, Rules(reward=Shaping(reward), until="done")))
     for command in WON:
         game.act(command)
     assert (game.over, game.final_worth) == (False, kept)
@@ -507,18 +508,21 @@ def test_what_goes_out_of_sight_is_named_where_no_less_stays() -> None:
     lamp, hall, shed = [SCENE.index[name] for name in ("lamp", "hall", "shed")]
     elsewhere = [fact for fact in initial().facts() if fact != ("at", (lamp, hall))]
     state = SCENE.state([*elsewhere, ("at", (lamp, shed))])
-    game = Game(Stage(make_task("bare", "Switch it on.", state, lit("lamp")), SWITCHES, STANDARD))
+    game = Game(staged(make_task("bare", "Switch it on.", state, lit("lamp")), SWITCHES, STANDARD))
     assert "\nGone out of sight: hall.\n" in game.act("GO(shed)").observation
 
 
 def test_what_changed_out_of_sight_is_told_when_it_comes_back() -> None:
-    game = Game(Stage(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
-    view, here = game.stage.view, game.look
+    game = Game(staged(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
+    observer, start = game.stage.observer, game.memory.observation
     game.act("PRESS(lamp)")
     index = game.task.scene.index
-    assert view.since(here, game.look, {index["lamp"]}) == [("+", Fact("lit", (index["lamp"],)))]
+    assert observer.find_changes_about(start, game.memory.observation, {index["lamp"]}) == [
+        ("+", Fact("lit", (index["lamp"],)))
+    ]
     game.act("GO(shed)")
-    assert view.since(here, game.look, {index["robot"]}) == [], "of the agent all is told at once"
+    by_agent = observer.find_changes_about(start, game.memory.observation, {index["robot"]})
+    assert by_agent == [], "changes of the agent are told at once"
 
 
 def test_all_that_is_seen_is_told_once_between_two_actions() -> None:
@@ -548,14 +552,14 @@ def test_the_standard_setting_is_won_by_who_says_so_in_time() -> None:
 
 def test_who_is_cut_off_with_all_goals_reached_has_not_declared_it() -> None:
     rules = STANDARD.model_copy(update={"max_steps": len(WON)})
-    game = Game(Stage(SWITCHES.tasks(Source())["both"], SWITCHES, rules))
+    game = Game(staged(SWITCHES.tasks(Source())["both"], SWITCHES, rules))
     for command in (*WON, "WAVE()"):
         game.act(command)
     assert (game.ended, game.won, all(game.reached)) == ("steps", False, True)
 
 
 def test_admissible_commands_have_done_where_it_ends_the_episode() -> None:
-    game = Game(Stage(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
+    game = Game(staged(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
     assert game.admissible_commands() == [
         "GO(shed)",
         "OPEN(robot)",
@@ -569,7 +573,7 @@ def test_admissible_commands_have_done_where_it_ends_the_episode() -> None:
 
 def test_the_view_of_the_scene_shows_what_the_task_is_not_about() -> None:
     task = replace(SWITCHES.tasks(Source())["both"], relevant=())
-    shown = {view: Game(Stage(task, SWITCHES, Rules(view=view))).opening() for view in get_args(View)}
+    shown = {view: Game(staged(task, SWITCHES, Rules(view=view))).opening() for view in get_args(View)}
     assert "lamp, torch [lamp]" in shown["scene"]
     assert "[lamp]" not in shown["task"]
 
@@ -578,7 +582,7 @@ def test_egocentric_relations_are_told_of_the_agent_alone() -> None:
     own = replace(SWITCHES, domain=replace(SWITCHES.domain, egocentric=(at,)))
     task = own.tasks(Source())["both"]
     for view, lamp in (("task", True), ("scene", False)):
-        stage = Stage(task, own, Rules(view=view))
+        stage = staged(task, own, Rules(view=view))
         facts = spelled_out(Game(stage).opening()).partition("Now:")[2]
         assert "at(robot, hall)" in facts
         assert ("at(lamp, hall)" in facts) is lamp

@@ -17,9 +17,10 @@ from eai.abilities.verdict import PlanVerdict, Unreadable, gain
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
-from eai.envs.game import Stage, staged
 from eai.envs.listed import spelled_out
+from eai.envs.reference import staged
 from eai.envs.rules import STANDARD
+from eai.envs.stage import Stage
 from eai.scoring.reward import Reward, Shaping
 from eai.tasks.source import Source
 from suites import answer_book
@@ -187,7 +188,7 @@ def test_nothing_is_mentioned_before_it_is_seen(name: str, data_store: Store) ->
         told = spelled_out(told)
         stage = environment.game.stage
         known = introduced(told, "Objects [kind]: properties\n")
-        hidden += not {stage.task.scene.objects[i].name for i in stage.view.subjects} <= known
+        hidden += not {stage.task.scene.objects[i].name for i in stage.observer.subjects} <= known
         assert mentioned(told.partition("Objects [kind]: properties\n")[2], stage) <= known
         for command in plan.lines:
             assert mentioned(" ".join(info["admissible_commands"]), stage) <= known

@@ -14,7 +14,8 @@ import eai
 from eai import Shaping
 from eai.data.store import Store
 from eai.envs import make
-from eai.envs.game import Game, Stage
+from eai.envs.game import Game
+from eai.envs.reference import staged
 from eai.envs.rewards import SkyRlTask, TrlHousehold, TrlReward, compute_score, reward_func
 from eai.envs.rules import Rules
 from eai.errors import InputError
@@ -109,7 +110,7 @@ def test_where_nothing_is_to_be_gained_nothing_is_paid(shaping: Shaping, face: s
 
 
 def played(*commands: str, shaping: Shaping = Shaping.PROGRESS) -> Game:
-    game = Game(Stage(tasks()[0], SWITCHES, Rules(reward=shaping, max_steps=8)))
+    game = Game(staged(tasks()[0], SWITCHES, Rules(reward=shaping, max_steps=8)))
     for command in commands:
         game.act(command)
     return game

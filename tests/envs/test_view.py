@@ -9,8 +9,10 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
-from eai.envs.game import Game, Stage, _View
+from eai.envs.game import Game
 from eai.envs.listed import spelled_out
+from eai.envs.observation import Observer
+from eai.envs.reference import staged
 from eai.envs.rules import STANDARD, Observe
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.source import Source
@@ -34,8 +36,8 @@ def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
     benchmark = find_benchmark(name)
     task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
     wording, rng = benchmark.observed_wording(), random.Random(0)
-    view, episode = _View(task, wording, observe), Episode(benchmark.domain, task.initial)
-    look = view.first
+    observer, episode = Observer(task, wording, observe), Episode(benchmark.domain, task.initial)
+    observation = observer.first
     stored = {each.predicate for each in wording.listings if each.sources == (each.predicate,)}
     for _ in range(40):
         operator = rng.choice(benchmark.domain.operators)
@@ -44,17 +46,18 @@ def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
             continue
         outcome = episode.act(rng.choice(possible))
         assert isinstance(outcome, State)
-        difference = change(look.state, outcome)
-        before, look = look, view.next(look, outcome, difference)
-        facts = [fact for each in wording.listings for fact in each.facts(outcome, look.sight)]
-        lines = spelled_out(look.text).splitlines()
+        difference = change(observation.state, outcome)
+        before, observation = observation, observer.observe(observation, outcome, difference)
+        facts = [fact for each in wording.listings for fact in each.facts(outcome, observation.visible)]
+        lines = spelled_out(observation.text).splitlines()
         assert sorted(lines) == sorted([wording.fact(task, fact) for fact in facts])
-        told = [f"{sign} {view.fact(fact)}" for sign, fact in view.changes(before, look, difference)]
+        changes = observer.find_changes(before, observation, difference)
+        told = [f"{sign} {observer.render_fact(fact)}" for sign, fact in changes]
         expected = {
             f"{sign} {wording.fact(task, fact)}"
             for sign, facts, seen in (
-                ("+", difference.added, look.sight),
-                ("-", difference.removed, before.sight),
+                ("+", difference.added, observation.visible),
+                ("-", difference.removed, before.visible),
             )
             for fact in facts
             if fact.predicate in stored and {*seen}.issuperset(fact.arguments)
@@ -69,7 +72,7 @@ def test_who_keeps_count_of_changes_knows_all_that_holds_of_what_is_seen(
 ) -> None:
     benchmark = find_benchmark(name)
     task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
-    game, rng = Game(Stage(task, benchmark, STANDARD.model_copy(update={"budget": None}))), random.Random(1)
+    game, rng = Game(staged(task, benchmark, STANDARD.model_copy(update={"budget": None}))), random.Random(1)
     believed = {*spelled_out(game.opening()).partition("Now:\n")[2].splitlines()}
     for turn in range(60):
         walks = [each for each in game.admissible() if each.operator == "WALK"]
@@ -80,7 +83,7 @@ def test_who_keeps_count_of_changes_knows_all_that_holds_of_what_is_seen(
                 believed.discard(line[2:])
             elif line.endswith(")"):
                 believed.add(line.removeprefix("+ "))
-        holds = {*spelled_out(game.look.text).splitlines()}
-        seen = {*spelled_out(game.stage.view.names(game.look.sight)).split(", ")}
+        holds = {*spelled_out(game.memory.observation.text).splitlines()}
+        seen = {*spelled_out(game.stage.observer.render_names(game.memory.observation.visible)).split(", ")}
         assert holds <= believed
         assert [each for each in believed - holds if {*re.findall(r"[\w.]+", each)[1:]} <= seen] == []

@@ -19,7 +19,9 @@ from eai.acting.play import rules_of
 from eai.acting.setting import STANDARD
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.envs.game import RULES, Game, Stage
+from eai.envs.game import Game
+from eai.envs.reference import staged
+from eai.envs.rules import TRAINING
 from eai.generator.spec import Generated, TaskKind
 from eai.tasks.source import Source
 from eai.tasks.task_files import problems_of
@@ -109,16 +111,16 @@ def test_prompts_tell_the_words_alone_and_that_one_may_ask(like: str) -> None:
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_the_budget_does_not_say_whether_to_ask(like: str) -> None:
     rules = rules_of(STANDARD)
-    stages = [Stage(task, find_benchmark(like), rules) for pair in pairs(like) for task in pair]
+    stages = [staged(task, find_benchmark(like), rules) for pair in pairs(like) for task in pair]
     assert {stage.limit for stage in stages} == {50}
     assert all(len(stage.reference.commands or ()) < 50 for stage in stages)
 
 
 def test_an_acting_agent_is_told_which_and_it_costs_an_action() -> None:
     benchmark = find_benchmark("behavior")
-    rules = RULES.model_copy(update={"until": "done", "feedback": "changes", "max_steps": 2})
+    rules = TRAINING.model_copy(update={"until": "done", "feedback": "changes", "max_steps": 2})
     for task in pairs("behavior")[0]:
-        stage = Stage(task, benchmark, rules)
+        stage = staged(task, benchmark, rules)
         assert "ASK(your question)" in stage.opening
         assert stage.opening.count(task.instruction) == 1
         game = Game(stage)
@@ -131,7 +133,7 @@ def test_an_acting_agent_is_told_which_and_it_costs_an_action() -> None:
 
 def test_elsewhere_nobody_can_ask() -> None:
     task = replace(pairs("behavior")[0][1], fits=None)
-    game = Game(Stage(task, find_benchmark("behavior"), RULES))
+    game = Game(staged(task, find_benchmark("behavior"), TRAINING))
     assert game.act("ASK(which one?)").info["fault"] == "hallucination"
 
 

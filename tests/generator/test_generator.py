@@ -261,7 +261,7 @@ def test_rejections_say_why() -> None:
 
 def test_a_task_is_rejected_whose_things_are_never_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """A sink stands in a closed counter that cannot be opened: who sees a part of the world cannot win."""
-    from eai.envs.game import Stage
+    from eai.envs.reference import staged
     from eai.envs.rules import STANDARD
 
     made = generator("virtualhome")
@@ -269,7 +269,7 @@ def test_a_task_is_rejected_whose_things_are_never_seen(monkeypatch: pytest.Monk
     monkeypatch.setattr(made, "_can_be_seen", lambda task: True)
     kept = made.task("107")
     assert isinstance(kept, Generated)
-    assert Stage(kept.task, made.benchmark, STANDARD).reference.commands is None
+    assert staged(kept.task, made.benchmark, STANDARD).reference.commands is None
 
 
 def test_generating_takes_no_more_than_the_benchmark_says(lamps: Benchmark) -> None:

@@ -21,7 +21,9 @@ from eai.acting.setting import STANDARD
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.envs.agents import gold_agent
-from eai.envs.game import Game, Stage, staged
+from eai.envs.game import Game
+from eai.envs.reference import staged
+from eai.envs.stage import Stage
 from eai.generator.spec import Generated, TaskKind
 from eai.generator.twins import Leaning, twins_of
 from eai.planning.planner import Planner

@@ -19,7 +19,8 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, with_tasks
 from eai.data.store import Store
-from eai.envs.game import Game, Stage
+from eai.envs.game import Game
+from eai.envs.reference import staged
 from eai.envs.rules import Rules, View
 from eai.generator.sets import seeds_of
 from eai.generator.spec import Generated, TaskKind
@@ -171,7 +172,7 @@ def test_gold_plans_work_in_the_worlds_of_openings(
     tasks = [t for t in chosen(benchmark, Ability.ACTION_SEQUENCING, fetched, every) if t.left_out is None]
 
     def opening(benchmark: Benchmark, task: Task) -> str:
-        return Game(Stage(task, benchmark, rules)).briefing()
+        return Game(staged(task, benchmark, rules)).briefing()
 
     assert insufficient(benchmark, Ability.ACTION_SEQUENCING, tasks, opening) == {}
 

@@ -16,7 +16,9 @@ from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.envs.game import RULES, Game, Stage
+from eai.envs.game import Game
+from eai.envs.reference import staged
+from eai.envs.rules import TRAINING
 from eai.prompts.own import Questions, render
 from eai.prompts.template import Templates
 from eai.tasks.problem_world import open_pddl
@@ -55,7 +57,7 @@ def told(ability: Ability, domain: Domain, task: Task) -> str:
 def observed(domain: Domain, task: Task) -> str:
     """All that an agent is told before its first action."""
     benchmark = Benchmark(domain.name, domain, given(task))
-    return Game(Stage(replace(task, goals=task.goals or ()), benchmark, RULES)).briefing()
+    return Game(staged(replace(task, goals=task.goals or ()), benchmark, TRAINING)).briefing()
 
 
 def with_other_facts(domain: Domain, task: Task) -> Iterator[tuple[Fact, Task]]:

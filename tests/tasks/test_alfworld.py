@@ -13,7 +13,8 @@ from eai.abilities.verdict import Unreadable
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.envs.game import Game, Stage
+from eai.envs.game import Game
+from eai.envs.reference import staged
 from eai.envs.rules import Rules
 from eai.errors import InputError
 from eai.tasks.source import Source
@@ -100,7 +101,7 @@ def opened(folder: Path) -> Benchmark:
 def game(folder: Path) -> Game:
     benchmark = opened(folder)
     task = benchmark.tasks(Source())[ID]
-    return Game(Stage(task, benchmark, Rules(admissible=True)))
+    return Game(staged(task, benchmark, Rules(admissible=True)))
 
 
 def test_a_folder_of_games_is_a_benchmark(tmp_path: Path) -> None:

@@ -5,11 +5,11 @@ Their definitions, with sources, are in ``docs/acting.md``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from math import floor
 from statistics import fmean
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     ENDING_FAULTS,
@@ -27,7 +27,8 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import NOTHING, UNREPLAYABLE, PlanVerdict, Share, Verdict, is_question, of_all
+from eai.abilities.verdict import NOTHING, UNREPLAYABLE, Share, of_all
+from eai.acting.verdict import ActingVerdict
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
@@ -42,102 +43,6 @@ KINDS = tuple(ENDING_FAULTS)
 
 _SOON = 2
 """Within how many turns a possible action follows a fault that is recovered from."""
-
-
-Outlook: TypeAlias = Literal["open", "lost", "unknown"]
-"""Whether the goals can still be reached at the end of an episode, as far as a search can show."""
-
-
-@dataclass(frozen=True, slots=True)
-class Turn:
-    """One turn of an episode.
-
-    Attributes:
-        said: the command.
-        told_sha256: digest of the observation.
-        is_action: whether an action was tried, and it was not to look, to end the episode or too late.
-        fault: the kind of error of the action, or None.
-        slipped: whether the action was possible and did not work.
-        goals: for each goal of the task a 1 if it is reached then, else a 0.
-        same_as: the number of the first turn, from 1 on, after which the world was the same; 0 is the start,
-            None that it was new.
-    """
-
-    said: str
-    told_sha256: str
-    is_action: bool
-    fault: FaultKind | None
-    slipped: bool
-    goals: str
-    same_as: int | None
-
-
-@dataclass(frozen=True, slots=True)
-class ActingVerdict(PlanVerdict):
-    """The verdict on an episode; it is executable if no action was impossible.
-
-    Attributes:
-        turns: what was done, and what became of it.
-        ended: why it ended: ``done`` (the agent said so), ``goal`` (by rules that end it there), ``refused``
-            (the agent said that it is impossible), ``steps``, ``tokens``, ``time``, ``turns`` (of the model,
-            many without an action), ``stopped`` (the agent did).
-        declared: whether the agent said that it is done.
-        reached: whether all goals hold at the end, be it said or not.
-        shortest: the actions of the shortest known plan; None where none is known.
-        budget: the most actions.
-        view: which objects are seen, and how much of them.
-        harness: what acted; empty where that is unknown.
-        begun: how often the episode was begun; the last time counts.
-        outlook: whether the goals can still be reached at the end; None where no planner was asked.
-        lost_at: the first turn, from 1 on, after which they cannot; 0 for the start.
-        mean: where this episode stands for all of its task, what they add to each rate on average.
-    """
-
-    turns: tuple[Turn, ...] = ()
-    ended: str = "stopped"
-    declared: bool = False
-    reached: bool = False
-    shortest: int | None = None
-    budget: int | None = None
-    view: str = ""
-    harness: str = ""
-    begun: int = 1
-    outlook: Outlook | None = None
-    lost_at: int | None = None
-    mean: Mapping[str, Share] | None = None
-
-    merit = Verdict.merit
-    """None: an episode is paid while it is played. Its text could choose rules by which it is won."""
-
-    @property
-    def is_unreplayable(self) -> bool:
-        """Whether a replay of the commands gave other observations than the episode says."""
-        return self.error is not None and self.error.check == UNREPLAYABLE
-
-    @property
-    def actions(self) -> tuple[Turn, ...]:
-        """The turns at which an action was tried."""
-        return tuple([turn for turn in self.turns if turn.is_action])
-
-    @property
-    def declines(self) -> bool:
-        """Whether the agent has said that the task is impossible, or asked at any turn where it may."""
-        asked = (turn for turn in self.actions if is_question(turn.said))
-        return self.refused is not None or any(turn.fault is None for turn in asked)
-
-    def is_action(self, step: int) -> bool:
-        """A turn to look, to end the episode, or too late is none."""
-        return self.turns[step].is_action
-
-
-def outlook_text(verdict: ActingVerdict) -> str:
-    """Whether the goals can still be reached at the end of an episode, in words."""
-    if verdict.outlook == "lost":
-        after = f"after turn {verdict.lost_at}" if verdict.lost_at else "from the start"
-        return f"lost for good {after}: no actions lead to the goals any more"
-    if verdict.outlook == "open":
-        return "not lost for good: at the end the goals could still be reached"
-    return "whether the goals could still be reached at the end is not known"
 
 
 def contributions(verdict: ActingVerdict) -> dict[str, Share]:

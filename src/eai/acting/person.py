@@ -15,7 +15,8 @@ from operator import attrgetter
 from eai.abilities.verdict import REFUSE
 from eai.acting.play import Episode, Play, read_episode
 from eai.envs.command import DONE, LOOK
-from eai.envs.game import Stage, manual
+from eai.envs.observation import manual
+from eai.envs.stage import Stage
 from eai.errors import InputError
 from eai.world.fault import FaultKind
 
@@ -62,7 +63,7 @@ def completions(play: Play, before: str) -> list[str]:
     stage, wording = play.game.stage, play.game.stage.benchmark.observed_wording()
     if not before.strip():
         return _operators(stage)
-    return [wording.object_name(stage.task, index) for index in sorted(play.game.known)]
+    return [wording.object_name(stage.task, index) for index in sorted(play.game.memory.known)]
 
 
 def enter(play: Play, line: str) -> str:

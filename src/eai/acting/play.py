@@ -21,8 +21,11 @@ from eai.benchmark.registry import loaded
 from eai.benchmark.suite import Suite
 from eai.envs.agents import AGENTS
 from eai.envs.command import DONE, Commands, is_look
-from eai.envs.game import Game, Stage, manual, staged
+from eai.envs.game import Game
+from eai.envs.observation import manual
+from eai.envs.reference import staged
 from eai.envs.rules import Rules
+from eai.envs.stage import Stage
 from eai.errors import InputError
 from eai.pictures.rendered import VIEWS, photographs_of
 from eai.prompts.prompt import Image, Prompt
@@ -278,7 +281,7 @@ class Play:
             return OVER
         stage = self.game.stage
         if stage.rules.feedback != "changes" and is_look(said, stage.domain):
-            return self.game.look_around()
+            return self.game.memory.look_around()
         said, thought = _encodable(said), _encodable(thought)
         told = self.game.act(said).observation
         self.turns.append(_Command(said, sha256_of(told), "" if thought == self._thought else thought))

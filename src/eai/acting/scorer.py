@@ -21,12 +21,14 @@ from eai.abilities.reports import call_of, goal_reports
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, TaskExclusion, Unreadable
-from eai.acting.declaration import ActingVerdict, Outlook, Turn
 from eai.acting.play import Arena, Episode, read_episode, rules_of
 from eai.acting.setting import STANDARD
+from eai.acting.verdict import ActingVerdict, Outlook, Turn
 from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE
-from eai.envs.game import Game, Stage, staged
+from eai.envs.game import Game
+from eai.envs.reference import staged
+from eai.envs.stage import Stage
 from eai.planning.planner import planner_of
 from eai.planning.search import Limits, SearchEnd
 from eai.results.codec import sha256_of
@@ -217,7 +219,7 @@ def _difference(place: str, digest: str | None, told: str) -> str | None:
 
 def _step(turn: Turn, told: str, game: Game) -> StepReport:
     """A turn as a step: the first paragraph of an observation says what became of the action."""
-    outcome, fact = told.partition("\n")[0], game.stage.view.fact
+    outcome, fact = told.partition("\n")[0], game.stage.observer.render_fact
     fault = SLIP if turn.slipped else EXECUTED if turn.fault is None else turn.fault.value
     if game.ended == "steps" and not turn.is_action:
         fault = _TOO_LATE
@@ -225,8 +227,8 @@ def _step(turn: Turn, told: str, game: Game) -> StepReport:
         turn.said,
         fault,
         "" if fault == EXECUTED else outcome,
-        added=tuple([fact(each) for sign, each in game.changes if sign == "+"]),
-        removed=tuple([fact(each) for sign, each in game.changes if sign == "-"]),
+        added=tuple([fact(each) for sign, each in game.memory.changes if sign == "+"]),
+        removed=tuple([fact(each) for sign, each in game.memory.changes if sign == "-"]),
         call=Statement(turn.said, None) if game.action is None else call_of(game.action, game.task.scene),
     )
 

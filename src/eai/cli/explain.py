@@ -23,7 +23,7 @@ from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
-from eai.acting.declaration import ActingVerdict, outlook_text
+from eai.acting.verdict import ActingVerdict, outlook_text
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.packs import is_at_hand

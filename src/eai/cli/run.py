@@ -17,8 +17,8 @@ import typer
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
-from eai.acting.declaration import ActingVerdict
 from eai.acting.setting import ACTING, STANDARD
+from eai.acting.verdict import ActingVerdict
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.benchmark.suite import Suite, open_suite

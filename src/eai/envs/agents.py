@@ -1,38 +1,35 @@
-"""Agents that need no model: nulls, which know nothing of the goals, and upper lines, which plan.
+"""Agents without a model: null agents, which do not know the goals, and planning agents.
 
-An agent is made for one game and returns its next command whenever it is called. The nulls take random
-actions: possible ones, possible ones that lead to new states, or any. The upper lines read facts about what
-has been seen from the state itself, and know the goals: they show how much the setting allows. The reference
-of a task is the shortest plan known to it, and commands that win it with what they see.
+An agent is made for one game and returns its next command whenever it is called. Null agents take random
+actions: possible actions, possible actions that lead to new states, or any actions. Planning agents know the
+goals and read facts about known objects from the state: they show how much the setting allows.
 """
 
 from __future__ import annotations
 
 import random
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from math import ceil
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
-from eai.abilities.goal_test import GoalTest, remaining_goals, solves
+from eai.abilities.goal_test import remaining_goals
 from eai.abilities.planning import find_plan, planning_goal, why_no_plan
-from eai.abilities.task import Goal, Task
+from eai.abilities.task import Goal
 from eai.abilities.verdict import REFUSE
 from eai.envs.command import DONE
-from eai.envs.game import Game, Stage
+from eai.envs.game import Game
+from eai.envs.stage import Stage
 from eai.errors import InputError
 from eai.generator.measures import lids, presence
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.rewriting import rewrite, with_terms
 from eai.planning.greedy_search import GreedySearch
-from eai.planning.planner import PlanningGoal, needed_actions, planner_of
+from eai.planning.planner import PlanningGoal, planner_of
 from eai.planning.search import Limits, Node
 from eai.planning.subgoal import subgoals_of
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.world.action import Action
-from eai.world.domain import Domain
-from eai.world.execution import execute
 from eai.world.state import State
 
 Agent: TypeAlias = Callable[[], str]
@@ -94,7 +91,7 @@ def blind_agent(game: Game, seed: int = 0) -> Agent:
     rng = _rng(game, seed)
 
     def command() -> str:
-        operators, known = game.stage.domain.operators, sorted(game.known)
+        operators, known = game.stage.domain.operators, sorted(game.memory.known)
         chosen = rng.randrange(len(operators) + 1)
         if chosen == len(operators):
             return DONE
@@ -184,7 +181,7 @@ class _Explorer:
     def __call__(self) -> str:
         """The next command."""
         game = self._game
-        self._been.update(game.look.sight)
+        self._been.update(game.memory.observation.visible)
         if all(game.reached):
             return DONE
         if self._expected != game.state:
@@ -217,7 +214,7 @@ class _Explorer:
         if not self._has_opened:
             return ()
         self._has_opened = False
-        self._been = {*self._game.look.sight}
+        self._been = {*self._game.memory.observation.visible}
         self._tried.clear()
         return self._further()
 
@@ -235,7 +232,7 @@ class _Explorer:
         It is looked for with what they name, and else with all such things.
         """
         game, task = self._game, self._game.task
-        things, effort = game.known | self._absent(), (limits, len(game.known))
+        things, effort = game.memory.known | self._absent(), (limits, len(game.memory.known))
         if not self._game.task.named_by(self._pending()) <= things or effort in self._planned:
             return ()
         self._planned.add(effort)
@@ -254,7 +251,7 @@ class _Explorer:
 
     def _to_sight(self, hopes: Sequence[tuple[int, Formula]]) -> Sequence[Action]:
         """A plan to see what may be hidden: by actions about one thing, or else about all that is known."""
-        known = tuple(sorted(self._game.known))
+        known = tuple(sorted(self._game.memory.known))
         if self._opened is not None and len(known) == self._opened[1]:
             self._fruitless[self._opened[0]] += 1
         self._opened = None
@@ -275,7 +272,7 @@ class _Explorer:
         visible, names = self._domain.visible, self._game.task.scene.objects
         if visible is None:
             return ()
-        places = [i for i in self._game.stage.view.landmarks if i not in self._been]
+        places = [i for i in self._game.stage.observer.landmarks if i not in self._been]
         return [(i, _about(visible, Constant(names[i].name))) for i in places]
 
     def _shut(self) -> Sequence[tuple[int, Formula]]:
@@ -284,14 +281,14 @@ class _Explorer:
         First come things that goals name, then kinds that hid something or are new, and near things.
         """
         game, names = self._game, self._game.task.scene.objects
-        near = set(game.look.sight)
+        near = set(game.memory.observation.visible)
         named = self._game.task.named_by(game.task.goals)
 
         def rank(index: int) -> tuple[bool, int, bool, int]:
             return index not in named, self._fruitless[self._kind(index)], index not in near, index
 
         found = []
-        for index in sorted(game.known, key=rank):
+        for index in sorted(game.memory.known, key=rank):
             for predicate, truth in self._lids:
                 if game.state.has(predicate, index) is not truth:
                     atom = Atom(predicate, (Constant(names[index].name),))
@@ -308,7 +305,7 @@ class _Seeker(_Explorer):
 
     def _further(self) -> Sequence[Action]:
         """The next step, if what it names has been seen, or a plan to see more."""
-        if self._steps and not self._game.known.issuperset(self._steps[0].arguments):
+        if self._steps and not self._game.memory.known.issuperset(self._steps[0].arguments):
             return self._to_sight(self._places()) or self._to_open()
         return [self._steps.popleft()] if self._steps else ()
 
@@ -331,9 +328,9 @@ class _Greedy(_Explorer):
         """The action that seems best, if all that the goals name and do not have yet has been seen."""
         game = self._game
         self._visited.add(game.state)
-        if not self._game.task.named_by(self._pending()) <= game.known:
+        if not self._game.task.named_by(self._pending()) <= game.memory.known:
             return ()
-        successors = SuccessorGenerator(self._domain, sorted(game.known), self._actions)
+        successors = SuccessorGenerator(self._domain, sorted(game.memory.known), self._actions)
         search = GreedySearch(self._planner.heuristic, successors, Limits(0))
         met = len(game.task.goals) - len(remaining_goals(game.task, game.taken))
         node: PlanNode = Node(game.state, met)
@@ -363,80 +360,3 @@ AGENTS: Mapping[str, Callable[[Game, int], Agent]] = {
     "greedy": _Greedy,
 }
 """All agents, of which those but ``gold`` and ``seeker`` are built-in models."""
-
-
-_EFFORT = Limits(5_000, looks=100_000)
-"""How much is searched for a plan where none is known."""
-
-_SHORTER = Limits(300, looks=50_000)
-"""How much is searched for a shorter one than the gold plan."""
-
-_LONGEST = 200
-"""After how many actions a reference is given up."""
-
-_ALLOWANCE = 8
-"""How many actions looking around may cost."""
-
-
-class Reference(NamedTuple):
-    """How well a task can be played.
-
-    Attributes:
-        shortest: the length of the shortest plan known, by who knows the whole scene; nobody has proved that
-            there is no shorter one. None where no plan is known.
-        commands: commands that reach all goals with what they see, without `DONE`: the gold plan, or else an
-            explorer's, or else the gold plan and commands that look for what it names; a refusal where there
-            is no plan; None where none of these wins and the task is left out.
-    """
-
-    shortest: int | None
-    commands: tuple[str, ...] | None
-
-    def budget(self, times: float) -> int:
-        """The number of actions that an agent has: enough to look around, and for the reference."""
-        least = 0 if self.commands is None else len(self.commands)
-        return max(ceil(times * (self.shortest or 0)) + _ALLOWANCE, least)
-
-
-def reference_of(stage: Stage) -> Reference:
-    """The reference of a task, in the view of its stage."""
-    if stage.task.missing:
-        return Reference(None, (refusal_of(stage),))
-    lengths = [len(plan) for plan in _plans(stage.task, stage.domain)]
-    endless = stage.endless()
-    for name in ("gold", "explorer", "seeker"):
-        game = Game(endless)
-        commands = _played(game, AGENTS[name](game, 0))
-        if all(game.reached):
-            return Reference(min([*lengths, len(commands)]), commands)
-    return Reference(min(lengths, default=None), None)
-
-
-def _played(game: Game, agent: Agent) -> tuple[str, ...]:
-    """The commands of an agent up to `DONE`."""
-    commands: list[str] = []
-    while len(commands) < _LONGEST and (command := agent()) != DONE:
-        game.act(command)
-        commands.append(command)
-    return tuple(commands)
-
-
-def _plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
-    """The plans that are known: the gold one without needless actions, and the planner's."""
-    gold = execute(domain, task.initial, task.script).executed
-    has_gold = bool(task.script) and solves(domain, task, gold)
-    if has_gold:
-        yield gold if any(goal.is_over_time for goal in task.goals) else _shortened(task, domain, gold)
-    plan = find_plan(task, planner_of(domain), _SHORTER if has_gold else _EFFORT).plan
-    if solves(domain, task, plan):
-        yield plan
-
-
-def _shortened(task: Task, domain: Domain, plan: Sequence[Action]) -> Sequence[Action]:
-    """A plan without actions that its goals do not need."""
-    test, actions = GoalTest(task), planning_goal(task).actions
-
-    def reached(node: PlanNode) -> bool:
-        return node.met == len(actions) and test.all_lasting(node.state)
-
-    return needed_actions(domain, task.initial, plan, reached, actions)

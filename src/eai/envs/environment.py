@@ -16,8 +16,11 @@ from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.envs.command import MAX_LENGTH
-from eai.envs.game import Game, Stage, manual, staged
+from eai.envs.game import Game
+from eai.envs.observation import manual
+from eai.envs.reference import staged
 from eai.envs.rules import Rules
+from eai.envs.stage import Stage
 from eai.errors import InputError
 from eai.pictures.picture import pixels
 from eai.pictures.rendered import camera_of
@@ -178,8 +181,8 @@ class TextEnvironment(gymnasium.Env[str, str]):
             camera = self._watching()
             camera.scene.show(self.game.state)
             return camera.colours("near")
-        look = self.game.look
-        return pixels(self.game.task, self.benchmark, look.state, look.sight)
+        observation = self.game.memory.observation
+        return pixels(self.game.task, self.benchmark, observation.state, observation.visible)
 
     def close(self) -> None:
         """Free what pictures are drawn with."""

@@ -15,8 +15,9 @@ from typing import Any, TypeAlias
 
 from eai.abilities.protocol import member
 from eai.abilities.reasoning import split_reasoning
-from eai.envs.game import RULES, Game, stage_of
-from eai.envs.rules import Rules
+from eai.envs.game import Game
+from eai.envs.reference import stage_of
+from eai.envs.rules import TRAINING, Rules
 from eai.scoring.reward import METRICS, Grade, Shaping, reward_of
 from eai.tasks.source import TaskReference
 
@@ -117,7 +118,7 @@ class TrlHousehold:
     goals are reached or 50 actions are tried, or as other rules say, such as `eai.envs.rules.STANDARD`.
     """
 
-    def __init__(self, shaping: Shaping | str = Shaping.SUCCESS, rules: Rules = RULES) -> None:
+    def __init__(self, shaping: Shaping | str = Shaping.SUCCESS, rules: Rules = TRAINING) -> None:
         self._rules = rules.model_copy(update={"reward": member(Shaping, shaping, "shaping")})
         self._game: Game | None = None
 

@@ -87,3 +87,6 @@ STANDARD = Rules(
     view="scene", observe="partial", until="done", feedback="changes", max_steps=None, budget=2.0
 )
 """The standard setting of acting: the scene is seen from where one is, and won only by `DONE` in time."""
+
+TRAINING = Rules(max_steps=50)
+"""The default rules of trainers."""

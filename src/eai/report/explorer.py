@@ -18,7 +18,7 @@ from eai.abilities.explanation import Explanation, StepReport, near_misses
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import repair_lines
 from eai.abilities.verdict import Json, PlanVerdict, SpanKind, Verdict
-from eai.acting.declaration import ActingVerdict
+from eai.acting.verdict import ActingVerdict
 from eai.benchmark.registry import title_of
 from eai.pictures.course import Course
 from eai.pictures.tiles import Tile

@@ -12,7 +12,9 @@ from eai.abilities.notation.plans import QUESTION, reason_of, refusal
 from eai.abilities.repair import EFFORT
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.gold_answers import open_answer_book
-from eai.envs.game import RULES, Game, Stage
+from eai.envs.game import Game
+from eai.envs.reference import staged
+from eai.envs.rules import TRAINING
 from eai.prompts.own import explanations
 from eai.prompts.template import Templates
 from eai.results.codec import record_from_json, record_to_json
@@ -106,7 +108,7 @@ def test_a_plan_for_what_has_none_earns_nothing_step_by_step_or_as_a_whole() -> 
     task = opened.tasks["t"]
     assert isinstance(task, Task)
     for shaping in Shaping:
-        game = Game(Stage(task, asked, RULES.model_copy(update={"reward": shaping})))
+        game = Game(staged(task, asked, TRAINING.model_copy(update={"reward": shaping})))
         assert (game.act("PRESS(lamp)").reward, game.final_worth) == (0.0, 0.0)
 
 

@@ -11,7 +11,8 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
-from eai.envs.game import Game, Stage
+from eai.envs.game import Game
+from eai.envs.reference import staged
 from eai.envs.rules import STANDARD
 from eai.households.behavior.benchmark import behavior
 from eai.households.behavior_1k.benchmark import behavior_1k, challenge_2025, of_behavior_100, untold
@@ -161,7 +162,7 @@ def test_what_is_on_no_known_floor_is_seen_from_anywhere(activities: TaskSet[Tas
     task = activities["clean_the_exterior_of_your_garage"]
     door, stain = (task.scene.index[name] for name in ("door_1", "stain_1"))
     assert not task.initial.relation("by_floor").row(door)
-    assert stain in Game(Stage(task, behavior_1k(), STANDARD)).known
+    assert stain in Game(staged(task, behavior_1k(), STANDARD)).known
 
 
 def test_prompts_of_plans_tell_the_conventions_unless_they_are_asked(activity_store: Store) -> None:

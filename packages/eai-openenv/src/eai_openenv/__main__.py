@@ -7,8 +7,7 @@ from typing import Annotated
 import typer
 import uvicorn
 
-from eai.envs.game import RULES
-from eai.envs.rules import Feedback, Observe, Rules
+from eai.envs.rules import TRAINING, Feedback, Observe, Rules
 from eai.errors import EaiError
 from eai.scoring.reward import Shaping
 from eai_openenv.connections import PromptProtocol
@@ -28,10 +27,12 @@ def serve(
             "task file. A split without a name is called as its domain. Repeat it for several."
         ),
     ],
-    shaping: Annotated[Shaping, typer.Option(help="What answers and episodes are paid for.")] = RULES.reward,
+    shaping: Annotated[
+        Shaping, typer.Option(help="What answers and episodes are paid for.")
+    ] = TRAINING.reward,
     turns: Annotated[int, typer.Option(min=1, help=Rules.about("max_steps"))] = 50,
-    observe: Annotated[Observe, typer.Option(help=Rules.about("observe"))] = RULES.observe,
-    feedback: Annotated[Feedback, typer.Option(help=Rules.about("feedback"))] = RULES.feedback,
+    observe: Annotated[Observe, typer.Option(help=Rules.about("observe"))] = TRAINING.observe,
+    feedback: Annotated[Feedback, typer.Option(help=Rules.about("feedback"))] = TRAINING.feedback,
     host: Annotated[
         str,
         typer.Option(help="Where to listen. There is no password: other than this machine at your own risk."),

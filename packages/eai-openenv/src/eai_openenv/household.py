@@ -10,8 +10,9 @@ from openenv.core.env_server.types import Action, EnvironmentMetadata, Observati
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from eai.abilities.options import misfit
-from eai.envs.game import RULES, Game, stage_of
-from eai.envs.rules import Rules
+from eai.envs.game import Game
+from eai.envs.reference import stage_of
+from eai.envs.rules import TRAINING, Rules
 from eai.errors import InputError
 from eai_openenv.meters import Meters
 from eai_openenv.tasks import Tasks
@@ -71,7 +72,7 @@ class Household(Environment[Act, Seen, Standing]):
     def __init__(
         self,
         tasks: Tasks,
-        rules: Rules = RULES,
+        rules: Rules = TRAINING,
         meters: Meters | None = None,
     ) -> None:
         super().__init__()

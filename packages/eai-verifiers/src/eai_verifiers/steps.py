@@ -10,9 +10,11 @@ import verifiers.v1 as vf
 from pydantic import model_validator
 
 from eai.abilities.protocol import Ability
-from eai.envs.game import RULES, Game, Stage, stage_of
+from eai.envs.game import Game
+from eai.envs.reference import stage_of, staged
 from eai.envs.rewards import answer_of
-from eai.envs.rules import Rules
+from eai.envs.rules import TRAINING, Rules
+from eai.envs.stage import Stage
 from eai_verifiers.tasks import suite_of_one
 from eai_verifiers.taskset import HouseholdConfig, HouseholdData, HouseholdTaskConfig, HouseholdTaskset
 
@@ -27,7 +29,7 @@ _MOVED = {"turns": "max_steps", "observe": "observe", "feedback": "feedback"}
 class StepsTaskConfig(HouseholdTaskConfig):
     """How tasks are played, and what is paid for."""
 
-    rules: Rules = RULES
+    rules: Rules = TRAINING
     """The rules of a game, as `eai.envs.make` takes them; ``shaping`` says what is paid for."""
 
     @model_validator(mode="before")
@@ -39,7 +41,7 @@ class StepsTaskConfig(HouseholdTaskConfig):
         chosen = rules.model_dump(exclude_unset=True) if isinstance(rules, Rules) else rules
         moved = {_MOVED[name]: value for name, value in given.items() if name in _MOVED}
         others = {name: value for name, value in given.items() if name not in _MOVED}
-        return {**others, "rules": {"max_steps": RULES.max_steps, **chosen, **moved}}
+        return {**others, "rules": {"max_steps": TRAINING.max_steps, **chosen, **moved}}
 
 
 class StepsConfig(HouseholdConfig):
@@ -62,7 +64,7 @@ class StepsTask(vf.Task[HouseholdData, vf.State, StepsTaskConfig]):
 @lru_cache(_KEPT)
 def _stage_of_one(line: str, rules: Rules) -> Stage:
     suite = suite_of_one(line, Ability.ACTION_SEQUENCING)
-    return Stage(suite.tasks[suite.task_ids[0]], suite.benchmark, rules)
+    return staged(suite.tasks[suite.task_ids[0]], suite.benchmark, rules)
 
 
 class StepsTaskset(HouseholdTaskset, vf.Taskset[StepsTask, StepsConfig]):

@@ -1,0 +1,105 @@
+"""The verdict on an episode of acting."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from eai.abilities.verdict import UNREPLAYABLE, PlanVerdict, Share, Verdict, is_question
+from eai.world.fault import FaultKind
+
+Outlook: TypeAlias = Literal["open", "lost", "unknown"]
+"""Whether the goals can still be reached at the end of an episode, as far as a search can show."""
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """One turn of an episode.
+
+    Attributes:
+        said: the command.
+        told_sha256: digest of the observation.
+        is_action: whether an action was tried: not a look, the end of the episode, or an action too late.
+        fault: the kind of error of the action, or None.
+        slipped: whether the action was possible and did not work.
+        goals: for each goal of the task a 1 if it is reached after the turn, else a 0.
+        same_as: number of the first turn, from 1 on, after which the world was in this state; 0 for the
+            start, None for a new state.
+    """
+
+    said: str
+    told_sha256: str
+    is_action: bool
+    fault: FaultKind | None
+    slipped: bool
+    goals: str
+    same_as: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class ActingVerdict(PlanVerdict):
+    """The verdict on an episode; it is executable if no action was impossible.
+
+    Attributes:
+        turns: the commands, and their outcomes.
+        ended: why the episode ended: ``done`` (the agent said so), ``goal`` (all goals were reached),
+            ``refused`` (the agent called the task impossible), a limit of ``steps``, ``tokens``, ``time`` or
+            ``turns`` (replies of the model), or ``stopped`` (by the agent).
+        declared: whether the agent said that the task is done.
+        reached: whether all goals hold at the end, also if the agent has not said so.
+        shortest: number of actions of the shortest known plan; None if no plan is known.
+        budget: maximum number of actions.
+        view: the objects that can be seen, and how much of them.
+        harness: the agent's harness; empty if unknown.
+        begun: how often the episode was begun; the last time counts.
+        outlook: whether the goals can still be reached at the end; None if no planner was asked.
+        lost_at: the first turn, from 1 on, after which the goals cannot be reached; 0 for the start.
+        mean: the average contributions of all episodes of the task, if this verdict stands for them.
+    """
+
+    turns: tuple[Turn, ...] = ()
+    ended: str = "stopped"
+    declared: bool = False
+    reached: bool = False
+    shortest: int | None = None
+    budget: int | None = None
+    view: str = ""
+    harness: str = ""
+    begun: int = 1
+    outlook: Outlook | None = None
+    lost_at: int | None = None
+    mean: Mapping[str, Share] | None = None
+
+    merit = Verdict.merit
+    """None: an episode is paid while it is played, since its text could choose rules that it wins by."""
+
+    @property
+    def is_unreplayable(self) -> bool:
+        """Whether a replay of the commands gave other observations than the episode records."""
+        return self.error is not None and self.error.check == UNREPLAYABLE
+
+    @property
+    def actions(self) -> tuple[Turn, ...]:
+        """The turns at which an action was tried."""
+        return tuple([turn for turn in self.turns if turn.is_action])
+
+    @property
+    def declines(self) -> bool:
+        """Whether the agent has called the task impossible, or asked a question that the task allows."""
+        asked = (turn for turn in self.actions if is_question(turn.said))
+        return self.refused is not None or any(turn.fault is None for turn in asked)
+
+    def is_action(self, step: int) -> bool:
+        """Whether an action was tried in a turn, in time."""
+        return self.turns[step].is_action
+
+
+def outlook_text(verdict: ActingVerdict) -> str:
+    """Return in words whether the goals can still be reached at the end of an episode."""
+    if verdict.outlook == "lost":
+        after = f"after turn {verdict.lost_at}" if verdict.lost_at else "from the start"
+        return f"lost for good {after}: no actions lead to the goals any more"
+    if verdict.outlook == "open":
+        return "not lost for good: at the end the goals could still be reached"
+    return "whether the goals could still be reached at the end is not known"
