@@ -17,7 +17,8 @@ from statistics import mean
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import Counted, ErrorReport, GoalTallies, PlanVerdict, Unreadable
+from eai.abilities.share import GoalTallies
+from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
 from eai.benchmark.errata import errata_of
 from eai.households.packs import task_id_of
 from eai.households.virtualhome import domain as virtualhome

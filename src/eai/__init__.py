@@ -14,8 +14,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from eai.abilities.goal_text import make_task
     from eai.abilities.protocol import Ability, Protocol
-    from eai.abilities.task import Goal, GoalKind, Task, goal, make_task
+    from eai.abilities.task import Goal, GoalKind, Task, goal
     from eai.benchmark.benchmark import Benchmark
     from eai.benchmark.registry import find_benchmark, registered
     from eai.benchmark.suite import Suite
@@ -30,7 +31,8 @@ _PLACES = {
     name: module
     for module, names in {
         "eai.abilities.protocol": "Ability Protocol",
-        "eai.abilities.task": "Goal GoalKind Task goal make_task",
+        "eai.abilities.goal_text": "make_task",
+        "eai.abilities.task": "Goal GoalKind Task goal",
         "eai.benchmark.benchmark": "Benchmark",
         "eai.benchmark.registry": "find_benchmark registered",
         "eai.benchmark.suite": "Suite",

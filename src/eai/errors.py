@@ -13,8 +13,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
+from enum import Enum
 from typing import TypeVar
 
+E = TypeVar("E", bound=Enum)
 S = TypeVar("S")
 T = TypeVar("T")
 
@@ -111,3 +113,25 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The end of a message on an unknown name: the known one that is nearest, or nothing if none is near."""
     near = get_close_matches(word, list(known), 1)
     return f"; did you mean {near[0]}?" if near and near[0] != word else ""
+
+
+def member(kind: type[E], name: E | str, noun: str) -> E:
+    """Return the member of an enumeration that has a value.
+
+    Args:
+        kind: the enumeration.
+        name: the value, or the member itself.
+        noun: the noun for a member, for the message.
+
+    Raises:
+        InputError: no member has this value.
+    """
+    try:
+        return kind(name)
+    except ValueError as error:
+        raise unknown_name(str(name), noun, [each.value for each in kind]) from error
+
+
+def unknown_name(name: str, noun: str, known: Iterable[str]) -> InputError:
+    """Return the error for a name that is none of the known names; ``noun`` says of what kind they are."""
+    return InputError(f"{name!r} is no {noun}: expected one of {', '.join(known)}{did_you_mean(name, known)}")

@@ -15,8 +15,9 @@ from eai.abilities.explanation import (
     near_misses,
     read_statement,
 )
+from eai.abilities.goal_text import formula_text
 from eai.abilities.protocol import Protocol
-from eai.abilities.reports import formula_text, part_reports, step_reports
+from eai.abilities.reports import part_reports, step_reports
 from eai.abilities.task import Task
 from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse

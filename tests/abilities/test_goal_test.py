@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.abilities.goal_test import GoalTest, longest_run
+from eai.abilities.share import GoalTallies, Share
 from eai.abilities.task import Goal, GoalKind, Task
-from eai.abilities.verdict import GoalTallies, Share
 from eai.logic.formula import And, Atom, Constant, Exists, ForAll, Formula, Not, Occurs, Or, Variable
 from eai.world.action import Action
 from eai.world.execution import execute

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.task import make_task
+from eai.abilities.goal_text import make_task
 from eai.errors import InputError
 from eai.logic.formula import Atom, Constant, Exists, ForAll, Formula, ForPairs, Occurs, Variable
 from eai.logic.ltl import parse

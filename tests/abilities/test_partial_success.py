@@ -14,8 +14,9 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.goal_test import GoalTest, StateTest
 from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.protocol import Ability
+from eai.abilities.share import Share
 from eai.abilities.task import Goal, GoalKind, Task
-from eai.abilities.verdict import PlanVerdict, Share
+from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.suite import open_suite
 from eai.logic.choice import Literal, count_options, options
 from eai.logic.formula import (

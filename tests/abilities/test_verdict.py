@@ -9,9 +9,10 @@ import pytest
 
 import eai
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.share import GoalTallies, Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Share, Verdict
+from eai.abilities.verdict import Confusion, Counted, ErrorReport, PlanVerdict, Verdict
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 

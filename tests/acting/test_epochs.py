@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.attempt import Usage
-from eai.abilities.verdict import Share
+from eai.abilities.share import Share
 from eai.acting.declaration import averaged, contributions
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING

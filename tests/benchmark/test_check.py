@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from eai.abilities.task import Task, goal, make_task
+from eai.abilities.goal_text import make_task
+from eai.abilities.task import Task, goal
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.check import check_benchmark
 from eai.benchmark.registry import find_benchmark

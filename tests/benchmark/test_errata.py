@@ -11,8 +11,8 @@ import pytest
 
 import eai.world as w
 from by_path import module_at
+from eai.abilities.goal_text import make_task
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.task import make_task
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark

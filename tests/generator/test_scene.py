@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.task import Task, make_task
+from eai.abilities.goal_text import make_task
+from eai.abilities.task import Task
 from eai.generator.prior import Pattern, Prior
 from eai.generator.scene import (
     _by_category,

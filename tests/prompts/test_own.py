@@ -34,7 +34,7 @@ def toy_questions() -> Questions:
     carry = replace(light, id="2", title="Carry", instruction="Carry $5.", goals=goals[1:])
     answers = {"1": "GO(shed), PRESS(lamp)", "2": "LIFT(red), GO(shed)"}
     return Questions(
-        Ability.ACTION_SEQUENCING,
+        Ability.ACTION_SEQUENCING.value,
         Wording.of(toy.DOMAIN),
         "a robot",
         {"1": light, "2": carry},

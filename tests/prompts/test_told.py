@@ -50,7 +50,7 @@ def world(name: str) -> tuple[Domain, Task]:
 def told(ability: Ability, domain: Domain, task: Task) -> str:
     """The question about a task that stands alone."""
     wording = Wording.of(domain)
-    questions = Questions(ability, wording, "an agent", {task.id: task}, "", lambda task_id: "")
+    questions = Questions(ability.value, wording, "an agent", {task.id: task}, "", lambda task_id: "")
     return render(questions, Templates())[task.id].user
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.verdict import Share
+from eai.abilities.share import Share
 from eai.households.behavior import domain as behavior
 from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.logic.choice import count_options, options

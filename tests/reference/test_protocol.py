@@ -10,9 +10,10 @@ from abilities.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
 from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.share import GoalTallies, Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.trial import Trial
-from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, Share
+from eai.abilities.verdict import Counted, PlanVerdict
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
 from eai.reference.protocol import EAI_1_0_5, TASK

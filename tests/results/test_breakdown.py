@@ -8,6 +8,7 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, names_in, read_statement
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
+from eai.abilities.share import Share
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import (
     OperatorReport,
@@ -15,7 +16,7 @@ from eai.abilities.transition_modeling.verdict import (
     OperatorVerdict,
     clause_content,
 )
-from eai.abilities.verdict import Confusion, PlanVerdict, Share
+from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome

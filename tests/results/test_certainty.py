@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from eai.abilities.verdict import Share
+from eai.abilities.share import Share
 from eai.results.certainty import (
     Case,
     Interval,

@@ -13,19 +13,10 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, Statement, StepReport
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.share import GoalTallies, Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import (
-    Confusion,
-    Counted,
-    ErrorReport,
-    GoalTallies,
-    PlanVerdict,
-    Share,
-    Span,
-    SpanKind,
-    Verdict,
-)
+from eai.abilities.verdict import Confusion, Counted, ErrorReport, PlanVerdict, Span, SpanKind, Verdict
 from eai.errors import InputError
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch

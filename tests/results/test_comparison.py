@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
+from eai.abilities.share import Share
 from eai.abilities.task_features import TaskFeatures
-from eai.abilities.verdict import Confusion, Share, Verdict
+from eai.abilities.verdict import Confusion, Verdict
 from eai.results.certainty import Case
 from eai.results.comparison import compare, exchange_p, sign_flip_p
 from eai.results.rate import Rate

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.task import make_task
+from eai.abilities.goal_text import make_task
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.packs import Pack, fetch
 from eai.benchmark.registry import find_benchmark

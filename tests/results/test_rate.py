@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.verdict import Confusion, Share, add, confusion_shares, of_all
+from eai.abilities.share import Share
+from eai.abilities.verdict import Confusion, add, confusion_shares, of_all
 from eai.results.rate import NOTHING, Rate, total
 
 counts = st.integers(0, 50)

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.abilities.attempt import Usage
-from eai.abilities.verdict import Share
+from eai.abilities.share import Share
 from eai.results.certainty import Case, interval_of_ratio
 from eai.results.cost import per_success, per_success_to_json
 from eai.results.rate import rate_of

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from by_path import ROOT
-from eai.abilities.verdict import Share
+from eai.abilities.share import Share
 from eai.errors import EaiError
 from eai.results.certainty import Case
 from eai.results.lines import TABLES, StepLine

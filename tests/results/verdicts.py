@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import ErrorReport, GoalTallies, PlanVerdict, Share, Verdict
+from eai.abilities.share import GoalTallies, Share
+from eai.abilities.verdict import ErrorReport, PlanVerdict, Verdict
 from eai.results.record import Record
 from eai.world.fault import FaultKind
 

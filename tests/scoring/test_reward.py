@@ -20,12 +20,12 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import FOUR
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.names import TaskReference
 from eai.data.store import Store
 from eai.logic.formula import And, Or
 from eai.pddl.planning import PlannerOutcome
 from eai.planning.successor_generator import applicable_actions
 from eai.scoring.reward import METRICS, Reward, Shaping, reward_of
-from eai.tasks.source import TaskReference
 from eai.world import Action, Constant, Episode, State
 from sweeps import examples
 from threading_tests import asked_by_threads

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import pytest
 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import (
@@ -14,7 +15,6 @@ from eai.abilities.verdict import (
     ErrorReport,
     Merit,
     PlanVerdict,
-    Share,
     Verdict,
     gain,
     gain_of_conditions,

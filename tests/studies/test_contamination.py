@@ -8,8 +8,9 @@ from pathlib import Path
 from typer.testing import CliRunner
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.share import GoalTallies, Share
 from eai.abilities.task_features import TaskFeatures
-from eai.abilities.verdict import GoalTallies, PlanVerdict, Share
+from eai.abilities.verdict import PlanVerdict
 from eai.cli import app
 from eai.results.record import Record
 from eai.results.table import Estimate

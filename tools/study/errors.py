@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from claim import Claim, Finding, Row, Status, by_degree
 from evidence import AS, GI, GPT_4O, NAMED, PLANS, SD, TM, B, Evidence, Suite, V, rate, told
 
-from eai.abilities.verdict import Share
+from eai.abilities.share import Share
 from eai.results.lines import AnswerLine, case_of
 from eai.results.paper_tables import paper_models
 from eai.results.table import Estimate

@@ -9,8 +9,8 @@ from statistics import fmean
 from typing import NamedTuple, TypeVar
 
 from eai.abilities.protocol import Ability
+from eai.abilities.share import Share
 from eai.abilities.transition_modeling.scorer import TransitionModeling
-from eai.abilities.verdict import Share
 from eai.benchmark.suite import Suite as ScoredSuite
 from eai.benchmark.suite import open_suite
 from eai.pddl.planning import PlannerChoice

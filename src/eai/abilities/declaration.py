@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import FOUR, Ability, registered_abilities
+from eai.abilities.share import Share
 from eai.abilities.task import GoalKind
-from eai.abilities.verdict import NOTHING, Confusion, PlanVerdict, Share, Shares, Verdict, of_all
+from eai.abilities.verdict import NOTHING, Confusion, PlanVerdict, Shares, Verdict, of_all
 from eai.errors import InputError
 from eai.world.fault import FaultKind
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from functools import cached_property
 from operator import mul
 
+from eai.abilities.share import GoalTallies, Share
 from eai.abilities.task import Goal, GoalKind, Task
-from eai.abilities.verdict import GoalTallies, Share
 from eai.errors import InputError
 from eai.logic.best_option import best_option
 from eai.logic.choice import Choice, ground

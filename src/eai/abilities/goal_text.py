@@ -1,24 +1,26 @@
-"""Goals as they are declared, formulas or text in the syntax of subgoals, checked in their scene."""
+"""Goals as formulas or text in the syntax of subgoals, checked in their scene, and tasks with such goals."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import eai.logic.formula as f
-from eai.abilities.notation.subgoals import SubgoalLexicon, SubgoalNotation
-from eai.errors import InputError, did_you_mean
+from eai.abilities.lexicon import FormulaLexicon, declared_lexicon
+from eai.abilities.task import Task, goal
+from eai.errors import InputError, did_you_mean, located
 from eai.logic.ltl import read_formula
-from eai.logic.rewriting import rewrite_in_time
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.rewriting import rename_variables, rewrite_in_time
 from eai.logic.signature import takes
 from eai.logic.traversal import bound_by, free_variables, is_state_formula, objects, walk
 from eai.world.domain import Domain
 from eai.world.frame import AGENT
-from eai.world.state import Scene
+from eai.world.state import Scene, State
 
 
-def lexicon_of_goals(domain: Domain, scene: Scene) -> SubgoalLexicon:
-    """The words of goals: those of subgoals; but actions may stand there without objects."""
-    lexicon = SubgoalNotation(domain).lexicon(scene)
+def lexicon_of_goals(domain: Domain, scene: Scene) -> FormulaLexicon:
+    """Return the lexicon of goals: as declared, and actions may stand there without objects."""
+    lexicon = declared_lexicon(domain, scene)
     signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), known={})
     return replace(lexicon, signature=signature)
 
@@ -74,3 +76,48 @@ def _is_choice(formula: f.Formula) -> bool:
     """Whether a formula is an action, or several of which one will do, with whatever objects."""
     parts = f.operands(formula, f.Or)
     return all(isinstance(part, f.Occurs) and not part.arguments for part in parts)
+
+
+def make_task(
+    task_id: str,
+    instruction: str,
+    initial: State,
+    *goals: f.Formula | str,
+    title: str = "",
+    domain: Domain | None = None,
+) -> Task:
+    """A task about all objects of its scene; one without a title of its own is called by its id.
+
+    Args:
+        task_id: known by this in answers and records.
+        instruction: the task in natural language.
+        initial: the state in which a plan starts.
+        goals: formulas, or text in the syntax of subgoals: ``forall l: lamp. (lit(l))``.
+        title: what tasks of a kind share.
+        domain: needed where a text names actions.
+
+    Raises:
+        InputError: a goal does not parse, or speaks of what the scene has not; says what was expected.
+    """
+    scene = initial.scene
+    formulas = []
+    for number, stated in enumerate(goals, 1):
+        with located(f"task {task_id}, goal {number}"):
+            if isinstance(stated, str):
+                formulas.append(read_goal(stated, domain or Domain("", scene.vocabulary, ()), scene))
+            else:
+                check_goal(stated, scene)
+                formulas.append(stated)
+    everything = tuple(range(len(scene.objects)))
+    return Task(task_id, title or task_id, instruction, initial, tuple(map(goal, formulas)), everything)
+
+
+def formula_text(formula: f.Formula) -> str:
+    """Return the text of a goal, which `read_goal` can read; an action on any objects is its name alone."""
+    match formula:
+        case f.Occurs(action, ()):
+            return action
+        case f.Or(operands) if operands and all(isinstance(each, f.Occurs) for each in operands):
+            return " or ".join(map(formula_text, operands))
+        case _:
+            return print_ltl(rename_variables(formula))

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
-from enum import Enum
+from collections.abc import Collection, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, ClassVar, TypeVar, cast
+from typing import TYPE_CHECKING, ClassVar, cast
 
 from typing_extensions import Self
 
 from eai.data.entry_points import EntryPoint, entry_points_of, is_there, names_of
-from eai.errors import InputError, did_you_mean
+from eai.errors import unknown_name
 
 if TYPE_CHECKING:
     from pydantic_core.core_schema import CoreSchema
@@ -51,7 +50,7 @@ class _Name(str):
             InputError: it is not known.
         """
         if name not in cls.known():
-            raise _unknown(name, cls.__name__.lower(), cls.known())
+            raise unknown_name(name, cls.__name__.lower(), cls.known())
         return cls(name)
 
     @classmethod
@@ -153,27 +152,7 @@ def registered_abilities() -> Mapping[Ability, EntryPoint]:
     return {Ability(name): point for name, point in entry_points_of(GROUP, _FIRST).items()}
 
 
-E = TypeVar("E", bound=Enum)
-
-
 def place_of(ability: Ability) -> int:
     """The place of an ability among all, by which they are sorted; those that are not installed come last."""
     known = list(registered_abilities())
     return known.index(ability) if ability in known else len(known)
-
-
-def member(kind: type[E], name: E | str, noun: str) -> E:
-    """The member of an enumeration with this value; ``noun`` is what a message calls such a thing.
-
-    Raises:
-        InputError: there is none.
-    """
-    try:
-        return kind(name)
-    except ValueError as error:
-        raise _unknown(str(name), noun, [each.value for each in kind]) from error
-
-
-def _unknown(name: str, noun: str, known: Iterable[str]) -> InputError:
-    """The error that there is no such thing."""
-    return InputError(f"{name!r} is no {noun}: expected one of {', '.join(known)}{did_you_mean(name, known)}")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import eai.logic.formula as f
 from eai.abilities.explanation import EXECUTED, SLIP, SLIPPED, GoalReport, PartReport, Statement, StepReport
+from eai.abilities.goal_text import formula_text
 from eai.abilities.task import Task
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, substitute
@@ -229,14 +230,3 @@ def part_reports(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartRe
         at = numbers[position + 1] if acted else None
         reports.append(PartReport(print_ltl(part), numbers[position], met_at=at))
     return tuple(reports)
-
-
-def formula_text(formula: f.Formula) -> str:
-    """A goal as a text that the reader of LTL takes; actions that any objects will do for by name alone."""
-    match formula:
-        case f.Occurs(action, ()):
-            return action
-        case f.Or(operands) if operands and all(isinstance(each, f.Occurs) for each in operands):
-            return " or ".join(map(formula_text, operands))
-        case _:
-            return print_ltl(rename_variables(formula))

@@ -16,7 +16,8 @@ from traceback import extract_tb
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from eai.abilities.explanation import Explanation
-from eai.abilities.verdict import RAISED, ErrorReport, TaskExclusion, Unreadable, Verdict
+from eai.abilities.task import TaskExclusion
+from eai.abilities.verdict import RAISED, ErrorReport, Unreadable, Verdict
 from eai.errors import EaiError, InputError
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NewType
 
-from eai.abilities.verdict import TaskExclusion
-from eai.errors import located
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.traversal import is_state_formula, objects, walk
 
 if TYPE_CHECKING:
     from eai.world.action import Action
-    from eai.world.domain import Domain
     from eai.world.state import Scene, State
+
+TaskExclusion = NewType("TaskExclusion", str)
+"""Reason for leaving a task out of all statistics. A task makes it (`Task.exclusion`), never an answer."""
 
 NO_GOALS = "the task has no goals"
 """The reason for excluding a task without goals: no answer to it can fail."""
@@ -172,40 +172,3 @@ def goal(formula: Formula) -> Goal:
         return Goal(GoalKind.ACTION, formula)
     relates = any(isinstance(part, Atom) and len(part.arguments) > 1 for part in parts)
     return Goal(GoalKind.RELATION if relates else GoalKind.STATE, formula)
-
-
-def make_task(
-    task_id: str,
-    instruction: str,
-    initial: State,
-    *goals: Formula | str,
-    title: str = "",
-    domain: Domain | None = None,
-) -> Task:
-    """A task about all objects of its scene; one without a title of its own is called by its id.
-
-    Args:
-        task_id: known by this in answers and records.
-        instruction: the task in natural language.
-        initial: the state in which a plan starts.
-        goals: formulas, or text in the syntax of subgoals: ``forall l: lamp. (lit(l))``.
-        title: what tasks of a kind share.
-        domain: needed where a text names actions.
-
-    Raises:
-        InputError: a goal does not parse, or speaks of what the scene has not; says what was expected.
-    """
-    from eai.abilities.goal_text import check_goal, read_goal
-    from eai.world.domain import Domain
-
-    scene = initial.scene
-    formulas = []
-    for number, stated in enumerate(goals, 1):
-        with located(f"task {task_id}, goal {number}"):
-            if isinstance(stated, str):
-                formulas.append(read_goal(stated, domain or Domain("", scene.vocabulary, ()), scene))
-            else:
-                check_goal(stated, scene)
-                formulas.append(stated)
-    everything = tuple(range(len(scene.objects)))
-    return Task(task_id, title or task_id, instruction, initial, tuple(map(goal, formulas)), everything)

@@ -12,35 +12,18 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import NamedTuple, NewType, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from typing_extensions import Self
 
 from eai.abilities.repair import Repair
+from eai.abilities.share import GoalTallies, Share
+from eai.abilities.task import TaskExclusion
+from eai.data.json_value import Json
 from eai.world.fault import FaultKind
 
 ALL = "all"
 """The key of all goals, or clauses, in counts by kind: each once, those of several kinds and of none too."""
-
-TaskExclusion = NewType("TaskExclusion", str)
-"""Reason for leaving a task out of all statistics. A task makes it (`Task.exclusion`), never an answer."""
-
-Json: TypeAlias = bool | int | float | str | Sequence["Json"] | Mapping[str, "Json"] | None
-
-
-class Share(NamedTuple):
-    """A part and a whole: the satisfied goals of all of a kind, or what one answer adds to a rate."""
-
-    numerator: int | float
-    denominator: int | float
-
-
-class GoalTallies(NamedTuple):
-    """How many of the goals of each of the three kinds are satisfied, and of how many."""
-
-    state: Share
-    relation: Share
-    action: Share
 
 
 class Confusion(NamedTuple):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeAlias
 
-from eai.abilities.reports import formula_text
+from eai.abilities.goal_text import formula_text
 from eai.abilities.rules import Rules, how_to_read, titled
 from eai.abilities.task import Task
 from eai.logic.rewriting import rename_objects

@@ -27,7 +27,8 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import NOTHING, UNREPLAYABLE, Share, of_all
+from eai.abilities.share import Share
+from eai.abilities.verdict import NOTHING, UNREPLAYABLE, of_all
 from eai.acting.verdict import ActingVerdict
 from eai.world.fault import FaultKind
 

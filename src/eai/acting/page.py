@@ -15,9 +15,9 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Lock
 from typing import Any, TypeAlias
 
-from eai.abilities.verdict import Json
 from eai.acting.person import RULES, completions, enter
 from eai.acting.play import Play
+from eai.data.json_value import Json
 from eai.errors import EaiError, InputError
 from eai.results.page import build_page, for_script
 

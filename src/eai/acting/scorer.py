@@ -19,8 +19,8 @@ from eai.abilities.goal_test import GoalTest, remaining_goals
 from eai.abilities.planning import find_plan
 from eai.abilities.reports import call_of, goal_reports
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.task import Task
-from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, TaskExclusion, Unreadable
+from eai.abilities.task import Task, TaskExclusion
+from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, Unreadable
 from eai.acting.play import Arena, Episode, read_episode, rules_of
 from eai.acting.setting import STANDARD
 from eai.acting.verdict import ActingVerdict, Outlook, Turn

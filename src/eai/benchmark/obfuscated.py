@@ -16,9 +16,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import eai.logic.formula as f
+from eai.abilities.lexicon import FormulaLexicon
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.notation.plans import PlanNotation
-from eai.abilities.notation.subgoals import SubgoalLexicon, SubgoalNotation, WrittenSubgoals
+from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals
 from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
 from eai.abilities.rules import Rules, how_to_read
@@ -229,7 +230,7 @@ class _TwinSubgoals(SubgoalNotation):
         super().__init__(plain.domain)
         self._plain, self._words = plain, words
 
-    def lexicon(self, scene: Scene) -> SubgoalLexicon:
+    def lexicon(self, scene: Scene) -> FormulaLexicon:
         return self._plain.lexicon(scene)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:

@@ -18,6 +18,7 @@ from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.names import suite_name
 from eai.benchmark.registry import registered
 from eai.data.files import files_below
 from eai.errors import InputError
@@ -25,7 +26,7 @@ from eai.prompts.feedback import Asker, Look
 from eai.prompts.own import Questions, operator_prompts, render, render_task, samples
 from eai.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
 from eai.prompts.template import Templates, template_names
-from eai.tasks.source import Source, TaskSet, suite_name
+from eai.tasks.source import Source, TaskSet
 
 
 def answer_form(benchmark: Benchmark, ability: Ability, task: Task | None, prompt: Prompt) -> Schema | None:
@@ -164,7 +165,7 @@ class Library:
         name = f"formats/{benchmark.name}_{ability.value}.txt"
         book, wording = open_answer_book(benchmark, ability, self.source), benchmark.wording(ability)
         return Questions(
-            ability,
+            ability.value,
             wording,
             benchmark.role,
             benchmark.tasks_for(ability, self.source),

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from eai.abilities.trial import Trial
     from eai.abilities.verdict import PlanVerdict, Verdict
     from eai.benchmark.benchmark import Benchmark, Opener
-    from eai.tasks.source import TaskReference
+    from eai.benchmark.names import TaskReference
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,11 +14,12 @@ from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.benchmark.benchmark import Benchmark, Opener
 from eai.benchmark.errata import Errata
+from eai.benchmark.names import TaskReference
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import silent
 from eai.errors import InputError, did_you_mean
-from eai.tasks.source import ErrataChoice, Source, TaskReference, TaskSet
+from eai.tasks.source import ErrataChoice, Source, TaskSet
 
 
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:

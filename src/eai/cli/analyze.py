@@ -12,12 +12,12 @@ import typer
 from pydantic import BeforeValidator
 
 from eai.abilities.options import Options
-from eai.abilities.verdict import Json
 from eai.cli import options
 from eai.cli.console import counted, errors, note, output, print_markdown, say, tell
 from eai.cli.options import OUTPUT, AsJson, DataFolder, flag
 from eai.cli.progress import scoring_progress
 from eai.data.files import writing_to
+from eai.data.json_value import Json
 from eai.errors import EaiError, InputError, did_you_mean, needing
 from eai.results.lines import SUITE, TABLES
 from eai.results.plots import styled, write

@@ -19,9 +19,9 @@ from eai.data.files import printable
 from eai.errors import how_to_install, needing
 
 if TYPE_CHECKING:
-    from eai.abilities.verdict import Json
     from eai.benchmark.benchmark import Benchmark
     from eai.benchmark.suite import Suite
+    from eai.data.json_value import Json
     from eai.tasks.source import Finding
 
 DOMAIN_HELP = f"A benchmark: {REFERENCES}."

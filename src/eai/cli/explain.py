@@ -17,7 +17,7 @@ from rich.text import Text
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport, near_misses
 from eai.abilities.planning import find_plan
-from eai.abilities.protocol import Ability, member
+from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT, repair_lines
 from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
@@ -33,7 +33,7 @@ from eai.cli.console import counted, output, print_json, say
 from eai.cli.options import AsJson, DataFolder, flag, store
 from eai.data.files import write_whole
 from eai.data.store import Store
-from eai.errors import EaiError, InputError, did_you_mean
+from eai.errors import EaiError, InputError, did_you_mean, member
 from eai.pictures.course import film_name, states_of
 from eai.pictures.rendered import film_of
 from eai.planning.planner import Planner

@@ -14,7 +14,7 @@ import typer
 
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
-from eai.abilities.verdict import Json
+from eai.benchmark.names import suite_name
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
 from eai.benchmark.suite import open_suite
@@ -24,6 +24,7 @@ from eai.cli.options import AsJson, DataFolder, flag, opened_source
 from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn, is_list, tasks_of, write_prompts
 from eai.data.files import Content, write_whole
 from eai.data.grouping import grouped
+from eai.data.json_value import Json
 from eai.errors import InputError
 from eai.households.submission import build_submission, check_submission
 from eai.pddl.planning import PlannerChoice
@@ -36,7 +37,7 @@ from eai.scoring.records import read_records
 from eai.scoring.reward import Reward, Shaping, is_paid
 from eai.scoring.runs import find_record_files
 from eai.scoring.training_data import Row
-from eai.tasks.source import ErrataChoice, suite_name
+from eai.tasks.source import ErrataChoice
 from eai.tasks.task_files import task_files_in
 from eai.world.domain import Domain
 from eai.world.execution import execute

@@ -10,6 +10,7 @@ from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.names import TaskReference
 from eai.envs.agents import AGENTS, Agent, refusal_of
 from eai.envs.command import DONE
 from eai.envs.game import Game
@@ -20,7 +21,6 @@ from eai.planning.planner import needed_actions, planner_of
 from eai.planning.search import Limits
 from eai.planning.successor_generator import PlanNode
 from eai.scoring.reward import suite_of
-from eai.tasks.source import TaskReference
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute

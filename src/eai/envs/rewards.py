@@ -13,13 +13,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from eai.abilities.protocol import member
 from eai.abilities.reasoning import split_reasoning
+from eai.benchmark.names import TaskReference
 from eai.envs.game import Game
 from eai.envs.reference import stage_of
 from eai.envs.rules import TRAINING, Rules
+from eai.errors import member
 from eai.scoring.reward import METRICS, Grade, Shaping, reward_of
-from eai.tasks.source import TaskReference
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
 """The output of a policy: a text, or messages of which the last is its answer."""

@@ -9,8 +9,8 @@ from math import ceil
 from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.goal_test import GoalTest
+from eai.abilities.share import Share
 from eai.abilities.task import Task
-from eai.abilities.verdict import Share
 from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE, Commands
 from eai.envs.observation import Observer, task_text

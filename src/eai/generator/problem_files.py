@@ -9,8 +9,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import eai.logic.formula as f
-from eai.abilities.goal_text import check_goal
-from eai.abilities.task import Task, make_task
+from eai.abilities.goal_text import check_goal, make_task
+from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.data.files import files_below
 from eai.errors import InputError, located, read_all

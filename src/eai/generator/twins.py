@@ -24,9 +24,9 @@ from eai.abilities.goal_test import solves
 from eai.abilities.planning import find_plan, is_impossible
 from eai.abilities.reports import fact_text
 from eai.abilities.task import Goal, Task, goal
-from eai.abilities.verdict import Json
 from eai.abilities.wording import is_property
 from eai.benchmark.benchmark import Benchmark
+from eai.data.json_value import Json
 from eai.generator.measures import presence
 from eai.generator.prior import Prior
 from eai.generator.scene import is_empty, shuffled, stance, with_double

@@ -13,7 +13,8 @@ from typing import TypeAlias
 from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
-from eai.abilities.reports import UNTOLD, formula_text
+from eai.abilities.goal_text import formula_text
+from eai.abilities.reports import UNTOLD
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import RAISED, ErrorReport

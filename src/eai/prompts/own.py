@@ -15,7 +15,6 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.operator_task import TransitionTask
-from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.wording import Wording
 from eai.logic.traversal import predicates_of, walk
@@ -33,6 +32,9 @@ EXAMPLES = 2
 
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
+_PLANS = "action_sequencing"
+"""Name of the templates of questions that ask for a plan."""
+
 _WORD = re.compile(r"[^\s()]+")
 
 Example: TypeAlias = Callable[[str], str]
@@ -44,7 +46,7 @@ class Questions:
     """The material of the prompts of one ability; any declared domain will do.
 
     Attributes:
-        ability: the ability; transition modeling is rendered by `operator_prompts`.
+        template: name of the templates: that of the ability. Transition modeling has `operator_prompts`.
         wording: the words of the declaration.
         role: who carries out what is asked for, as in ``a household robot``.
         tasks: the tasks by id.
@@ -54,7 +56,7 @@ class Questions:
             shows the true task.
     """
 
-    ability: Ability
+    template: str
     wording: Wording
     role: str
     tasks: Mapping[str, Task]
@@ -65,7 +67,7 @@ class Questions:
 
 def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
     """The prompt of every task, by id. Each shows as example the first task that has another title."""
-    name, wording, tasks = questions.ability.value, questions.wording, questions.tasks
+    name, wording, tasks = questions.template, questions.wording, questions.tasks
     shared = {
         "role": questions.role,
         "vocabulary": wording.vocabulary(),
@@ -147,7 +149,7 @@ def explanations(name: str, tasks: Iterable[Task], templates: Templates) -> list
     about = [task.told for task in tasks]
     goals = [goal for task in about for goal in task.goals]
     forms = {type(part) for goal in goals for part in walk(goal.formula)}
-    is_plan, asks = name == Ability.ACTION_SEQUENCING.value, any(task.fits is not None for task in about)
+    is_plan, asks = name == _PLANS, any(task.fits is not None for task in about)
     used = {
         name: any(goal.kind is GoalKind.ACTION for goal in goals),
         **{word: form in forms for form, word in _QUANTIFIERS.items()},

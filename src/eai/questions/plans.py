@@ -10,7 +10,7 @@ import random
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.reports import formula_text
+from eai.abilities.goal_text import formula_text
 from eai.questions.one_step import never_true, statements
 from eai.questions.question import Accept
 from eai.questions.setting import (

@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from functools import cache
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.verdict import Share
+from eai.abilities.share import Share
 from eai.data.grouping import grouped
 from eai.questions.question import Form, Kind, Question, gold_text, grade
 from eai.questions.setting import Item, Setting

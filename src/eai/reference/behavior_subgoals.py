@@ -18,7 +18,7 @@ from functools import partial
 from random import Random
 from typing import TypeAlias
 
-from eai.abilities.notation.subgoals import SubgoalLexicon
+from eai.abilities.lexicon import FormulaLexicon
 from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected, unparseable
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
@@ -160,7 +160,7 @@ _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 class _Notation(BehaviorSubgoals):
     """The reference's names; it checks numbers of objects and names of objects in an order of its own."""
 
-    def lexicon(self, scene: Scene) -> SubgoalLexicon:
+    def lexicon(self, scene: Scene) -> FormulaLexicon:
         """The names of the data set, where parts of objects have none."""
         predicates = dict.fromkeys((*category_predicates(scene), *ARITIES))
         return meant(scene, Signature(predicates, dict.fromkeys(ACTIONS), None), published_names(scene))

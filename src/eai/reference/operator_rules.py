@@ -46,10 +46,11 @@ from functools import partial
 from typing import ClassVar, TypeAlias
 
 from eai.abilities.operator_task import TransitionTask
+from eai.abilities.task import TaskExclusion
 from eai.abilities.transition_modeling.extraction import Memory
 from eai.abilities.transition_modeling.rules import NOT_RUN, Judgement, Replaced, Rules
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
-from eai.abilities.verdict import ErrorReport, TaskExclusion
+from eai.abilities.verdict import ErrorReport
 from eai.logic.matching import maximum_matching
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import SideMatch

@@ -20,12 +20,14 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.notation.plans import Course
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
+from eai.abilities.share import Share
 from eai.abilities.trial import Trial
-from eai.abilities.verdict import ErrorReport, PlanVerdict, Share, Verdict
+from eai.abilities.verdict import ErrorReport, PlanVerdict, Verdict
 from eai.benchmark.benchmark import Benchmark, Opener
+from eai.benchmark.names import TaskReference
 from eai.benchmark.protocols import Implementation
 from eai.errors import InputError
-from eai.tasks.source import Source, TaskReference, TaskSet
+from eai.tasks.source import Source, TaskSet
 from eai.world.action import Action, Fault
 from eai.world.episode import Episode
 from eai.world.fault import FaultKind

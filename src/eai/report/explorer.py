@@ -17,9 +17,10 @@ from urllib.parse import quote
 from eai.abilities.explanation import Explanation, StepReport, near_misses
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import repair_lines
-from eai.abilities.verdict import Json, PlanVerdict, SpanKind, Verdict
+from eai.abilities.verdict import PlanVerdict, SpanKind, Verdict
 from eai.acting.verdict import ActingVerdict
 from eai.benchmark.registry import title_of
+from eai.data.json_value import Json
 from eai.pictures.course import Course
 from eai.pictures.tiles import Tile
 from eai.results.page import build_page, for_script

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.declaration import MetricColumn
-from eai.abilities.verdict import Json
 from eai.data.files import write_whole
+from eai.data.json_value import Json
 from eai.errors import InputError, did_you_mean
 from eai.report.cost import cost_csv, cost_section
 from eai.report.document import report_markdown

@@ -29,7 +29,7 @@ from itertools import product
 from statistics import NormalDist, fmean
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.verdict import Share
+from eai.abilities.share import Share
 from eai.results.rate import Rate
 
 _WIDEST = 1e4

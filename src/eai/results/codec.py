@@ -22,8 +22,10 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, Statement
 from eai.abilities.options import misfit
 from eai.abilities.protocol import Ability
+from eai.abilities.share import GoalTallies
 from eai.abilities.task_features import TaskFeatures
-from eai.abilities.verdict import GoalTallies, Json, Verdict
+from eai.abilities.verdict import Verdict
+from eai.data.json_value import Json
 from eai.errors import InputError
 from eai.results.record import Origin, Record, Stated
 

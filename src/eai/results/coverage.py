@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import reduce
 
-from eai.abilities.verdict import Json
+from eai.data.json_value import Json
 
 
 @dataclass(frozen=True, slots=True)

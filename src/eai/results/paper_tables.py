@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
-from eai.abilities.verdict import Share
+from eai.abilities.share import Share
 from eai.data.files import file_name, parse_toml
 from eai.data.grouping import grouped
 from eai.results.coverage import Coverage

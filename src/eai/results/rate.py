@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from eai.abilities.verdict import Json, Share, Shares
+from eai.abilities.share import Share
+from eai.abilities.verdict import Shares
+from eai.data.json_value import Json
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 from eai.abilities.declaration import AnswerOutcome, declaration_of, the_four
 from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.verdict import NONE, PlanVerdict, Share, Shares, Verdict, of_all
+from eai.abilities.share import Share
+from eai.abilities.verdict import NONE, PlanVerdict, Shares, Verdict, of_all
 from eai.abilities.verdict import NOTHING as NO_SHARE
 from eai.data.grouping import grouped
 from eai.results.certainty import Case

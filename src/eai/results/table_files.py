@@ -11,8 +11,8 @@ from dataclasses import fields
 from pathlib import Path
 from typing import get_type_hints
 
-from eai.abilities.verdict import Json
 from eai.data.files import printable, write_whole
+from eai.data.json_value import Json
 from eai.errors import InputError
 from eai.results.lines import MODEL, SUITE, TOGETHER, Line, SuiteKey
 from eai.results.markdown import rows_markdown

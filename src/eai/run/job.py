@@ -14,10 +14,10 @@ from eai.abilities.answer_schema import Schema
 from eai.abilities.experiment import Experiment
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
-from eai.abilities.verdict import Json
 from eai.acting.setting import ACTING, AGENT
 from eai.benchmark.prompt_library import answer_form
 from eai.benchmark.suite import Suite
+from eai.data.json_value import Json
 from eai.errors import InputError, did_you_mean
 from eai.pictures.scene_graph import SCENE
 from eai.prompts.prompt import Prompt

@@ -32,15 +32,16 @@ from rich.text import Text
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
-from eai.abilities.verdict import Json
 from eai.acting.play import in_setting
 from eai.acting.setting import ACTING, AGENT, Setting
 from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.names import suite_name
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.files import file_name, require_file, writing_to
 from eai.data.grouping import grouped
+from eai.data.json_value import Json
 from eai.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt
@@ -56,7 +57,7 @@ from eai.run.spec import read_spec, study_of
 from eai.scoring.epochs import Believed, Obtained, SuiteResult, majority
 from eai.scoring.trials import Place, Trials, open_trials
 from eai.studies.variation import Endpoint, Stage
-from eai.tasks.source import ErrataChoice, Source, suite_name
+from eai.tasks.source import ErrataChoice, Source
 
 
 class _RefusalError(InputError, click.ClickException):

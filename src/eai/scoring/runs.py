@@ -13,6 +13,7 @@ from urllib.parse import urlencode
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol, place_of
+from eai.benchmark.names import TaskReference
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import registered
 from eai.data.files import content_of, files_below, write_whole
@@ -22,7 +23,6 @@ from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_setting
 from eai.results.record import Record
 from eai.scoring.records import RECORDS, read_records
-from eai.tasks.source import TaskReference
 
 _LOG = "inspect.json"
 """The file beside records that says where Inspect's log has their samples."""

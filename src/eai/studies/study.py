@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from eai.abilities.protocol import Ability, Protocol
-    from eai.abilities.verdict import Json
+    from eai.data.json_value import Json
     from eai.results.table import Table
     from eai.scoring.runs import RunKey
     from eai.studies.records import Records

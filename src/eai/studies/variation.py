@@ -12,7 +12,7 @@ from pydantic import SerializeAsAny
 from eai.abilities.experiment import Experiment
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability, place_of
-from eai.abilities.verdict import Json
+from eai.data.json_value import Json
 from eai.errors import InputError
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ import json
 import pytest
 
 from eai.abilities.goal_test import alternatives
+from eai.abilities.goal_text import formula_text, make_task
 from eai.abilities.notation.goal_lexicon import _StatedGoals, read_stated, write_goals
 from eai.abilities.notation.goals import JsonGoals
-from eai.abilities.reports import formula_text
-from eai.abilities.task import GoalKind, Task, make_task
+from eai.abilities.task import GoalKind, Task
 from eai.benchmark.registry import find_benchmark
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.households.virtualhome.tasks import VirtualHomeTasks

@@ -5,12 +5,14 @@ import json
 import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
-from eai.abilities.notation.subgoals import SubgoalLexicon, SubgoalNotation, WrittenSubgoals, spelt
+from eai.abilities.lexicon import FormulaLexicon
+from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import Unreadable
 from eai.errors import InputError
 from eai.logic.formula import Atom, Constant, Equals, Exists, Not, Occurs, Variable
+from eai.logic.ltl import spelt
 from eai.logic.signature import Signature
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
@@ -117,7 +119,7 @@ def test_a_domain_with_other_names_is_scored_by_the_spelling_of_its_own() -> Non
     assert scorer.score('{"output": ["pick_up(a_1)"]}').success
 
 
-LEXICON = SubgoalLexicon(
+LEXICON = FormulaLexicon(
     TASK.scene,
     Signature({"shining": 1, "lit": 1, "seen": 1, "box_of": 1}),
     {"lamp": 5, "lamp.1": 5, "red": 3},
@@ -141,7 +143,7 @@ def test_what_the_domain_says_is_said_in_the_words_of_subgoals() -> None:
     dark = GroundAtom("lit", (5,), truth=False)
     assert LEXICON.write_literal(dark) == Not(Atom("lit", (Constant("lamp.1"),)))
     assert LEXICON.write_action(Action("PRESS", (3,))) == Occurs("press", (Constant("red"),))
-    hidden = SubgoalLexicon(TASK.scene, Signature({"shining": 1}), {"lamp": 5}, predicates={"shining": "lit"})
+    hidden = FormulaLexicon(TASK.scene, Signature({"shining": 1}), {"lamp": 5}, predicates={"shining": "lit"})
     assert hidden.write_literal(GroundAtom("lit", (5,), truth=True)) == Atom("shining", (Constant("lamp"),))
 
 

@@ -7,8 +7,10 @@ from dataclasses import replace
 
 import pytest
 
+from eai.abilities.goal_text import make_task as task_of
 from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.planning import find_plan
+from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.declaration import contributions
 from eai.abilities.subgoal_decomposition.refinement import Refinement
@@ -16,8 +18,6 @@ from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
-from eai.abilities.task import make_task as task_of
-from eai.abilities.verdict import Share
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
 from eai.logic.ltl import read_formula
 from eai.planning.planner import Planner

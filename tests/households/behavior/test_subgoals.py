@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.abilities.protocol import Protocol
+from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.task import Goal, GoalKind
-from eai.abilities.verdict import Share, Verdict
+from eai.abilities.verdict import Verdict
 from eai.logic.formula import Atom, Constant
 from eai.world.fault import FaultKind
 from households.behavior.kitchen import make_task

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import eai.world as w
-from eai.abilities.task import Task, goal, make_task
+from eai.abilities.goal_text import make_task
+from eai.abilities.task import Task, goal
 from eai.benchmark.benchmark import Benchmark
 from eai.logic.formula import Constant
 from eai.tasks.source import given

@@ -10,8 +10,9 @@ import pytest
 
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
+from eai.abilities.share import Share
 from eai.abilities.task import Task
-from eai.abilities.verdict import PlanVerdict, Share
+from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite

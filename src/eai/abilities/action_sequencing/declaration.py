@@ -17,7 +17,8 @@ from eai.abilities.declaration import (
     times_additional,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import PlanVerdict, Share, of_all
+from eai.abilities.share import Share
+from eai.abilities.verdict import PlanVerdict, of_all
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer

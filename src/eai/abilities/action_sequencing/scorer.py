@@ -13,8 +13,9 @@ from eai.abilities.notation.plans import QUESTION, CarryOut, Course, PlanNotatio
 from eai.abilities.repair import Repair
 from eai.abilities.reports import goal_reports, step_reports
 from eai.abilities.scorer import Assessment, PlanScorer, error_report
+from eai.abilities.share import Share
 from eai.abilities.task import Task
-from eai.abilities.verdict import ErrorReport, PlanVerdict, Share, Unreadable, Verdict
+from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
 from eai.errors import InputError
 from eai.world.action import Action
 from eai.world.domain import Domain, as_declared

@@ -19,8 +19,9 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
+from eai.abilities.share import Share
 from eai.abilities.task import GoalKind
-from eai.abilities.verdict import ALL, NO_COUNTS, Share, add, confusion_shares, of_all
+from eai.abilities.verdict import ALL, NO_COUNTS, add, confusion_shares, of_all
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:

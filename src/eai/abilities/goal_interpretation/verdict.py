@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Json, Merit, Verdict, merit_of_parts
+from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Merit, Verdict, merit_of_parts
+from eai.data.json_value import Json
 from eai.world.fault import FaultKind
 
 

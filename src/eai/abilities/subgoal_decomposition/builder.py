@@ -20,7 +20,8 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.abilities.goal_test import StateTest
-from eai.abilities.notation.subgoals import SubgoalLexicon, WrittenSubgoals
+from eai.abilities.lexicon import FormulaLexicon
+from eai.abilities.notation.subgoals import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS,
     Compiled,
@@ -202,7 +203,7 @@ class Programs:
     """
 
     def __init__(
-        self, task: Task, lexicon: SubgoalLexicon, refinement: Refinement, distinguished: Collection[str]
+        self, task: Task, lexicon: FormulaLexicon, refinement: Refinement, distinguished: Collection[str]
     ) -> None:
         self.task = task
         self.lexicon = lexicon

@@ -19,8 +19,9 @@ from eai.abilities.declaration import (
     times_additional,
 )
 from eai.abilities.protocol import Ability
+from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
-from eai.abilities.verdict import Share, of_all
+from eai.abilities.verdict import of_all
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:

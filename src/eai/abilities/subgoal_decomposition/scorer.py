@@ -13,6 +13,7 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.reports import goal_reports, part_reports, step_reports
 from eai.abilities.scorer import Assessment, Scorer, error_report
+from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.program import Compiled, Rejected
 from eai.abilities.subgoal_decomposition.refinement import Refinement
@@ -25,7 +26,7 @@ from eai.abilities.subgoal_decomposition.search import (
 )
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.task import GoalKind, Task
-from eai.abilities.verdict import ErrorReport, Share
+from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import Formula, Then
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl

@@ -21,9 +21,10 @@ from eai.abilities.declaration import (
     score_columns,
 )
 from eai.abilities.protocol import Ability
+from eai.abilities.share import Share
 from eai.abilities.task import CATEGORIES
 from eai.abilities.transition_modeling.verdict import OperatorVerdict, counts_by_category, overall_counts
-from eai.abilities.verdict import NO_COUNTS, NOTHING, Share, add, confusion_shares, of_all
+from eai.abilities.verdict import NO_COUNTS, NOTHING, add, confusion_shares, of_all
 from eai.pddl.planning import PlannerOutcome
 
 if TYPE_CHECKING:

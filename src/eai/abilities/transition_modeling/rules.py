@@ -16,9 +16,10 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, TypeAlias
 
 from eai.abilities.operator_task import TransitionTask
+from eai.abilities.task import TaskExclusion
 from eai.abilities.transition_modeling.extraction import Memory, Readings, WrittenOperator, extract
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
-from eai.abilities.verdict import Confusion, ErrorReport, Span, TaskExclusion, Unreadable, add
+from eai.abilities.verdict import Confusion, ErrorReport, Span, Unreadable, add
 from eai.pddl.check import Declarations, PddlFinding, check_action
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.matching import OperatorMatch, match_operators, missing_operator

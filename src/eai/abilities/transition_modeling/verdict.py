@@ -9,7 +9,8 @@ from enum import Enum
 from typing import NamedTuple
 
 from eai.abilities.task import Category
-from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Json, Merit, Verdict, add, merit_of_parts
+from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Merit, Verdict, add, merit_of_parts
+from eai.data.json_value import Json
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import NO_MATCH, SideMatch, predicates_in
 from eai.pddl.planning import PlannerOutcome

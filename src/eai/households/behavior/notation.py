@@ -14,9 +14,10 @@ from dataclasses import replace
 from functools import cache
 from typing import ClassVar
 
+from eai.abilities.lexicon import FormulaLexicon
 from eai.abilities.notation.goals import Alternatives, JsonGoals, Word
 from eai.abilities.notation.plans import JsonPlans
-from eai.abilities.notation.subgoals import SubgoalLexicon, SubgoalNotation, WrittenSubgoals, read_output
+from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
 from eai.households.behavior import domain as behavior
@@ -98,11 +99,11 @@ ACTIONS: Mapping[str, int | None] = {
 _NUMBERED = re.compile(r"(.+)_(\d+)")
 
 
-def meant(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> SubgoalLexicon:
+def meant(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> FormulaLexicon:
     """The meanings of these names in the domain."""
     categories = {n: c for n, c in category_predicates(scene).items() if scene.vocabulary.arity(n) is None}
     actions = {name: name.upper() for name in ACTIONS}
-    return SubgoalLexicon(scene, signature, objects, IN_DOMAIN, actions, categories, UNOBSERVED, ROBOT)
+    return FormulaLexicon(scene, signature, objects, IN_DOMAIN, actions, categories, UNOBSERVED, ROBOT)
 
 
 def category_predicates(scene: Scene) -> dict[str, str]:
@@ -139,7 +140,7 @@ class BehaviorSubgoals(SubgoalNotation):
     def __init__(self) -> None:
         super().__init__(behavior.as_meant())
 
-    def lexicon(self, scene: Scene) -> SubgoalLexicon:
+    def lexicon(self, scene: Scene) -> FormulaLexicon:
         """The prompts' names of states, actions and objects."""
         known = {name: arity for name, arity in ACTIONS.items() if arity is not None}
         objects = object_names(scene)

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.answer_text import Pairs, read_json
+from eai.abilities.lexicon import FormulaLexicon, objects_and_classes
 from eai.abilities.notation.goals import (
     SECTIONS,
     GoalNotation,
@@ -20,13 +21,7 @@ from eai.abilities.notation.goals import (
     WrittenGoals,
     sections_form,
 )
-from eai.abilities.notation.subgoals import (
-    SubgoalLexicon,
-    SubgoalNotation,
-    WrittenSubgoals,
-    objects_and_classes,
-    read_output,
-)
+from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome import domain as virtualhome
@@ -200,10 +195,10 @@ class VirtualHomeSubgoals(SubgoalNotation):
         }
         self._alone = frozenset(name for name, arity in self._actions.items() if arity == 0)
 
-    def lexicon(self, scene: Scene) -> SubgoalLexicon:
+    def lexicon(self, scene: Scene) -> FormulaLexicon:
         """The names of the data set, which are those of the scene."""
         names = objects_and_classes(scene.index, scene)
-        return SubgoalLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
+        return FormulaLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """The subgoals in an answer; actions without objects need no brackets."""

@@ -28,7 +28,7 @@ from eai.studies.study import Analysis, Figures, Study
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from eai.abilities.verdict import Json
+    from eai.data.json_value import Json
     from eai.studies.records import Records
 
 

@@ -17,7 +17,8 @@ from pydantic import Field
 
 from eai.abilities.explanation import EXECUTED
 from eai.abilities.options import Options
-from eai.abilities.verdict import Share, of_all
+from eai.abilities.share import Share
+from eai.abilities.verdict import of_all
 from eai.benchmark.features import Features
 from eai.data.grouping import grouped
 from eai.results.certainty import Case

@@ -13,7 +13,8 @@ from typing import TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.options import Options
-from eai.abilities.verdict import PlanVerdict, Share, of_all
+from eai.abilities.share import Share
+from eai.abilities.verdict import PlanVerdict, of_all
 from eai.errors import InputError
 from eai.results.certainty import Case
 from eai.results.rate import rate_of

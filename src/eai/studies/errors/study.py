@@ -13,7 +13,8 @@ from pydantic import Field
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.options import Options
-from eai.abilities.verdict import Share, of_all
+from eai.abilities.share import Share
+from eai.abilities.verdict import of_all
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.certainty import Case

@@ -17,7 +17,8 @@ from eai.abilities.declaration import (
     label_of,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import Share, add, confusion_shares, of_all
+from eai.abilities.share import Share
+from eai.abilities.verdict import add, confusion_shares, of_all
 from eai.results.record import Perceived
 from eai.studies.perception.verdict import SceneGraphVerdict
 

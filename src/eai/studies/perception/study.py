@@ -15,7 +15,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.options import Options
-from eai.abilities.verdict import Share
+from eai.abilities.share import Share
 from eai.data.files import file_name
 from eai.data.grouping import grouped
 from eai.errors import InputError
