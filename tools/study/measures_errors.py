@@ -53,17 +53,30 @@ def several_actions(evidence: Evidence) -> Finding:
             for record in records
             if isinstance(record.verdict, SubgoalVerdict) and record.verdict.executable
         ]
-        longer = sum(verdict.tried_actions > verdict.refined for verdict in verdicts)
-        actions, subgoals = (
-            sum(verdict.tried_actions for verdict in verdicts),
-            sum(verdict.refined for verdict in verdicts),
-        )
+        longer = sum(bool(verdict.added_actions) for verdict in verdicts)
+        subgoals = sum(verdict.refined or 0 for verdict in verdicts)
+        actions = subgoals + sum(verdict.added_actions or 0 for verdict in verdicts)
         hits.append((int(longer > 0), 1))
         text.append(
             f"{NAMED[domain]}: {longer:,} of {len(verdicts):,} executed answers take more actions than they "
             f"have subgoals, {actions / subgoals:.1f} each"
         )
     return all_of(*hits, text="; ".join(text))
+
+
+def search_limits(evidence: Evidence) -> Finding:
+    """Count searches for the actions of subgoals that ended at a limit of ours."""
+    ends = Counter(
+        record.verdict.search
+        for domain in (V, B)
+        for records in evidence.suites[Suite(domain, SD)].values()
+        for record in records
+        if isinstance(record.verdict, SubgoalVerdict) and record.verdict.search is not None
+    )
+    return all_of(
+        (ends["complete"], ends.total()),
+        text=f"{ends['complete']:,} of {ends.total():,} searches for the models' subgoals are complete",
+    )
 
 
 def closed_in_virtualhome(evidence: Evidence) -> Finding:

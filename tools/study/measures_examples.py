@@ -233,6 +233,11 @@ def goals_of_pictures(evidence: Evidence) -> Finding:
     return _each_occurs(counts, "goals that executed answers with subgoals miss")
 
 
+def plywood_apart(evidence: Evidence) -> Finding:
+    missed = sum("plywood" in text and "nextto" in text for text in _missed(evidence, B))
+    return _each_occurs({"plywood": missed}, "goals of nearness that executed answers with subgoals miss")
+
+
 def drink_left_out(evidence: Evidence) -> Finding:
     return _each_occurs(
         {"DRINK": sum("DRINK" in text for text in _missed(evidence, V))},

@@ -26,6 +26,9 @@ OF_VIRTUALHOME = {"plug_in": 0.09, "walk_towards": 0.63}
 SPATIAL = "spatial_relations"
 """The category of spatial relations."""
 
+_CLEAN_BRUSH = re.compile(r"clean_stained_brush(?:(?!:action).)*\(not \(stained \?scrub_brush\)\)", re.DOTALL)
+"""The operator with an effect on the brush."""
+
 HIGH = 0.9
 """A share of solved problems that counts as nearly perfect or high."""
 
@@ -127,17 +130,55 @@ def grab(evidence: Evidence) -> Finding:
 
 
 def lie(evidence: Evidence) -> Finding:
-    return _written(evidence, V, ("lie",), "precondition", "sittable")
+    """Count the answers that write one predicate too many and lack the other."""
+    clauses = [
+        each
+        for each in evidence.of(evidence.tables.clauses, Suite(V, TM))
+        if each.operator == "lie" and each.side == "precondition"
+    ]
+    found = {
+        (verdict, word): {
+            (each.model, each.task)
+            for each in clauses
+            if each.verdict == verdict and word in each.predicates.split()
+        }
+        for verdict, word in (("additional", "sittable"), ("missing", "lieable"))
+    }
+    swapped = found["additional", "sittable"] & found["missing", "lieable"]
+    answers = {(each.model, each.task) for each in clauses}
+    return if_so(
+        bool(swapped),
+        f"sittable stands in place of lieable in {len(swapped)} of {len(answers)} answers, of "
+        f"{len({model for model, _ in swapped})} models",
+    )
 
 
 def brush(evidence: Evidence) -> Finding:
-    return _written(evidence, B, ("clean_stained_brush",), "effect", "stained")
+    """Read the texts, because clauses are listed without their arguments."""
+    records = [
+        record
+        for records in evidence.suites[Suite(B, TM)].values()
+        for record in records
+        if "clean_stained_brush" in record.response
+    ]
+    wrong = [record for record in records if _CLEAN_BRUSH.search(record.response)]
+    models = {record.model for record in wrong}
+    return if_so(
+        bool(wrong),
+        f"so in {len(wrong)} of {len(records)} answers with clean_stained_brush, of {len(models)} models",
+    )
 
 
 def wearable(evidence: Evidence) -> Finding:
+    library = next(iter(find_benchmark(V).operators(evidence.published).values())).domain
+    is_known = "wearable" in {each.name for each in library.header.predicates}
     records = [each for runs in evidence.suites[Suite(V, TM)].values() for each in runs]
     hits = sum("wearable" in each.response for each in records)
-    return if_so(hits > 0, f"{hits} of {len(records):,} answers")
+    return if_so(
+        hits > 0 and not is_known,
+        f"written in {hits} of {len(records):,} answers; it is {'a' if is_known else 'no'} predicate of "
+        "VirtualHome's domain",
+    )
 
 
 def mixtures(evidence: Evidence) -> Finding:
@@ -330,22 +371,3 @@ def _solved_alone(evidence: Evidence) -> dict[str, bool]:
             isinstance(verdict, OperatorVerdict) and verdict.planner is PlannerOutcome.SOLVED
         )
     return solved
-
-
-def _written(evidence: Evidence, domain: str, operators: Collection[str], side: str, word: str) -> Finding:
-    clauses = [
-        each
-        for each in evidence.of(evidence.tables.clauses, Suite(domain, TM))
-        if each.operator in operators and each.side == side
-    ]
-    answers = {(each.model, each.task) for each in clauses}
-    wrong = {
-        (each.model, each.task)
-        for each in clauses
-        if each.verdict == "additional" and word in each.predicates.split()
-    }
-    models = len({model for model, _ in wrong})
-    return if_so(
-        bool(wrong),
-        f"{word} stands wrongly in the {side} in {len(wrong)} of {len(answers)} answers, of {models} models",
-    )

@@ -151,6 +151,19 @@ def open_weight_goals(evidence: Evidence) -> Finding:
     return _first_of_open(evidence, "Llama 3 70B", ("GI", "overall.f1"))
 
 
+def lead_of_llama(evidence: Evidence) -> Finding:
+    """Call a lead of five points over the next open model large."""
+    gaps = {}
+    for world in "VB":
+        rates = rates_of(evidence, world, "GI", "overall.f1")
+        gaps[world] = rates["Llama 3 70B"] - max(rates[m] for m in OPEN_WEIGHT if m != "Llama 3 70B")
+    return Finding(
+        by_degree(min(gaps.values()) >= 5, max(gaps.values()) > 0),
+        f"F1 of Llama 3 70B less that of the next of the four open models of the paper: VirtualHome "
+        f"{gaps['V']:+.1f}, BEHAVIOR {gaps['B']:+.1f} points",
+    )
+
+
 def execution_by_world(evidence: Evidence) -> Finding:
     return _higher_in_virtualhome(evidence, ("AS", "execution_success"), ("SD", "execution_success"))
 
