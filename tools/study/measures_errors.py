@@ -40,7 +40,7 @@ LEADER, SECOND = "o1-preview", "Claude-3.5 Sonnet"
 
 P_LIMIT = 0.05
 OFTEN = 0.5
-"""A share of models or answers above which something is often so."""
+"""Minimum share of models for a statement with “often”."""
 
 
 def several_actions(evidence: Evidence) -> Finding:
@@ -215,7 +215,7 @@ def conditions_in_quantifiers(evidence: Evidence) -> Finding:
 
 
 def success_without_quantifiers(evidence: Evidence) -> Finding:
-    """Compare BEHAVIOR's tasks without quantifiers with VirtualHome, where they are equally simple."""
+    """Compare BEHAVIOR's tasks with and without quantifiers with VirtualHome's tasks."""
     shares = {}
     for name, domain, quantified in (("without", B, False), ("with", B, True), ("VirtualHome", V, None)):
         answers = [

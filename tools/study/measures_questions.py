@@ -1,4 +1,4 @@
-"""Measures of statements about the questions that the models were asked, and about the models' names."""
+"""Measures of statements about the questions to the models, their number and the models' names."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CHARACTERS_PER_TOKEN = 4
 """The usual rule of thumb for English text."""
 
 _SELF = re.compile(r"\(same_obj [^)]*\)")
-"""The facts of BEHAVIOR's problems that an object is itself, which questions leave out."""
+"""Facts such as (same_obj bowl bowl), which BEHAVIOR's problems have and its questions lack."""
 
 _DATE = re.compile(r"(20\d\d)-?(\d\d)-?(\d\d)$")
 """A date at the end of a model's id."""
