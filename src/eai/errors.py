@@ -133,5 +133,5 @@ def member(kind: type[E], name: E | str, noun: str) -> E:
 
 
 def unknown_name(name: str, noun: str, known: Iterable[str]) -> InputError:
-    """Return the error for a name that is none of the known names; ``noun`` says of what kind they are."""
+    """Return the error for an unknown name. It lists the known names; ``noun`` says what they name."""
     return InputError(f"{name!r} is no {noun}: expected one of {', '.join(known)}{did_you_mean(name, known)}")

@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 
 class Share(NamedTuple):
-    """A part and a whole: the satisfied goals of all of a kind, or what one answer adds to a rate."""
+    """A part and a whole: satisfied goals of all goals, say, or the contribution of an answer to a rate."""
 
     numerator: int | float
     denominator: int | float
 
 
 class GoalTallies(NamedTuple):
-    """How many of the goals of each of the three kinds are satisfied, and of how many."""
+    """Number of satisfied goals, and of all goals, for each of the three kinds."""
 
     state: Share
     relation: Share

@@ -23,10 +23,10 @@ class TaskReference(NamedTuple):
 
     @staticmethod
     def parse(text: str) -> TaskReference:
-        """The task that a text means; the last part, of those between others, that names an ability does.
+        """Parse a reference. The last inner part that names an ability is the ability.
 
         Raises:
-            InputError: it is no such text.
+            InputError: the text is not a reference.
         """
         parts = text.split("/")
         for place in range(len(parts) - 2, 0, -1):
@@ -37,5 +37,5 @@ class TaskReference(NamedTuple):
 
 
 def suite_name(domain: str, ability: Ability) -> str:
-    """The name of a suite as a task of Inspect's, as a file of prompts, and at other places."""
+    """Return the name of a suite, as tasks of Inspect and files of prompts have it."""
     return f"{domain}_{ability.value}"

@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import pytest
+
+from abilities.subgoal_decomposition.test_scorer import TASK
+from eai.abilities.lexicon import FormulaLexicon
+from eai.errors import InputError
+from eai.logic.formula import Atom, Constant, Equals, Exists, Not, Occurs, Variable
+from eai.logic.signature import Signature
+from eai.planning.subgoal import GroundAtom
+from eai.world.action import Action
+from world import toy
+
+LEXICON = FormulaLexicon(
+    TASK.scene,
+    Signature({"shining": 1, "lit": 1, "seen": 1, "box_of": 1}),
+    {"lamp": 5, "lamp.1": 5, "red": 3},
+    predicates={"shining": "lit"},
+    actions={"press": "PRESS"},
+    categories={"box_of": "box"},
+    unobserved={"seen"},
+)
+
+
+def test_a_literal_is_said_in_the_words_of_the_domain() -> None:
+    shining = Atom("shining", (Constant("lamp"),))
+    assert LEXICON.literal(Not(shining)) == GroundAtom("lit", (5,), truth=False)
+    for text in ("seen", "box_of"):
+        assert LEXICON.literal(Atom(text, (Constant("lamp"),))) is None
+    assert LEXICON.literal(Atom("lit", (Variable("x"),))) is None
+    assert LEXICON.literal(Not(Not(shining))) is None
+
+
+def test_what_the_domain_says_is_said_in_the_words_of_subgoals() -> None:
+    dark = GroundAtom("lit", (5,), truth=False)
+    assert LEXICON.write_literal(dark) == Not(Atom("lit", (Constant("lamp.1"),)))
+    assert LEXICON.write_action(Action("PRESS", (3,))) == Occurs("press", (Constant("red"),))
+    hidden = FormulaLexicon(TASK.scene, Signature({"shining": 1}), {"lamp": 5}, predicates={"shining": "lit"})
+    assert hidden.write_literal(GroundAtom("lit", (5,), truth=True)) == Atom("shining", (Constant("lamp"),))
+
+
+def test_a_formula_means_something_in_the_domain() -> None:
+    x = Variable("x")
+    said = Exists(x, Atom("shining", (x,)) & Equals(x, Constant("lamp.1")) & Atom("box_of", (x,)))
+    meant = LEXICON.meaning(said)
+    assert toy.DOMAIN.holds(meant, TASK.initial) is False
+    assert LEXICON.meaning(Occurs("press", (Constant("lamp.1"),))) == Occurs("PRESS", (Constant("lamp"),))
+    assert LEXICON.is_unobserved(Not(Atom("seen", (x,))))
+
+
+def test_an_action_is_about_objects() -> None:
+    assert LEXICON.action(Occurs("press", (Constant("red"),))) == Action("PRESS", (3,))
+    with pytest.raises(InputError, match="no object"):
+        LEXICON.action(Occurs("press", (Constant("box"),)))
