@@ -70,16 +70,16 @@ def drawn(arena: Arena, suite: Suite, number: int) -> tuple[Play, Told]:
     tasks = [task for task in suite.tasks.values() if task.left_out is None]
     play = arena.play(rng.choice(tasks))
     name = rng.choice(["random", "blind"] if number % 10 else ["novel"])
-    agent, told, most = NULLS[name](play.game, number), list[str](), rng.randrange(1, 60)
-    while not play.game.over and len(told) < most:
+    agent, told, most = NULLS[name](play, number), list[str](), rng.randrange(1, 60)
+    while not play.over and len(told) < most:
         odd = rng.random() < 0.1
-        told.append(play.act(rng.choice(ODD) if odd else agent()))
+        told.append(play.say(rng.choice(ODD) if odd else agent()))
     return play, told
 
 
 def through_gymnasium(environment: TextEnvironment, play: Play) -> tuple[list[str], list[str | None]]:
     """What gymnasium tells of the commands, and the faults."""
-    environment.reset(options={"task_id": play.game.task.id})
+    environment.reset(options={"task_id": play.task.id})
     turns = [environment.step(turn.said) for turn in play.turns]
     return [turn[0] for turn in turns], [turn[4]["fault"] for turn in turns]
 
@@ -101,7 +101,7 @@ async def through_inspect(domain: str, play: Play) -> tuple[Told, str]:
     """What Inspect's tools tell of the calls, and the episode in the store."""
     about = {"domain": domain, AGENT: STANDARD.model_dump_json()}
     messages: list[Any] = [ChatMessageUser(content="")]
-    task_id = play.game.task.id
+    task_id = play.task.id
     state = TaskState(ModelName("mockllm/model"), task_id, 1, "", messages, metadata=about)
     await enter()(state, cast("Any", None))
     tools = dict(zip(("act", "look", "done"), state.tools, strict=True))
@@ -119,10 +119,10 @@ async def through_mcp(client: Client, play: Play) -> Told:
 
 def as_plan(play: Play, faults: Sequence[str | None]) -> tuple[list[Action], list[int]] | None:
     """The actions of a play, and the turn of each; None if a command was no action, so that it is no plan."""
-    actions, turns, late = [], [], play.game.ended == "steps"
-    everything = range(len(play.game.task.scene.objects))
+    actions, turns, late = [], [], play.ended == "steps"
+    everything = range(len(play.task.scene.objects))
     for number, turn in enumerate(play.turns[: len(play.turns) - late]):
-        meant, _ = play.game.stage.commands.read(turn.said, everything, ends=True)
+        meant, _ = play.stage.commands.read(turn.said, everything, ends=True)
         if turn.said in (LOOK, DONE):
             continue
         if not isinstance(meant, Action) or faults[number] == "hallucination":
@@ -139,7 +139,7 @@ def compare_plan(check: Check, place: object, plans: Suite, play: Play, verdict:
     if found is None or not found[0]:
         return
     actions, turns = found
-    notation, task = plans.benchmark.plans, play.game.task
+    notation, task = plans.benchmark.plans, play.task
     text = notation.join(notation.write(actions, task.scene))
     plan = cast("PlanVerdict", plans.score(task.id, text))
     ending = [i for i, n in enumerate(turns) if faults[n] not in (None, "additional_step")]
@@ -161,18 +161,18 @@ def played(check: Check, name: str, plays: int, by_inspect: int, by_mcp: int) ->
         if number < plays:
             observed, faults = through_gymnasium(environment, play)
             check.same("gymnasium: observations", place, observed, told)
-            verdict = cast("ActingVerdict", suite.score(play.game.task.id, text))
+            verdict = cast("ActingVerdict", suite.score(play.task.id, text))
             check.same("scoring: replays", place, verdict.excluded, None)
             scored = [None if turn.fault is None else turn.fault.value for turn in verdict.turns]
             check.same("scoring and gymnasium: faults", place, scored, faults)
-            check.same("scoring: end", place, verdict.ended, play.game.ended or "stopped")
-            check.same("scoring: won", place, verdict.success, play.game.won)
+            check.same("scoring: end", place, verdict.ended, play.ended or "stopped")
+            check.same("scoring: won", place, verdict.success, play.won)
             compare_plan(check, place, plans, play, verdict)
         if number < by_inspect:
             by_tools, stored = asyncio.run(through_inspect(name, play))
             check.same("Inspect: observations", place, by_tools, told)
-            again = suite.score(play.game.task.id, stored)
-            check.same("Inspect: verdict", place, again, suite.score(play.game.task.id, text))
+            again = suite.score(play.task.id, stored)
+            check.same("Inspect: verdict", place, again, suite.score(play.task.id, text))
         if number < by_mcp:
             compare_mcp(check, place, suite, play, told)
 
@@ -181,7 +181,7 @@ def compare_mcp(check: Check, place: object, suite: Suite, play: Play, told: Tol
     """Compare a play with the same one over MCP, where a look before the first action tells the task."""
     if play.turns[0].said == LOOK:
         return
-    task_id = play.game.task.id
+    task_id = play.task.id
     with tempfile.TemporaryDirectory(dir="/dev/shm" if Path("/dev/shm").exists() else None) as folder:  # noqa: S108
         with opened(Path(folder), suite, [(task_id, 1)]) as worlds:
 

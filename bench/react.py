@@ -61,13 +61,13 @@ def at_random(suite: Suite, task_ids: Sequence[str]) -> None:
         suite.score(task_id, arena.play(task).text("stopped"))  # makes it ready to be scored in this setting
         ready += time.process_time() - start
         play = arena.play(task)
-        agent = random_agent(play.game)
+        agent = random_agent(play)
         for _ in range(TURNS):
             command = DONE
             while command == DONE:  # it goes on to the last turn
                 command = agent()
             start = time.process_time()
-            told = play.act(command)
+            told = play.say(command)
             played += time.process_time() - start
             read += len(command) + len(told) + CALL
         start = time.process_time()

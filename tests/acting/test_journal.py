@@ -7,8 +7,8 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -32,12 +32,25 @@ def beginning(setting: Setting | None = None) -> Play:
     return Arena(SWITCHES, setting or Setting()).play(TASK)
 
 
+@contextmanager
+def resumed(folder: Path) -> Iterator[tuple[Journal, Callable[[str], str]]]:
+    """Yield the journal in a folder, and what carries out a command and writes the turn."""
+    play = beginning()
+    with closing(Journal(folder / "episode", key_in(folder), play)) as journal:
+
+        def act(command: str) -> str:
+            told = play.say(command)
+            journal.write(play)
+            return told
+
+        yield journal, act
+
+
 def journal_of(folder: Path, commands: list[str]) -> tuple[Path, bytes]:
-    path, key = folder / "episode", key_in(folder)
-    with closing(Journal(path, key, beginning())) as journal:
+    with resumed(folder) as (_, act):
         for command in commands:
-            journal.act(command)
-    return path, key
+            act(command)
+    return folder / "episode", key_in(folder)
 
 
 def verdict_of(path: Path, key: bytes) -> ActingVerdict:
@@ -50,17 +63,17 @@ def test_a_journal_is_an_answer(tmp_path: Path) -> None:
     path, key = journal_of(tmp_path, WINNING)
     play = beginning()
     for command in WINNING:
-        play.act(command)
+        play.say(command)
     assert json.loads(read_journal(path, key)) == json.loads(play.text("stopped"))
     assert verdict_of(path, key).success
     assert (path.stat().st_mode & 0o777, (tmp_path / "key").stat().st_mode & 0o777) == (0o600, 0o400)
 
 
 def test_the_end_is_not_told_to_be_a_win(tmp_path: Path) -> None:
-    with closing(Journal(tmp_path / "episode", key_in(tmp_path), beginning())) as journal:
-        told = [journal.act(command) for command in WINNING]
+    with resumed(tmp_path) as (_, act):
+        told = [act(command) for command in WINNING]
         assert [line for text in told for line in text.splitlines() if "goals" in line.lower()] == []
-        assert told[-1].splitlines()[-1] == journal.act("DONE") == journal.act("LOOK") == OVER
+        assert told[-1].splitlines()[-1] == act("DONE") == act("LOOK") == OVER
 
 
 def test_an_episode_goes_on_and_never_begins_anew(tmp_path: Path) -> None:
@@ -86,10 +99,11 @@ def test_an_end_that_was_lost_is_written_again(tmp_path: Path) -> None:
 
 def test_an_episode_that_is_stopped_is_over(tmp_path: Path) -> None:
     path, key = tmp_path / "episode", key_in(tmp_path)
-    with closing(Journal(path, key, beginning())) as journal:
-        journal.act(WINNING[0])
+    with resumed(tmp_path) as (journal, act):
+        act(WINNING[0])
         journal.end()
-        assert journal.act(WINNING[1]) == OVER
+        with pytest.raises(InputError, match="the episode is over"):
+            act(WINNING[1])
     assert len(verdict_of(path, key).turns) == 1
     assert (verdict_of(path, key).success, verdict_of(path, key).ended) == (False, "stopped")
 
@@ -99,14 +113,14 @@ def test_a_turn_that_cannot_be_written_is_not_told(tmp_path: Path, monkeypatch: 
         raise OSError(28, "No space left on device")
 
     path, key = tmp_path / "episode", key_in(tmp_path)
-    with closing(Journal(path, key, beginning())) as journal:
-        journal.act(WINNING[0])
+    with resumed(tmp_path) as (_, act):
+        act(WINNING[0])
         with monkeypatch.context() as full:
             full.setattr(os, "fsync", fail)
             with pytest.raises(InputError, match="No space left"):
-                journal.act(WINNING[1])
-        with pytest.raises(InputError, match="cannot be written"):  # now it knows no more what the file holds
-            journal.act(WINNING[2])
+                act(WINNING[1])
+        with pytest.raises(InputError, match="cannot be written"):  # the content of the file is unknown now
+            act(WINNING[2])
     journal_of(tmp_path, WINNING[2:])
     assert [turn.said for turn in verdict_of(path, key).turns] == WINNING
     assert verdict_of(path, key).success
@@ -173,13 +187,12 @@ def test_invented_observations_do_not_replay(tmp_path: Path) -> None:
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from acting.test_journal import Journal, beginning, key_in
+from acting.test_journal import resumed
 
-folder = Path(sys.argv[1])
-journal = Journal(folder / "episode", key_in(folder), beginning())
-for command in sys.argv[2:]:
-    print(journal.act(command).splitlines()[0], flush=True)
-os.kill(os.getpid(), signal.SIGKILL)
+with resumed(Path(sys.argv[1])) as (_, act):
+    for command in sys.argv[2:]:
+        print(act(command).splitlines()[0], flush=True)
+    os.kill(os.getpid(), signal.SIGKILL)
 """
 
 

@@ -238,7 +238,7 @@ PIXEL = bytes.fromhex(
 def test_pictures_are_shown_where_turns_are_told_by_them(
     sit: Callable[..., Sitting], browser: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Play, "pictures", lambda play: () if play.game.over else (Image("image/png", PIXEL),))
+    monkeypatch.setattr(Play, "pictures", lambda play: () if play.over else (Image("image/png", PIXEL),))
     sitting = sit()
     page = browser.new_page()
     page.goto(f"http://127.0.0.1:{sitting.port}/")

@@ -22,7 +22,7 @@ BY_TOOLS = (
 )
 def test_the_question_ends_with_how_commands_are_given(harness: str, how: str) -> None:
     arena = Arena(SWITCHES, Setting(harness=harness))
-    assert arena.prompt(TASK).user == f"{arena.play(TASK).game.briefing()}\n\n{how}"
+    assert arena.prompt(TASK).user == f"{arena.play(TASK).briefing()}\n\n{how}"
     assert arena.shown(TASK) == arena.prompt(TASK)
 
 

@@ -24,10 +24,10 @@ def recorded(benchmark: Benchmark, number: int, sample: int = 1) -> Iterator[Res
     task_ids = [i for i in suite.task_ids if suite.tasks[i].left_out is None][::sample]
     for epoch in range(number):
         play = arena.play(suite.tasks[task_ids[epoch % len(task_ids)]], epoch)
-        agent = (random_agent, blind_agent)[epoch % 2](play.game, epoch)
-        while not play.game.over:
-            play.act(agent())
-        yield Response(play.game.task.id, play.text("stopped"))
+        agent = (random_agent, blind_agent)[epoch % 2](play, epoch)
+        while not play.over:
+            play.say(agent())
+        yield Response(play.task.id, play.text("stopped"))
 
 
 def replayed(suite: Suite, responses: list[Response]) -> list[str]:

@@ -36,7 +36,7 @@ EMPTY = json.dumps({"turns": [], "rules": EASY.model_dump(mode="json")})
 def played(task: str, rules: Rules, *commands: str) -> str:
     play = Play(staged(SUITE.tasks[task], SWITCHES, rules), seed=0, epoch=1)
     for command in commands:
-        play.act(command)
+        play.say(command)
     return play.text("stopped")
 
 
@@ -69,7 +69,7 @@ def written(folder: Path, model: str, texts: Mapping[str, str]) -> Path:
 def test_an_episode_has_the_label_of_the_setting_in_which_it_was_played(chosen: dict[str, Any]) -> None:
     setting = Setting(**chosen)
     play = Arena(SWITCHES, setting).play(SUITE.tasks["both"])
-    play.act("PRESS(lamp)")
+    play.say("PRESS(lamp)")
     episode = read_episode(play.text("stopped"))
     assert isinstance(episode, Episode)
     assert rules_label(episode) == (setting.label or None)

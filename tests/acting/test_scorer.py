@@ -43,7 +43,7 @@ def episode(benchmark: Benchmark, task_id: str, commands: list[str], setting: Se
     arena = Arena(benchmark, setting or Setting())
     play = arena.play(open_suite(benchmark, ACTING).tasks[task_id])
     for command in commands:
-        play.act(command)
+        play.say(command)
     return play.text("stopped")
 
 
@@ -81,7 +81,7 @@ def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -
     stage = staged(suite.tasks[suite.task_ids[0]], SWITCHES, Rules(until="goal"))
     play = Play(stage, seed=0, epoch=1)
     for command in WON:
-        play.act(command)
+        play.say(command)
     verdict = verdict_of(suite, play.text("stopped"))
     assert (verdict.success, verdict.ended, verdict.declared) == (True, "goal", False)
     assert len(verdict.actions) == len(WON)
@@ -109,8 +109,8 @@ def test_who_asks_where_nobody_may_does_not_decline(suite: Suite) -> None:
 
 def test_to_look_tells_what_holds_now_however_little_turns_tell(suite: Suite) -> None:
     play = Arena(SWITCHES, Setting(observe="full", feedback="outcome")).play(suite.tasks[suite.task_ids[0]])
-    assert play.act("PRESS(lamp)").startswith("PRESS(lamp): done.\n")
-    assert "\nlit(lamp)" in play.act("LOOK")
+    assert play.say("PRESS(lamp)").startswith("PRESS(lamp): done.\n")
+    assert "\nlit(lamp)" in play.say("LOOK")
 
 
 def test_no_reward_is_paid_for_the_text_of_an_episode_which_could_choose_its_rules(suite: Suite) -> None:
@@ -120,7 +120,7 @@ def test_no_reward_is_paid_for_the_text_of_an_episode_which_could_choose_its_rul
 
 def test_no_text_of_a_model_makes_an_episode_unreadable(suite: Suite) -> None:
     play = Arena(SWITCHES).play(suite.tasks[suite.task_ids[0]])
-    play.act("GO(\ud800)", "\u2028 \udfff \x00")
+    play.say("GO(\ud800)", "\u2028 \udfff \x00")
     verdict = verdict_of(suite, play.text("stopped"))
     assert (verdict.error, verdict.turns[0].said) == (None, "GO(?)")
 
@@ -220,7 +220,7 @@ def test_a_replay_pays_nothing_and_lists_no_possible_actions(
     rules = Rules(reward=Shaping.REPAIR, gamma=0.5, admissible=True, until="done")
     play = Play(staged(suite.tasks[suite.task_ids[0]], SWITCHES, rules), seed=0, epoch=1)
     for command in [*reference(suite), "DONE"]:
-        play.act(command)
+        play.say(command)
 
     def refuse(self: object, *_: object) -> None:
         raise AssertionError("only the player needs this")
@@ -275,7 +275,7 @@ def test_a_played_plan_has_the_verdict_of_the_plan(name: str) -> None:
             as_plan = plans.score(task_id, text)
             play = arena.play(task)
             for command in [*map(write, plan), "DONE"]:
-                play.act(command)
+                play.say(command)
             played = suite.score(task_id, play.text("stopped"))
             assert isinstance(played, ActingVerdict)
             if as_plan.error is None:

@@ -158,7 +158,7 @@ def test_an_acting_agent_may_refuse_and_its_budget_tells_nothing(like: str) -> N
         assert (game.ended, game.won, turn.terminated, turn.reward) == ("refused", is_right, True, is_right)
         assert (game.metrics["success"], game.metrics["progress"]) == (is_right, is_right)
         episode = Play(stage, 0, 1)
-        episode.act("IMPOSSIBLE(something is missing)")
+        episode.say("IMPOSSIBLE(something is missing)")
         suite = eai.open(replace(benchmark, open_tasks=given(stage.task)), "acting")
         verdict = suite.score(stage.task.id, episode.text("stopped"))
         assert isinstance(verdict, PlanVerdict)

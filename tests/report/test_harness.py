@@ -33,7 +33,7 @@ def records(harness: str, commands: Sequence[str]) -> list[Record]:
     """The records of a model that has no answer to the second task."""
     play = Arena(SWITCHES, Setting(harness=harness)).play(SUITE.tasks["both"])
     for command in commands:
-        play.act(command)
+        play.say(command)
     answers = ResponseFile("model", (Response("both", play.text("stopped")),))
     return score_run(SUITE, answers, {"greet": "it crashed"}, ScoringOptions())
 

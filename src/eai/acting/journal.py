@@ -18,7 +18,7 @@ from pathlib import Path
 from secrets import token_bytes
 from typing import Any
 
-from eai.acting.play import OVER, Play
+from eai.acting.play import Play
 from eai.data.files import content_of
 from eai.errors import InputError
 from eai.tasks.source import task_sha256
@@ -105,7 +105,7 @@ def _read(path: Path, key: bytes, play: Play | None) -> _Sealed:
 def _begin_of(play: Play) -> dict[str, Any]:
     """The first line of a journal: the task, and the fields of the episode but for turns and end."""
     about = play.to_json("stopped")
-    task = play.game.task
+    task = play.task
     del about["turns"], about["ended"]
     return {"task": task.id, "task_sha256": task_sha256(task), **about}
 
@@ -127,25 +127,28 @@ def _with_line(episode: _Sealed, raw: bytes, key: bytes) -> _Sealed:
 
 
 class Journal:
-    """The journal of an episode under way, which goes on where the file ends. It is to be closed.
+    """The journal of an episode under way, to which each turn is added. The caller closes it.
 
     It must be the only writer of the file; `eai.data.files.sole_run` sees to that.
 
     Args:
-        path: the file; what it holds of the episode is played again.
-        key: of its seals.
+        path: the file; the turns that it holds are played again.
+        key: the key of the seals.
         play: the episode at its beginning.
+
+    Attributes:
+        ended: why the episode has ended; None if it has not.
 
     Raises:
         InputError: the file cannot be read or written, a seal is wrong, or it is of another episode.
     """
 
     def __init__(self, path: Path, key: bytes, play: Play) -> None:
-        self.play = play
         self.ended: str | None = None
         self._path, self._key, self._seal = path, key, ""
+        self._written = 0
         try:
-            size = self._resume() if is_begun(path) else 0
+            size = self._resume(play) if is_begun(path) else 0
             path.touch(0o600)
             self._file = path.open("ab")
             self._file.truncate(size)
@@ -153,32 +156,32 @@ class Journal:
             raise InputError(f"{path}: cannot be read or written ({error.strerror})") from error
         if not size:
             self._add({"begin": _begin_of(play)})
-        self._end_if_over()
+        self.write(play)
 
-    def _resume(self) -> int:
-        """Play again what the file holds, of which it returns the size."""
-        before = _read(self._path, self._key, self.play)
+    def _resume(self, play: Play) -> int:
+        """Play the turns of the file again; returns the size of its whole lines."""
+        before = _read(self._path, self._key, play)
         for turn in before.turns:
-            self.play.act(turn["said"])
-        if [*before.turns] != self.play.to_json("stopped")["turns"]:
+            play.say(turn["said"])
+        if [*before.turns] != play.to_json("stopped")["turns"]:
             raise InputError(f"{self._path}: another observation was told; eai or the data is another one")
-        self._seal, self.ended = before.seal, before.ended
+        self._seal, self.ended, self._written = before.seal, before.ended, len(before.turns)
         return before.size
 
-    def act(self, said: str) -> str:
-        """Carry a command out; returns the observation, once the turn is on the disk.
+    def write(self, play: Play) -> None:
+        """Write the turns that are not on the disk yet, and the end of an episode that is over.
 
         Raises:
-            InputError: the file cannot be written.
+            InputError: the file cannot be written, or the episode has ended before these turns.
         """
-        if self.ended is not None:
-            return OVER
-        known = len(self.play.turns)
-        told = self.play.act(said)
-        for turn in self.play.turns[known:]:
+        turns = play.turns[self._written :]
+        if turns and self.ended is not None:
+            raise InputError(f"{self._path}: the episode is over")
+        for turn in turns:
             self._add({"act": {"said": turn.said, "told": turn.told}})
-        self._end_if_over()
-        return told
+        self._written = len(play.turns)
+        if play.ended is not None:
+            self.end(play.ended)
 
     def end(self, why: str = "stopped") -> None:
         """End the episode for ever, if it has not ended.
@@ -193,10 +196,6 @@ class Journal:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
-
-    def _end_if_over(self) -> None:
-        if self.play.game.ended is not None:
-            self.end(self.play.game.ended)
 
     def _add(self, line: Mapping[str, object]) -> None:
         body = json.dumps(line).encode()

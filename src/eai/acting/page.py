@@ -33,8 +33,6 @@ _HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Cache-Control": "no-store",
 }
-_FAILED = re.compile(r"Failed \(|.*: (?:failed \(|not needed:|nothing happened)")
-"""How the observation of an action begins that changed nothing."""
 
 Begun: TypeAlias = tuple[int, Play, Sequence[str]]
 """A task that is not over: its number, its episode, and what was observed in it so far."""
@@ -60,41 +58,40 @@ def _sitting(
     begun: Begun | None = first
     while begun is not None:
         (number, play, before), begun = begun, None
-        said = [turn.said for turn in play.turns]
-        log = [_entry(*turn) for turn in zip(said, before, strict=True)]
+        log = [_entry(play, turn, told) for turn, told in enumerate(before)]
         shown = _shown(number, total, play, log)
         while begun is None:
             line = yield shown
-            if line.strip() and not play.game.over:
-                known = len(play.turns)
+            if line.strip() and not play.over:
+                taken = len(play.turns)
                 told = enter(play, line)
                 keep(play)
-                turns = [_entry(turn.said, told) for turn in play.turns[known:]]
-                log += turns or [[line, told, "aside"]]
-                begun = next(tasks, None) if play.game.over else None
-                shown = {**_shown(number, total, play, log), "last": play.game.over and begun is None}
+                is_turn = len(play.turns) > taken
+                log.append(_entry(play, taken, told) if is_turn else [line, told, "aside"])
+                begun = next(tasks, None) if play.over else None
+                shown = {**_shown(number, total, play, log), "last": play.over and begun is None}
         yield shown
 
 
 def _shown(number: int, total: int, play: Play, log: Sequence[list[str]]) -> dict[str, Json]:
     return {
-        "title": play.game.stage.benchmark.title or play.game.stage.benchmark.name,
+        "title": play.stage.benchmark.title or play.stage.benchmark.name,
         "number": number,
         "total": total,
         "rules": RULES,
-        "opening": play.game.opening(),
+        "opening": play.opening(),
         "pictures": [image.url for image in play.pictures()],
         "log": [*log],
         "at": f"{number}.{len(log)}",
         "words": [completions(play, ""), completions(play, "an action")],
-        "over": play.game.over,
+        "over": play.over,
         "last": False,
     }
 
 
-def _entry(said: str, told: str) -> list[str]:
-    """A turn in the log: the command, the observation, and whether it failed."""
-    return [said, told, "failed" if _FAILED.match(told) else "done"]
+def _entry(play: Play, turn: int, told: str) -> list[str]:
+    """Return a turn in the log: the command, the observation, and whether the action failed."""
+    return [play.turns[turn].said, told, "failed" if play.failed[turn] else "done"]
 
 
 class _Handler(BaseHTTPRequestHandler):

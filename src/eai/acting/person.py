@@ -51,7 +51,7 @@ def begin(stage: Stage, seed: int, answer: str = "") -> tuple[Play, Sequence[str
     if not isinstance(before, Episode):
         raise InputError(f"{stage.task.id}: {before.reason}")
     play = Play(stage, seed, 1, harness=before.harness)
-    told = [play.act(turn.said) for turn in before.turns]
+    told = [play.say(turn.said) for turn in before.turns]
     same = (before.rules, before.seed, before.turns) == (stage.rules, seed, tuple(play.turns))
     if not same or before.harness not in (HARNESS, PROMPTED):
         raise InputError(f"{stage.task.id} was begun by somebody else, in another setting or with other data")
@@ -60,15 +60,15 @@ def begin(stage: Stage, seed: int, answer: str = "") -> tuple[Play, Sequence[str
 
 def completions(play: Play, before: str) -> list[str]:
     """The words that may follow on a line: actions first, then objects that have been seen."""
-    stage, wording = play.game.stage, play.game.stage.benchmark.observed_wording()
+    stage, wording = play.stage, play.stage.benchmark.observed_wording()
     if not before.strip():
         return _operators(stage)
-    return [wording.object_name(stage.task, index) for index in sorted(play.game.memory.known)]
+    return [wording.object_name(stage.task, index) for index in sorted(play.memory.known)]
 
 
 def enter(play: Play, line: str) -> str:
     """Carry a line out; returns the observation, or the answer to a question beside the game."""
-    stage = play.game.stage
+    stage = play.stage
     command = command_in(line, _operators(stage))
     if command.startswith(POSSIBLE):
         play.harness = PROMPTED
@@ -76,8 +76,9 @@ def enter(play: Play, line: str) -> str:
     if command.casefold() == HELP:
         return f"{manual(stage.benchmark, stage.rules)}\n\n{stage.opening}"
     known = [*completions(play, ""), *completions(play, command)]
-    told = play.act(command)
-    if not told.startswith(f"Failed ({FaultKind.HALLUCINATION.value})"):
+    taken = len(play.turns)
+    told = play.say(command)
+    if len(play.turns) == taken or play.outcome.fault is not FaultKind.HALLUCINATION:
         return told
     by_case = {word.casefold(): word for word in known}
     unknown = [word.casefold() for word in re.findall(r"[^\s(),]+", command) if word not in known]
@@ -101,8 +102,8 @@ def _operators(stage: Stage) -> list[str]:
 
 def _possible(play: Play, parts: Sequence[str]) -> Iterator[str]:
     """The actions that are possible now, a line an operator; only those with all these parts in them."""
-    write = play.game.stage.commands.write
-    for operator, actions in groupby(play.game.admissible(), key=attrgetter("operator")):
+    write = play.stage.commands.write
+    for operator, actions in groupby(play.admissible(), key=attrgetter("operator")):
         commands = [write(action).replace(", ", ",") for action in actions]
         chosen = [each for each in commands if all(part.casefold() in each.casefold() for part in parts)]
         if chosen:

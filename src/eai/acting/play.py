@@ -100,9 +100,9 @@ class Arena:
     def commands(self, model: str, task: Task, seed: int, epoch: int) -> list[str]:
         """The commands of one of `AGENTS` in an episode."""
         play = self.play(task, epoch)
-        agent = AGENTS[model](play.game, seed + epoch - 1)
-        while not play.game.over:
-            play.act(agent())
+        agent = AGENTS[model](play, seed + epoch - 1)
+        while not play.over:
+            play.say(agent())
         return [turn.said for turn in play.turns]
 
 
@@ -247,44 +247,45 @@ def _encodable(text: str) -> str:
     return text.encode(errors="replace").decode()
 
 
-class Play:
-    """An episode under way.
+class Play(Game):
+    """A game whose commands are kept as an episode.
 
     Args:
         stage: the task, ready to be played.
-        seed: of the slips.
-        epoch: which of the episodes with this seed it is.
-        harness: what acts.
-        begun: how often it was begun, this time included.
+        seed: the seed of the slips.
+        epoch: the number of the episode among episodes with this seed.
+        harness: the harness of the agent.
+        begun: how often the episode was begun, this time included.
 
     Attributes:
-        game: the game.
         turns: the commands so far.
-        most: how many actions it has at most.
-        harness: what acts.
+        failed: whether each command failed or slipped.
+        most: maximum number of actions, or an estimate if there is no limit.
+        harness: the harness of the agent.
     """
 
     def __init__(self, stage: Stage, seed: int, epoch: int, *, harness: str = "", begun: int = 1) -> None:
-        self.game = Game(stage, seed, epoch)
+        super().__init__(stage, seed, epoch)
         self.turns: list[_Command] = []
+        self.failed: list[bool] = []
         self.most = stage.limit or _UNKNOWN
         self.harness = harness
         self._thought = ""
-        self._about = Episode((), stage.rules, seed, epoch, "", begun, sha256_of(self.game.opening()))
+        self._about = Episode((), stage.rules, seed, epoch, "", begun, sha256_of(self.opening()))
 
-    def act(self, said: str, thought: str = "") -> str:
-        """Carry a command out, beside which the agent said something; returns the observation.
+    def say(self, said: str, thought: str = "") -> str:
+        """Carry out a command with the agent's thought; returns the observation.
 
-        To look is no command of the episode where turns tell more than changes.
+        A look is a command of the episode only if turns tell changes.
         """
-        if self.game.over:
+        if self.over:
             return OVER
-        stage = self.game.stage
-        if stage.rules.feedback != "changes" and is_look(said, stage.domain):
-            return self.game.memory.look_around()
+        if self.stage.rules.feedback != "changes" and is_look(said, self.stage.domain):
+            return self.memory.look_around()
         said, thought = _encodable(said), _encodable(thought)
-        told = self.game.act(said).observation
+        told = self.act(said).observation
         self.turns.append(_Command(said, sha256_of(told), "" if thought == self._thought else thought))
+        self.failed.append(self.outcome.fault is not None or self.outcome.slipped)
         self._thought = thought
         return told
 
@@ -295,10 +296,9 @@ class Play:
             InputError: its things have no bodies, or find no places.
             EaiError: what draws them is not installed.
         """
-        game = self.game
-        if game.stage.rules.feedback != "pictures" or game.over:
+        if self.stage.rules.feedback != "pictures" or self.over:
             return ()
-        return photographs_of(game.task, VIEWS[:2], state=game.state)
+        return photographs_of(self.task, VIEWS[:2], state=self.state)
 
     def text(self, ended: str) -> str:
         """The episode as an answer."""
@@ -306,7 +306,7 @@ class Play:
 
     def to_json(self, ended: str) -> dict[str, Any]:
         """The episode as a JSON object; ``ended`` says why it ended, if the game does not."""
-        ended = self.game.ended or ended
+        ended = self.ended or ended
         episode = replace(self._about, turns=tuple(self.turns), harness=self.harness, ended=ended)
         written: dict[str, Any] = _adapter().dump_python(episode, mode="json")
         for turn in written["turns"]:

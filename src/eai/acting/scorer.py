@@ -118,7 +118,7 @@ class _ActingScorer(Scorer):
                 difference = f"turn {number}: the episode is over"
                 break
             tried_before = game.tried
-            told, _, _, _, info = game.act(command.said)
+            told = game.act(command.said).observation
             difference = _difference(f"turn {number}", command.told, told)
             first = states.setdefault((game.state, game.reached), number)
             turns.append(
@@ -126,13 +126,13 @@ class _ActingScorer(Scorer):
                     command.said,
                     sha256_of(told),
                     is_action=game.tried > tried_before,
-                    fault=None if info["fault"] is None else FaultKind(info["fault"]),
-                    slipped=info["slipped"],
-                    goals="".join("1" if held else "0" for held in info["goals"]),
+                    fault=game.outcome.fault,
+                    slipped=game.outcome.slipped,
+                    goals="".join("1" if reached else "0" for reached in game.reached),
                     same_as=first if first < number else None,
                 )
             )
-            steps.append(_step(turns[-1], told, game))
+            steps.append(_step(turns[-1], game))
             moments.append((game.state, tuple(game.taken)))
         claimed = episode.ended if episode.ended in _ENDS else "stopped"
         verdict = self._verdict(game, episode, tuple(turns), game.ended or claimed)
@@ -217,16 +217,16 @@ def _difference(place: str, digest: str | None, told: str) -> str | None:
     return f"{place}: the observation is another one: {first[:_MAX_SHOWN]}"
 
 
-def _step(turn: Turn, told: str, game: Game) -> StepReport:
-    """A turn as a step: the first paragraph of an observation says what became of the action."""
-    outcome, fact = told.partition("\n")[0], game.stage.observer.render_fact
+def _step(turn: Turn, game: Game) -> StepReport:
+    """Return a turn as a step. Its reason has one line, also if the command names an object with two."""
+    reason, fact = game.outcome.text.partition("\n")[0], game.stage.observer.render_fact
     fault = SLIP if turn.slipped else EXECUTED if turn.fault is None else turn.fault.value
     if game.ended == "steps" and not turn.is_action:
         fault = _TOO_LATE
     return StepReport(
         turn.said,
         fault,
-        "" if fault == EXECUTED else outcome,
+        "" if fault == EXECUTED else reason,
         added=tuple([fact(each) for sign, each in game.memory.changes if sign == "+"]),
         removed=tuple([fact(each) for sign, each in game.memory.changes if sign == "-"]),
         call=Statement(turn.said, None) if game.action is None else call_of(game.action, game.task.scene),

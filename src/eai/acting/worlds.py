@@ -76,7 +76,7 @@ class Worlds:
         self._folder, self._suite, self._agent = folder, suite, file_name(agent)
         self._key = key_in(folder)
         self._arena = arena
-        self._journals: dict[Place, Journal] = {}
+        self._under_way: dict[Place, tuple[Play, Journal]] = {}
         self._written: set[Place] = set()
         self.places = places
         self.tickets = {self._ticket(place): place for place in places}
@@ -90,12 +90,13 @@ class Worlds:
         Raises:
             InputError: the folder cannot be written.
         """
-        journal = self._journal(place)
+        play, journal = self._episode(place)
         if journal.ended is not None:
             return OVER
-        if command == LOOK and not journal.play.turns:
-            return self._arena.prompt(journal.play.game.task).user
-        told = journal.act(command)
+        if command == LOOK and not play.turns:
+            return self._arena.prompt(play.task).user
+        told = play.say(command)
+        journal.write(play)  # before the observation goes out
         if journal.ended is not None and place in self._written:
             self._write()
         elif journal.ended is not None:
@@ -104,7 +105,7 @@ class Worlds:
 
     def pictures(self, place: Place) -> tuple[Image, ...]:
         """The pictures that go with an observation (`Play.pictures`)."""
-        return self._journal(place).play.pictures()
+        return self._episode(place)[0].pictures()
 
     def end(self) -> None:
         """End all episodes that have begun.
@@ -114,12 +115,12 @@ class Worlds:
         """
         for place in self.places:
             if is_begun(journal_in(self._folder, place)):
-                self._journal(place).end()
+                self._episode(place)[1].end()
         self._write()
 
     def close(self) -> None:
         """Write the answers as they are, and close all journals; what has not ended can go on."""
-        for journal in self._journals.values():
+        for _, journal in self._under_way.values():
             journal.close()
         self._write()
 
@@ -164,16 +165,15 @@ class Worlds:
                 found.append((task_id, int(path.parent.name)))
         return sorted(found, key=lambda place: (place[1], order[place[0]]))
 
-    def _journal(self, place: Place) -> Journal:
-        """The journal of an episode, which begins if it has not."""
-        journal = self._journals.get(place)
-        if journal is None:
+    def _episode(self, place: Place) -> tuple[Play, Journal]:
+        """Return an episode with its journal. It begins if it has not begun."""
+        if place not in self._under_way:
             task_id, epoch = place
             path, stage = journal_in(self._folder, place), self._arena.stage(self._suite.tasks[task_id])
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             play = Play(stage, self._arena.setting.slip_seed, epoch, harness=HARNESS)
-            journal = self._journals[place] = Journal(path, self._key, play)
-        return journal
+            self._under_way[place] = play, Journal(path, self._key, play)
+        return self._under_way[place]
 
     def _ticket(self, place: Place) -> str:
         """The ticket of an episode, the same after a crash."""

@@ -93,7 +93,7 @@ class _Answers:
         """
         if self._read() != self._written:
             raise InputError(f"{self._path}: somebody else plays into this file; give another --out")
-        self._texts[play.game.task.id] = play.text("stopped")
+        self._texts[play.task.id] = play.text("stopped")
         responses = [Response(*each) for each in self._texts.items()]
         write_responses(self._path.parent, ResponseFile(self._model, responses))
         self._written = self._read()
@@ -113,7 +113,7 @@ def _begun(
     for number, task_id in enumerate(task_ids, 1):
         stage = arena.stage(suite.tasks[task_id])
         play, told = begin(stage, setting.slip_seed, answers.text(task_id))
-        if not play.game.over:
+        if not play.over:
             yield number, play, told
 
 
@@ -125,11 +125,11 @@ def _in_terminal(
 
     say(f"{RULES}\n  {_QUIT}      stop here; the same command resumes\n")
     for number, play, told in begun:
-        say(f"Task {number} of {total}\n\n{play.game.opening()}\n")
+        say(f"Task {number} of {total}\n\n{play.opening()}\n")
         for turn, text in zip(play.turns, told, strict=True):
             say(f"> {turn.said}\n{text}\n")
         _play(play, keep)
-        if not play.game.over:
+        if not play.over:
             return number - 1
     return total
 
@@ -139,7 +139,7 @@ def _play(play: Play, keep: Callable[[Play], None]) -> None:
     from eai.acting.person import completions, enter
 
     _complete(partial(completions, play))
-    while not play.game.over:
+    while not play.over:
         line = _line()
         if line is None or line.strip() == _QUIT:
             return

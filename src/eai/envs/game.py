@@ -75,7 +75,10 @@ class _Turn(NamedTuple):
 
 
 class _Outcome(NamedTuple):
-    """The outcome of a command: its text, and the fault and slip of its action."""
+    """The outcome of a command: its text, and the fault and slip of its action.
+
+    A text that tells a fault or a slip is a sentence; else changes follow on further lines.
+    """
 
     text: str
     fault: FaultKind | None = None
@@ -102,6 +105,7 @@ class Game:
         worth: the value of the episode by its present state; 0 if nothing can be earned.
         tried: number of actions tried, impossible actions included.
         action: the action of the last command; None if the command was not an action.
+        outcome: the outcome of the last command.
     """
 
     def __init__(self, stage: Stage, seed: int = 0, epoch: int = 0) -> None:
@@ -122,6 +126,7 @@ class Game:
         self.worth = 0.0
         self.tried = 0
         self.action: Action | None = None
+        self.outcome = _Outcome("")
 
     @property
     def memory(self) -> Memory:
@@ -264,6 +269,7 @@ class Game:
 
     def _turn(self, tried: _Outcome, repairs: tuple[str, ...], *, done: bool = False) -> _Turn:
         """Return the turn that follows from the outcome of a command."""
+        self.outcome = tried
         complete, limit = all(self.reached), self.stage.limit
         if self.refused is not None:
             self.ended = "refused"

@@ -71,14 +71,14 @@ def _begin(state: TaskState) -> Play | None:
         return None
     play = Arena(where[0], Setting.of_question(about)).play(task, state.epoch, int(about.get(BEGUN, 1)))
     for turn in state.store_as(_Acted).episode.get("turns", ()):
-        play.act(turn["said"], turn.get("thought", ""))
+        play.say(turn["said"], turn.get("thought", ""))
     return play
 
 
 def _carry_out(state: TaskState, play: Play, command: str) -> str | list[Content]:
     """Play a command, and write the episode into the store; returns what the agent is told and shown."""
     words = _words()
-    told = play.act(command, "" if words == command else words)
+    told = play.say(command, "" if words == command else words)
     state.store_as(_Acted).episode = play.to_json("stopped")
     return content_of(Prompt(told, images=play.pictures()))
 
@@ -102,7 +102,7 @@ def _tools(state: TaskState, play: Play) -> list[ToolDef]:
 
     return [
         ToolDef(named(name), name, description, ToolParams.model_validate(schema), max_output=0)
-        for name, description, schema in tools_of(play.game.stage.domain)
+        for name, description, schema in tools_of(play.stage.domain)
     ]
 
 
@@ -179,7 +179,7 @@ async def _by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
 
 async def _by_text(state: TaskState, agent: AgentState, play: Play) -> None:
     """Read a command of each message of the model, until the episode is over."""
-    while not play.game.over:
+    while not play.over:
         agent.output = await get_model().generate(agent.messages)
         if agent.output.empty:
             raise RuntimeError(agent.output.error or "the provider returned no choice")
