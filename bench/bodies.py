@@ -19,11 +19,11 @@ from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
+from eai.base.errors import InputError
 from eai.benchmark.gold_answers import open_planned_book
 from eai.benchmark.suite import Suite, open_suite
 from eai.bodies.camera import Camera, View
 from eai.bodies.scene import BodyScene
-from eai.errors import InputError
 from eai.pictures.scene_graph import SceneGraph, graph_of
 from eai.planning.search import Limits
 from eai.results.rate import Rate

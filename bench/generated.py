@@ -23,9 +23,9 @@ from pathlib import Path
 
 from eai.abilities.goal_test import solves
 from eai.abilities.task import Task
+from eai.base.errors import DataError
 from eai.benchmark.registry import FIRST, find_benchmark
 from eai.cli.generate import verdict_of_val
-from eai.errors import DataError
 from eai.generator.census import prior_of
 from eai.generator.generator import Generator, generate
 from eai.generator.prior import Prior, kinds_of

@@ -15,10 +15,10 @@ from hypothesis import settings
 
 from browsing import quiet_page, started_browser
 from command_line import eai
+from eai.base.errors import DataError
+from eai.base.store import VARIABLE, Store
 from eai.benchmark.packs import fetch, registered_packs
 from eai.benchmark.registry import of_the_paper
-from eai.data.store import VARIABLE, Store
-from eai.errors import DataError
 from eai.scoring.collector import collect_seldom
 from eai.tasks.source import Source
 from households.published import index, packs, store, wheel

@@ -17,10 +17,10 @@ import yaml  # type: ignore[import-untyped]
 
 from boxes import Box
 from eai.abilities.protocol import Ability
+from eai.base.files import parse_toml
+from eai.base.store import Store
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.files import parse_toml
-from eai.data.store import Store
 from eai.harbor.folders import IMAGE, write_task_folders
 from eai.prompts.prompt import Prompt
 

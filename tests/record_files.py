@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from eai.data.files import write_whole
+from eai.base.files import write_whole
 from eai.results.record import Record
 from eai.scoring.records import line_of
 

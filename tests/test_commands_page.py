@@ -10,7 +10,7 @@ import pytest
 
 import eai.cli
 from by_path import module_at
-from eai.data.docstrings import meanings
+from eai.base.docstrings import meanings
 
 TOOL = module_at("tools/commands_page.py")
 MODULES = sorted(Path(eai.cli.__file__).parent.glob("*.py"), key=lambda path: path.name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import eai
-from eai.data.store import Store
+from eai.base.store import Store
 
 
 def test_an_answer_is_scored_in_one_line(data_store: Store) -> None:
@@ -28,12 +28,12 @@ def test_an_answer_is_scored_in_one_line(data_store: Store) -> None:
         ),
         (("no.such.module:x", "action_sequencing"), "no.such.module:x: the module cannot be imported"),
         (
-            ("eai.errors:nothing", "action_sequencing"),
-            "eai.errors:nothing: eai.errors has no object 'nothing'",
+            ("eai.base.errors:nothing", "action_sequencing"),
+            "eai.base.errors:nothing: eai.base.errors has no object 'nothing'",
         ),
         (
-            ("eai.errors:EaiError", "action_sequencing"),
-            "eai.errors:EaiError: expected a Benchmark, found EaiError",
+            ("eai.base.errors:EaiError", "action_sequencing"),
+            "eai.base.errors:EaiError: expected a Benchmark, found EaiError",
         ),
     ],
 )

@@ -11,7 +11,7 @@ from types import ModuleType
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.results.paper_tables import published_scores
 from oracle import NO_REFERENCE
 

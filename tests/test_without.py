@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 import eai
+from base.test_entry_points import declared
 from by_path import module_at
-from data.test_entry_points import declared
 from eai.abilities.protocol import FOUR
 from sweeps import swept
 

@@ -21,7 +21,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from eai.data.entry_points import entry_points_of
+from eai.base.entry_points import entry_points_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = Path("src", "eai")

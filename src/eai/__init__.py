@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from eai.abilities.goal_text import make_task
     from eai.abilities.protocol import Ability, Protocol
     from eai.abilities.task import Goal, GoalKind, Task, goal
+    from eai.base.errors import DataError, DomainError, EaiError, InputError, ParseError
     from eai.benchmark.benchmark import Benchmark
     from eai.benchmark.registry import find_benchmark, registered
     from eai.benchmark.suite import Suite
-    from eai.errors import DataError, DomainError, EaiError, InputError, ParseError
     from eai.scoring.batch import Scoring
     from eai.scoring.reward import Grade, Reward, Shaping, reward
     from eai.tasks.source import Source, given
@@ -36,7 +36,7 @@ _PLACES = {
         "eai.benchmark.benchmark": "Benchmark",
         "eai.benchmark.registry": "find_benchmark registered",
         "eai.benchmark.suite": "Suite",
-        "eai.errors": "DataError DomainError EaiError InputError ParseError",
+        "eai.base.errors": "DataError DomainError EaiError InputError ParseError",
         "eai.scoring.batch": "Scoring",
         "eai.scoring.reward": "Grade Reward Shaping reward",
         "eai.tasks.source": "Source given",

@@ -16,7 +16,7 @@ from typing import ClassVar, NamedTuple
 
 from pydantic import ConfigDict, TypeAdapter
 
-from eai.data.files import parse_toml
+from eai.base.files import parse_toml
 from eai.world.vocabulary import parameters
 
 FILE = "english.toml"

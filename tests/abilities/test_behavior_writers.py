@@ -3,10 +3,10 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.base.store import Store
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.households.behavior.notation import BehaviorSubgoals
 from eai.households.behavior.tasks import BehaviorTasks, open_tasks
 from eai.tasks.source import Source

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 
 from eai.abilities.experiment import Experiment
-from eai.errors import InputError
+from eai.base.errors import InputError
 from results.random_records import EXPERIMENTS
 
 

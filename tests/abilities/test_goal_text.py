@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.goal_text import make_task
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.formula import Atom, Constant, Exists, ForAll, Formula, ForPairs, Occurs, Variable
 from eai.logic.ltl import parse
 from eai.world.frame import AGENT

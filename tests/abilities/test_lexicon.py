@@ -4,7 +4,7 @@ import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
 from eai.abilities.lexicon import FormulaLexicon
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.formula import Atom, Constant, Equals, Exists, Not, Occurs, Variable
 from eai.logic.signature import Signature
 from eai.planning.subgoal import GroundAtom

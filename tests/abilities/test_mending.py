@@ -20,7 +20,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT, Repair
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict, Unreadable
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.planning import repair as planning_repair
 from eai.planning.repair import Plan, Told
 from eai.tasks.source import Source

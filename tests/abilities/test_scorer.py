@@ -14,8 +14,8 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import RAISED, Verdict
 from eai.acting.setting import ACTING
+from eai.base.errors import DataError, InputError
 from eai.benchmark.suite import Suite, open_suite
-from eai.errors import DataError, InputError
 from eai.pddl.planning import PlannerChoice
 from eai.results.responses import Response
 from eai.results.summary import outcome

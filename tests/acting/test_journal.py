@@ -17,8 +17,8 @@ from eai.acting.journal import Journal, key_in, read_journal
 from eai.acting.play import OVER, Arena, Play
 from eai.acting.setting import ACTING, Setting
 from eai.acting.verdict import ActingVerdict
+from eai.base.errors import InputError
 from eai.benchmark.suite import open_suite
-from eai.errors import InputError
 from eai.results.codec import sha256_of
 from envs.switches import SWITCHES
 

@@ -16,8 +16,8 @@ import pytest
 from browsing import needs_browser
 from eai.acting.page import MAX_BODY
 from eai.acting.play import Play
+from eai.base.errors import EaiError, InputError
 from eai.cli.play import play
-from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Image
 from envs.switches import WON
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from eai import Benchmark
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING, Setting
+from eai.base.store import Store
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.store import Store
 from eai.envs.agents import blind_agent, random_agent
 from eai.results.responses import Response
 from eai.scoring.batch import Scoring

@@ -15,8 +15,8 @@ from eai.abilities.experiment import Experiment
 from eai.acting.play import RULE_NAMES, Arena, Episode, Play, read_episode, rules_label, rules_of
 from eai.acting.setting import ACTING, STANDARD, Setting
 from eai.acting.worlds import opened
+from eai.base.store import Store
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.envs.reference import staged
 from eai.envs.rules import Rules
 from eai.results.responses import Response, ResponseFile, read_responses

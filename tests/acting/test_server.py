@@ -31,8 +31,8 @@ from eai.acting.server import MAX_BODY, MAX_COMMAND, http_app, server_of
 from eai.acting.setting import ACTING, Setting
 from eai.acting.verdict import ActingVerdict
 from eai.acting.worlds import Worlds, journal_in, opened
+from eai.base.errors import InputError
 from eai.benchmark.suite import open_suite
-from eai.errors import InputError
 from eai.prompts.prompt import Image
 from eai.results.responses import read_responses
 from envs.switches import SWITCHES

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from eai.base.source import Archive, Bundle
 from eai.benchmark.packs import Pack, registered_packs
-from eai.data.source import Archive, Bundle
 from eai.households.packs import BEHAVIOR_PDDL, EAI_EVAL, PROMPTS, RESOURCES, TEMPLATE_SOURCE, files_of
 
 PROGRAMS = "virtualhome_eval/dataset/programs_processed_precond_nograb_morepreconds/"

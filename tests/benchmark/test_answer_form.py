@@ -15,12 +15,12 @@ from by_path import ROOT
 from eai.abilities.answer_schema import Schema, fits
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library, answer_form
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
 

@@ -11,10 +11,10 @@ import pytest
 from command_line import Command
 from eai.abilities.goal_text import make_task
 from eai.abilities.task import Task, goal
+from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.check import check_benchmark
 from eai.benchmark.registry import find_benchmark
-from eai.errors import InputError
 from eai.logic.formula import Atom, Variable
 from eai.planning.search import SearchEnd
 from eai.tasks.source import Source, given

@@ -12,12 +12,12 @@ from eai import make_task
 from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import mentions, open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.households.behavior.tasks import BehaviorTask
 from eai.logic.formula import Occurs
 from eai.pddl.model import OperatorText

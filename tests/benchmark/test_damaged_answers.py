@@ -21,10 +21,10 @@ from eai.abilities.scorer import Scorer
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.transition_modeling.extraction import Memory, extract
 from eai.abilities.verdict import Unreadable
+from eai.base.store import Store
 from eai.benchmark.gold_answers import WrittenAnswer, open_answer_book, open_planned_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
 from suites import SUITES

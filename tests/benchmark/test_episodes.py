@@ -18,8 +18,8 @@ import pytest
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import ErrorReport, Unreadable
+from eai.base.store import Store
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.tasks.source import Source
 from eai.world.action import Action
 from eai.world.domain import Domain

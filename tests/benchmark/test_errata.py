@@ -15,13 +15,13 @@ from eai.abilities.goal_text import make_task
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
+from eai.base.errors import DataError, InputError
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.errata import ErrataUse, _Erratum, published_errata, read_errata
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.store import Store
-from eai.errors import DataError, InputError
 from eai.logic.formula import Atom, Constant
 from eai.logic.traversal import walk
 from eai.pddl.check import Offence, check_problem

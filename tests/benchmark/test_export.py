@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import pytest
 
 from eai.abilities.task import GoalKind, Task
-from eai.errors import DataError
+from eai.base.errors import DataError
 from eai.households.behavior.domain import as_meant as behavior
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.households.virtualhome.domain import as_meant as virtualhome

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
+from eai.base.store import Store
 from eai.benchmark.features import Features, features_of
 from eai.benchmark.registry import find_benchmark
-from eai.data.store import Store
 from eai.tasks.source import ErrataChoice, Source
 from studies.lamps import lamp_task, lamps
 

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from eai.abilities.notation.goal_lexicon import read_stated
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.data.store import Store
-from eai.errors import InputError
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.prompts.prompt import Belief

@@ -9,11 +9,11 @@ from by_path import TESTS
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.gold_answers import WrittenAnswer, noisy_answer, open_answer_book, open_planned_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
-from eai.errors import InputError
 from eai.planning.search import Limits
 from eai.results.summary import summarise
 from eai.tasks.source import Source

@@ -7,7 +7,7 @@ import pytest
 
 from by_path import ROOT
 from eai.abilities.protocol import FOUR
-from eai.data.store import Store
+from eai.base.store import Store
 from sweeps import swept
 
 FUZZ = ROOT / "bench" / "fuzz.py"

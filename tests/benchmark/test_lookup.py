@@ -10,10 +10,10 @@ from eai import make_task
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
+from eai.base.store import Store
 from eai.benchmark.copied_answers import LookupTable, open_lookup_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.results.summary import summarise
 from eai.tasks.source import Source
 from eai.world import (

@@ -14,12 +14,12 @@ from by_path import ROOT
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.abilities.wording import is_property
+from eai.base.store import Store
 from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.obfuscated import _cipher, _decoded, _encoded
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.tasks.source import Source
 from sweeps import swept
 

@@ -16,10 +16,10 @@ import pytest
 from filelock import FileLock
 
 from by_path import TESTS
+from eai.base.errors import DataError
+from eai.base.source import Archive, Bundle
+from eai.base.store import Report, Store
 from eai.benchmark.packs import Pack, fetch, info, is_at_hand, open_pack, registered_packs, validate
-from eai.data.source import Archive, Bundle
-from eai.data.store import Report, Store
-from eai.errors import DataError
 from eai.households.behavior.records import PACK as BEHAVIOR
 from eai.households.behavior_1k.kinds import PACK as BEHAVIOR_1K
 from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES
@@ -36,7 +36,7 @@ from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 from benchmark.synthetic import Archive, packs_from
 from eai.benchmark.packs import fetch
-from eai.data.store import Store
+from eai.base.store import Store
 name, version, filename, sha256, size = sys.argv[4:]
 place = Path(sys.argv[3]) if sys.argv[3] else None
 packs = packs_from(Archive(name, version, filename, sha256, int(size)))
@@ -52,7 +52,7 @@ HANG = """
 import sys, time
 from pathlib import Path
 from eai.benchmark.packs import Pack, fetch
-from eai.data.store import Store
+from eai.base.store import Store
 
 def convert(report):
     print("converting", flush=True)

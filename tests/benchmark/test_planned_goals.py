@@ -8,11 +8,11 @@ from eai.abilities.notation.goal_lexicon import read_stated
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import PlanVerdict
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import believing, noisy_answer, open_answer_book, open_planned_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.logic.choice import choice_options, ground
 from eai.logic.formula import Formula
 from eai.tasks.source import Source

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.data.store import Store
-from eai.errors import InputError
 from eai.prompts.prompt import PromptSet
 from eai.prompts.template import template_names
 from eai.tasks.source import Source

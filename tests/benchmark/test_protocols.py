@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol, registered_protocols
+from eai.base.errors import InputError
 from eai.benchmark import protocols
 from eai.benchmark.suite import open_suite
-from eai.errors import InputError
 
 
 def test_protocols_are_found_by_name() -> None:

@@ -12,10 +12,10 @@ from by_path import ROOT
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import PlanVerdict
+from eai.base.store import Store
 from eai.benchmark.random_answers import open_random_answers, random_walk
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.pddl.check import check_domain
 from eai.pddl.planning import PlannerChoice
 from eai.pddl.reader import read_action

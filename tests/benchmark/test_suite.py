@@ -6,9 +6,9 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task_features import TaskFeatures
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.store import Store
-from eai.errors import InputError
 from eai.tasks.source import Source
 from suites import SUITES
 

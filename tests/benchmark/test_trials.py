@@ -16,10 +16,10 @@ from eai.abilities.experiment import Experiment, World
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.trial import Trial
+from eai.base.store import Store
 from eai.benchmark.gold_answers import corrupted_versions, heeding_answer, noisy_answer
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.store import Store
 from eai.households.virtualhome.plan_notation import Identified
 from eai.prompts.feedback import Asker
 from eai.prompts.prompt import Prompt, PromptSet

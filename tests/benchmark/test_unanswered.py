@@ -9,8 +9,8 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import RAISED, Confusion
 from eai.acting.setting import ACTING
+from eai.base.store import Store
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.rate import Rate
 from eai.results.summary import summarise

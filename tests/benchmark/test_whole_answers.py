@@ -8,9 +8,9 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
+from eai.base.store import Store
 from eai.benchmark.names import TaskReference
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.envs.rewards import TrlReward, answer_of, compute_score
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.reward import reward_of

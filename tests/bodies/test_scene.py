@@ -9,10 +9,10 @@ import pytest
 
 from bodies import installed  # noqa: F401 - skips all of this where MuJoCo is not installed
 from bodies.rooms import SCENE, kitchen, task_of
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.bodies import geometry
 from eai.bodies.scene import BodyScene
-from eai.data.store import Store
-from eai.errors import InputError
 from eai.households.behavior.tasks import BehaviorTasks
 
 MILK, APPLE, PLATE, BASKET = (SCENE.index[n] for n in ("milk_7", "apple_5", "plate_6", "basket_4"))

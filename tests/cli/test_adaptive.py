@@ -15,11 +15,11 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.run import _Order
-from eai.data.store import Store
-from eai.errors import InputError
 from eai.results.record import Record
 from eai.run.spec import RunSpec
 from eai.studies.variation import Endpoint

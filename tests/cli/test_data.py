@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from eai.data.store import Store
+from eai.base.store import Store
 
 
 @pytest.fixture

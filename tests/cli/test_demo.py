@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
+from eai.base.store import Store
 from eai.cli import demo
-from eai.data.store import Store
 from processes import eai as in_own_process
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from by_path import ROOT
 from command_line import Command
-from eai.data.store import Store
+from eai.base.store import Store
 from processes import eai as run_eai
 
 HERE = ("--domain", "virtualhome", "--ability", "action_sequencing")

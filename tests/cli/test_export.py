@@ -10,7 +10,7 @@ import eai as library
 from by_path import ROOT
 from command_line import Command
 from eai.abilities.attempt import Usage
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.scoring.epochs import Obtained, settle
 from eai.scoring.options import ScoringOptions
 from eai.scoring.trials import Answer

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.data.store import Store
+from eai.base.store import Store
 from processes import Outcome
 from report.samples import action_run, goal_run, write_runs
 

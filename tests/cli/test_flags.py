@@ -10,8 +10,8 @@ import typer
 
 from by_path import ROOT
 from command_line import Command
+from eai.base.store import Store
 from eai.cli import app
-from eai.data.store import Store
 from eai.run.spec import keys
 from processes import eai as run_eai
 

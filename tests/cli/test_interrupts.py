@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.pddl.fast_downward import FastDownward
 from processes import Command, wait_until, working_in
 from run.hindrances import search_forever

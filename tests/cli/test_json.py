@@ -13,8 +13,8 @@ import typer
 
 from by_path import ROOT
 from command_line import Command
+from eai.base.store import Store
 from eai.cli import app
-from eai.data.store import Store
 
 FOLDER = ROOT / "examples" / "lamps"
 WITHOUT = {"data annotate choose", "demo", "play", "serve mcp"}

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
+from base.test_entry_points import declared
 from command_line import Command
-from data.test_entry_points import declared
 from eai import __version__
 from eai.cli import app
 

@@ -10,7 +10,7 @@ import pytest
 
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.data.store import Store
+from eai.base.store import Store
 from suites import answer_book
 
 SUITE = ("--domain", "behavior", "--ability", "action_sequencing", "--no-explanations")

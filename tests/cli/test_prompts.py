@@ -5,7 +5,7 @@ from pathlib import Path
 
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.data.store import Store
+from eai.base.store import Store
 from suites import official_files
 
 NAMED = ("--domain", "behavior", "--ability", "subgoal_decomposition")

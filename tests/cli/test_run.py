@@ -11,7 +11,7 @@ import pytest
 from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import FOUR, Ability
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.tasks.adaptive import short_test
 from processes import Outcome, eai
 from run.server import Reply, serve

@@ -14,9 +14,9 @@ from PIL import Image
 from bodies.rooms import kitchen, task_of
 from command_line import Command
 from eai.abilities.protocol import Ability
+from eai.base.errors import EaiError
+from eai.base.store import Store
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
-from eai.errors import EaiError
 from eai.pictures.rendered import photographs_of
 from eai.prompts.template import Templates
 from eai.results.codec import record_from_json

@@ -14,8 +14,8 @@ import pytest
 
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.data.files import sole_run
-from eai.data.store import Store
+from eai.base.files import sole_run
+from eai.base.store import Store
 from eai.households.virtualhome.records import open_virtualhome
 from eai.pddl.fast_downward import FastDownward
 from eai.tasks.source import Source

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from command_line import Command
 from eai.abilities.protocol import FOUR
-from eai.data.store import Store
+from eai.base.store import Store
 
 
 def test_an_incomplete_run_is_built_and_its_gaps_are_named(

@@ -17,9 +17,9 @@ from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 
 from by_path import ROOT
-from eai.data.store import Store
+from eai.base.errors import EaiError, InputError
+from eai.base.store import Store
 from eai.envs import ANY, IDS, AnyText, make
-from eai.errors import EaiError, InputError
 from eai.tasks.source import Source
 from eai.world import Luck
 from envs.switches import SWITCHES, WON

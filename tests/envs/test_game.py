@@ -13,14 +13,14 @@ import eai
 from eai import make_task
 from eai.acting.play import Arena, rules_of
 from eai.acting.setting import Setting
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
-from eai.data.store import Store
 from eai.envs import TextEnvironment, make
 from eai.envs.game import Game
 from eai.envs.listed import spelled_out
 from eai.envs.reference import stage_of, staged
 from eai.envs.rules import STANDARD, Rules, View
-from eai.errors import InputError
 from eai.scoring.reward import Shaping
 from eai.tasks.source import Source
 from eai.world.state import Fact

@@ -12,13 +12,13 @@ import pytest
 
 import eai
 from eai import Shaping
-from eai.data.store import Store
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.envs import make
 from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rewards import SkyRlTask, TrlHousehold, TrlReward, compute_score, reward_func
 from eai.envs.rules import Rules
-from eai.errors import InputError
 from eai.scoring.reward import METRICS
 from envs.switches import CASES, CASES_BY_SHAPING, SWITCHES, WON, as_plan, reference, tasks
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.scoring.workers import AHEAD, DEATHS
 from scoring.work import squares
 

@@ -13,11 +13,11 @@ import pytest
 
 import eai
 from by_path import ROOT
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.suite import Suite
-from eai.data.store import Store
 from eai.envs.ray_data import ADDED, Scores
-from eai.errors import InputError
 from eai.results.responses import Response
 from eai.scoring.batch import Scoring
 from eai.scoring.records import line_of

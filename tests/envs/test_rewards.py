@@ -17,8 +17,8 @@ import pytest
 import eai
 from eai import Ability
 from eai.abilities.protocol import FOUR
+from eai.base.store import Store
 from eai.benchmark.gold_answers import open_answer_book
-from eai.data.store import Store
 from eai.envs.rewards import (
     SkyRlTask,
     TrlHousehold,

@@ -7,8 +7,8 @@ from itertools import islice
 import pytest
 
 import eai.logic.formula as f
+from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
-from eai.errors import InputError
 from eai.generator import sets
 from eai.generator.generator import Generator, generate
 from eai.generator.goals import Proposals

@@ -15,11 +15,11 @@ import pytest
 import eai.logic.formula as f
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
+from eai.base.errors import DataError
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.cli.generate import verdict_of_val
-from eai.data.store import Store
-from eai.errors import DataError
 from eai.generator.goals import Proposals
 from eai.generator.prior import Pattern, kinds_of
 from eai.generator.sets import fingerprint_of, seeds_of

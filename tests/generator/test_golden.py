@@ -15,8 +15,8 @@ from typing import get_args
 
 import pytest
 
+from eai.base.store import Store
 from eai.benchmark.registry import find_benchmark
-from eai.data.store import Store
 from eai.generator.census import prior_of
 from eai.generator.generator import Generator
 from eai.generator.goals import Proposals

@@ -12,8 +12,8 @@ import pytest
 import eai.logic.formula as f
 from by_path import module_at
 from eai.abilities.goal_text import make_task
+from eai.base.errors import InputError
 from eai.benchmark.registry import find_benchmark
-from eai.errors import InputError
 from eai.generator.generator import Generator
 from eai.generator.measures import (
     FILE,

@@ -9,8 +9,8 @@ import pytest
 from by_path import ROOT
 from command_line import Command
 from eai.abilities.task import Task
+from eai.base.errors import InputError
 from eai.benchmark.registry import find_benchmark
-from eai.errors import InputError
 from eai.generator.problem_files import problem_files_in, read_problems
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.pddl.export import export

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from eai.abilities.task import Task
+from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
-from eai.errors import InputError
 from eai.generator.sets import MANIFEST, manifest_entry, seeds_of, sets_in, shape_of, unproven, write_manifest
 from eai.generator.spec import CANARY, Generated, Reason, Spec, Tier
 from eai.tasks.source import Source

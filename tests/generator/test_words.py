@@ -9,9 +9,9 @@ from typing import get_args
 import pytest
 
 import eai.logic.formula as f
+from eai.base.errors import InputError
 from eai.benchmark.registry import find_benchmark
 from eai.english import English, Voice, plural
-from eai.errors import InputError
 from eai.generator.spec import Forms
 from eai.generator.words import Words, _Reader
 from eai.logic.ltl import read_formula

@@ -11,7 +11,7 @@ import pytest
 
 from boxes import lacking
 from by_path import ROOT
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.harbor.folders import IMAGE
 from harbor_trials import Trial, exported
 

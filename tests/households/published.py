@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from benchmark.synthetic import build_wheel, packs_from
+from eai.base.source import Archive
+from eai.base.store import Store
 from eai.benchmark.packs import Pack
-from eai.data.source import Archive
-from eai.data.store import Store
 
 
 @pytest.fixture

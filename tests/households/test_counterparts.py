@@ -8,9 +8,9 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.base.store import Store
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.store import Store
 from eai.households.behavior import counterparts as behavior
 from eai.households.virtualhome import counterparts as virtualhome
 from eai.pddl.execute import PlanStep

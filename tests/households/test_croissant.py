@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
-from eai.data.store import Store
 from eai.households.croissant import identifier, operator_rows, task_rows, write_croissant
 from eai.tasks.source import Source
 

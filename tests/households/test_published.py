@@ -11,11 +11,11 @@ import pytest
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Category
 from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.base.store import Store
 from eai.benchmark.packs import open_pack
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.households.packs import PROMPTS, SCENE_PREFIX
 from eai.households.published import TransitionTasks, open_behavior, open_virtualhome
 from eai.pddl.planning import PlannerChoice

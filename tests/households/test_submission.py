@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from eai.data.store import Store
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.households.submission import build_submission, check_submission, submission_files
 from eai.tasks.source import Finding
 

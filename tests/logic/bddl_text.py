@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import eai.logic.formula as f
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.pddl.bddl import parse_problem
 from eai.pddl.model import PddlProblem
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.choice import (
     AllOf,
     AnyOf,

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eai.errors import ParseError
+from eai.base.errors import ParseError
 from eai.logic.formula import (
     FALSE,
     TRUE,

@@ -6,7 +6,7 @@ import pickle
 
 import pytest
 
-from eai.errors import InputError, ParseError
+from eai.base.errors import InputError, ParseError
 from eai.logic.choice import count_options, options
 from eai.logic.formula import (
     Formula,

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.formula import (
     Always,
     And,

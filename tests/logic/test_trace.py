@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.trace import Trace, positions_in
 from logic.naive import Facts
 from logic.random_formulas import SCENE, trace

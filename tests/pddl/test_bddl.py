@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eai.errors import InputError, ParseError
+from eai.base.errors import InputError, ParseError
 from eai.logic.formula import (
     And,
     Atom,

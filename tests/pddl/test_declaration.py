@@ -6,7 +6,7 @@ from itertools import product
 import pytest
 from hypothesis import given, settings
 
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.formula import Atom
 from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.execute import Executor, PddlState, PlanStep

@@ -15,8 +15,8 @@ from threading import Lock
 import pytest
 
 from eai.abilities.operator_task import TransitionTask
-from eai.data.store import Store
-from eai.errors import DataError
+from eai.base.errors import DataError
+from eai.base.store import Store
 from eai.households.published import open_behavior, open_virtualhome
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.households.published import open_behavior, open_virtualhome
 from eai.pddl.matching import (
     SideMatch,

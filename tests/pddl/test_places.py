@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.pddl.files import domain_in, problem_in
 
 DOMAIN = """\

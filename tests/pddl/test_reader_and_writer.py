@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.households.packs import BEHAVIOR_PDDL, RESOURCES
 from eai.logic.formula import TRUE, And, Atom, Constant, Exists, ForAll, Formula, Not, Variable
 from eai.pddl.check import Offence, PddlError

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.operator_task import TransitionTask
-from eai.data.store import Store
-from eai.errors import DataError
+from eai.base.errors import DataError
+from eai.base.store import Store
 from eai.households.published import open_behavior, open_virtualhome
 from eai.pddl.check import check_problem
 from eai.pddl.execute import PlanStep

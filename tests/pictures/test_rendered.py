@@ -8,7 +8,7 @@ from importlib.util import find_spec
 import pytest
 
 from bodies.rooms import kitchen, task_of
-from eai.errors import EaiError, InputError
+from eai.base.errors import EaiError, InputError
 from eai.pictures.rendered import photographed, photographs_of
 
 FULL = task_of(kitchen(["lies_in(fridge_2, basket_4)"], ["stands_on(fridge_2, floor_kitchen)"]))

@@ -9,10 +9,10 @@ import pytest
 import eai.logic.formula as f
 from by_path import ROOT
 from eai.abilities.protocol import Ability
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.random_answers import random_walk
 from eai.benchmark.registry import find_benchmark
-from eai.data.store import Store
 from eai.generator.spec import Generated
 from eai.planning.possible import Possible, out_of_reach
 from eai.tasks.source import Source

@@ -11,7 +11,7 @@ import pytest
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.wording import Wording
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.logic.formula import Constant, Exists, Occurs, Or, Variable
 from eai.prompts.own import Questions, render
 from eai.prompts.template import Templates

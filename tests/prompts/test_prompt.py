@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.prompts.prompt import Prompt, PromptFiles, read_prompt_file, read_system_file
 
 

@@ -15,10 +15,10 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, with_tasks
-from eai.data.store import Store
 from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rules import Rules, View

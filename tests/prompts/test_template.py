@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.prompts.template import Templates
 
 

@@ -9,10 +9,10 @@ from string import Template
 import pytest
 
 from eai.abilities.protocol import FOUR, Ability
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.data.store import Store
-from eai.errors import InputError
 from eai.prompts.prompt import VARIANTS, PromptSet
 from eai.prompts.template import Templates
 from eai.run.spec import read_spec

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.task import GoalKind
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
-from eai.data.store import Store
 from eai.logic.traversal import objects
 from eai.questions.question import Form, Kind, Question
 from eai.questions.writer import Writer

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from eai.abilities.verdict import Confusion
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.questions.question import (
     Accept,
     Form,

@@ -10,9 +10,9 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.rules import Rules
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
-from eai.data.store import Store
 from eai.planning.planner import Planner
 from eai.questions.question import Form, Kind, Question
 from eai.questions.setting import Item, open_setting, with_counterparts

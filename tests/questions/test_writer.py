@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.cli.questions import questions as command
-from eai.data.store import Store
 from eai.prompts.template import Templates, template_names
 from eai.questions.question import Form, Kind, questions_content
 from eai.questions.shortcuts import entropy_of

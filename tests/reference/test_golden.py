@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.base.store import Store
 from eai.benchmark.gold_answers import chance, noisy_answer
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import fields_of
 from eai.tasks.source import Source

@@ -14,8 +14,8 @@ from eai.abilities.share import GoalTallies, Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import Counted, PlanVerdict
+from eai.base.errors import InputError
 from eai.benchmark.protocols import preset_experiment
-from eai.errors import InputError
 from eai.reference.protocol import EAI_1_0_5, TASK
 from eai.results.paper_tables import PaperColumn, paper_models, paper_table
 from eai.results.record import Record

@@ -12,7 +12,7 @@ import pytest
 from browsing import needs_browser
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.data.store import Store
+from eai.base.store import Store
 from suites import SUITES, answer_book, official_prompts
 
 pytestmark = needs_browser

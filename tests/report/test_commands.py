@@ -9,10 +9,10 @@ import pytest
 from typer.testing import CliRunner
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.base.store import Store
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.suite import open_suite
 from eai.cli import app
-from eai.data.store import Store
 from eai.results.responses import Response, ResponseFile
 from eai.scoring.batch import Scoring
 from eai.tasks.source import Source

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.results.answer_files import files_of_suite, recorded_file
 
 PLANS, GOALS = Ability.ACTION_SEQUENCING, Ability.GOAL_INTERPRETATION

@@ -17,7 +17,7 @@ from eai.abilities.share import GoalTallies, Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, Counted, ErrorReport, PlanVerdict, Span, SpanKind, Verdict
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome

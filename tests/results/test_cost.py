@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 
 from eai.abilities.attempt import Usage
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.results.cost import PriceList, Spent, _PaperCost, _Price, paper_cost, per_success, spent
 from eai.results.record import Origin, Record
 from results.verdicts import SUCCEEDED, record

@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.goal_text import make_task
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.packs import Pack, fetch
 from eai.benchmark.registry import find_benchmark
-from eai.data.store import Store
 from eai.households.virtualhome.benchmark import count_annotated
 from eai.households.virtualhome.records import PACK as VIRTUALHOME
 from eai.households.virtualhome.records import VirtualHome, open_virtualhome

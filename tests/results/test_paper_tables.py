@@ -12,7 +12,7 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion
-from eai.data.files import read_toml
+from eai.base.files import read_toml
 from eai.pddl.planning import PlannerChoice
 from eai.results import paper_tables
 from eai.results.paper_tables import (

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.errors import EaiError, InputError
+from eai.base.errors import EaiError, InputError
 from eai.results.parquet import read_columns
 
 COLUMNS = ("identifier", "llm_output")

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.data.files import file_name
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import file_name
 from eai.results.responses import (
     Response,
     ResponseFile,

@@ -9,7 +9,7 @@ import pytest
 
 from by_path import ROOT
 from eai.abilities.share import Share
-from eai.errors import EaiError
+from eai.base.errors import EaiError
 from eai.results.certainty import Case
 from eai.results.lines import TABLES, StepLine
 from eai.results.table import Estimate, Table

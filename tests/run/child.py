@@ -12,8 +12,8 @@ from inspect_ai.log import EvalLog, read_eval_log, write_eval_log
 from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.base.json_value import Json
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.json_value import Json
 from eai.pddl.planning import PlannerChoice
 from eai.results.rate import Rate
 from eai.results.record import Record

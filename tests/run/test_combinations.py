@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from eai.data.store import Store
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.results.record import Record
 from eai.run.spec import read_spec
 from eai.scoring.records import read_records

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability
+from eai.base.errors import EaiError, InputError
 from eai.benchmark.suite import open_suite
-from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Prompt
 from eai.run.job import Decoding, Job, Pace
 from eai.scoring.epochs import Obtained

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.abilities.attempt import Usage
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.run.journal import Answer, Journal
 
 ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", ("reasoning",), Usage(3, 5, 2, 0.25))

@@ -15,8 +15,8 @@ import pytest
 
 import eai
 from eai.abilities.attempt import Usage
-from eai.data.files import sole_run
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import sole_run
 from eai.run.journal import Answer, Journal
 from sweeps import sweep
 
@@ -25,7 +25,7 @@ ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", (), Usage(3, 5
 HOLDER = """
 import sys
 from pathlib import Path
-from eai.data.files import sole_run
+from eai.base.files import sole_run
 with sole_run(Path(sys.argv[1])):
     print("there", flush=True)
     sys.stdin.read()

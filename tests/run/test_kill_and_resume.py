@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from by_path import ROOT
-from eai.data.store import Store
+from eai.base.store import Store
 from sweeps import swept
 
 BENCH = ROOT / "bench" / "kill_and_resume.py"

@@ -11,8 +11,8 @@ import pytest
 from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.data.store import Store
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.run.registry import TASKS
 from processes import own_process
 from run.child import Asked, Whom, evaluate_experiment_in_child, score_in_child

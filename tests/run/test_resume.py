@@ -12,10 +12,10 @@ import pytest
 from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Ability
+from eai.base.errors import EaiError
+from eai.base.store import Store
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
-from eai.errors import EaiError
 from eai.questions.question import questions_content
 from eai.questions.writer import Writer
 from eai.run.job import Job

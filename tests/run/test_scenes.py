@@ -11,9 +11,9 @@ from inspect_ai.log import read_eval_log
 from inspect_ai.model import ContentImage
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
-from eai.errors import InputError
 from eai.results.codec import record_from_json
 from eai.run.registry import TASKS
 from eai.studies.perception.belief import scene_words

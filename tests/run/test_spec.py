@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.data.files import read_toml
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import read_toml
 from eai.run.spec import RunSpec, read_spec, save, study_of
 from eai.studies.perception.choice import Perception
 from eai.studies.perception.noise import Noise

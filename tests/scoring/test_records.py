@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.results.codec import record_to_json
 from eai.results.record import Record
 from eai.scoring.records import read_records

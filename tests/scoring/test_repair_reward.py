@@ -13,7 +13,7 @@ from eai import Benchmark, InputError, Reward, Suite, Task, given, make_task
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.repair import EFFORT
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.envs import make
 from eai.planning.repair import Mender, Plan, Told
 from eai.planning.search import Effort

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.results.responses import find_response_files
 from eai.scoring.runs import find_record_files, read_runs, write_log_place
 from record_files import write_records

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.results.parquet import parquet
 from eai.results.rate import Rate
 from eai.results.record import Record

@@ -8,8 +8,8 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
+from eai.base.errors import InputError
 from eai.benchmark.errata import ErrataUse
-from eai.errors import InputError
 from eai.results.record import Record
 from eai.results.totals import Totals
 from eai.scoring.records import Shard, find_shards, merge_shards, part_of, read_records, write_shard

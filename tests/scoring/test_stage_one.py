@@ -11,10 +11,10 @@ import pytest
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Confusion
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.store import Store
-from eai.errors import InputError
 from eai.results.codec import record_from_json, record_to_json, sha256_of
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile

@@ -14,9 +14,9 @@ from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
+from eai.base.json_value import Json
+from eai.base.store import Store
 from eai.benchmark.suite import open_suite
-from eai.data.json_value import Json
-from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
 from eai.results.record import Origin, Record
 from eai.results.responses import Response, ResponseFile

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.base.store import Store
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
 from eai.results.responses import Response, ResponseFile
 from eai.results.tidy import Tables

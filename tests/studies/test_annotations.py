@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.studies.annotation.study import histogram, quality, read_ratings
 from studies.told import read_table
 

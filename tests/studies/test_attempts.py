@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from eai.abilities.experiment import Experiment
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.studies.attempts.study import REPLANNING
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.results.table import Table
 from eai.results.tidy import Tables
 from eai.studies.errors.study import _Leaf, error_tables, leaf_of

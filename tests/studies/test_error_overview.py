@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.results.lines import AnswerLine
 from eai.results.tidy import Tables
 from eai.studies.errors.overview import draw_flows, flow_table

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
 from eai.results.lines import SuiteKey

@@ -10,9 +10,9 @@ import pytest
 from command_line import Command
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
-from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.studies.pipeline.operator_chain import (
     CONDITIONS_MISSED,

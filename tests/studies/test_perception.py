@@ -8,7 +8,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Confusion, PlanVerdict
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.results.record import Perceived, Record
 from eai.results.table import Estimate, Table
 from eai.studies.perception import study as plot_perception

@@ -12,8 +12,8 @@ import pytest
 from command_line import Command
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.data.store import Store
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.results.record import Record
 from eai.results.table import Estimate, Table
 from eai.studies.prompts.study import PLAIN, prompt_tables

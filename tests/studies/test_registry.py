@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from base.test_entry_points import declared
 from command_line import Command
-from data.test_entry_points import declared
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.studies import registry
 from report.samples import action_run, write_runs
 from studies.told import read_table

@@ -14,8 +14,8 @@ from abilities.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scor
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Protocol
 from eai.abilities.trial import Trial
+from eai.base.errors import InputError
 from eai.cli import app
-from eai.errors import InputError
 from eai.results.record import Record
 from eai.results.responses import read_responses
 from eai.results.summary import after, by_attempt, summarise

@@ -11,9 +11,9 @@ from by_path import TESTS
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
+from eai.base.errors import DataError, InputError
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.errors import DataError, InputError
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.export import export
 from eai.pddl.fast_downward import FastDownward

@@ -12,14 +12,14 @@ from by_path import ROOT, TESTS
 from command_line import Command
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book, open_planned_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.envs.environment import make
-from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
 from eai.tasks.task_lines import json_schema, written

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.formula import (
     TRUE,
     And,

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.formula import FALSE, Atom, Formula, Variable
 from eai.world.action import Action, Fault
 from eai.world.derived import Computed, Defined, is_a

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Variable

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.formula import Atom, Variable
 from eai.world import (
     Computed,

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.formula import Variable
 from eai.world.derived import Defined
 from eai.world.state import Fact, Scene, WorldObject, change

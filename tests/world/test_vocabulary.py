@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.formula import Atom, Constant, Variable
 from eai.world.derived import Computed
 from eai.world.vocabulary import Predicate, Vocabulary

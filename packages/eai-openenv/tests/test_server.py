@@ -21,9 +21,9 @@ from fastapi.testclient import TestClient
 from openenv import GenericEnvClient
 
 import eai
+from eai.base.errors import InputError
 from eai.envs.rewards import PROMPT_NOT_FOUND
 from eai.envs.rules import Rules
-from eai.errors import InputError
 from eai.scoring.reward import METRICS, Shaping
 from eai_openenv import Act, Household, Limits, PromptProtocol, Tasks, create_app, scorers
 from envs.switches import CASES_BY_SHAPING, reference

@@ -20,8 +20,8 @@ from example import PLAN
 
 import eai
 from eai.abilities.protocol import Ability
+from eai.base.errors import DataError
 from eai.envs.rules import Rules
-from eai.errors import DataError
 from eai.scoring.reward import METRICS, Shaping
 from eai_verifiers.steps import StepsConfig, StepsTaskConfig, StepsTaskset
 from eai_verifiers.tasks import suite_of_one

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TypeAlias
 
-from eai.data.json_value import Json
+from eai.base.json_value import Json
 
 Schema: TypeAlias = Mapping[str, Json]
 """A JSON schema."""

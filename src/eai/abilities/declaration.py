@@ -20,7 +20,7 @@ from eai.abilities.protocol import FOUR, Ability, registered_abilities
 from eai.abilities.share import Share
 from eai.abilities.task import GoalKind
 from eai.abilities.verdict import NOTHING, Confusion, PlanVerdict, Shares, Verdict, of_all
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:

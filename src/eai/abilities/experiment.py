@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, TypeAlias
 
-from eai.data.files import file_name
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import file_name
 from eai.world.fault import Notice
 
 SEPARATOR = "+"

@@ -8,7 +8,7 @@ from operator import mul
 
 from eai.abilities.share import GoalTallies, Share
 from eai.abilities.task import Goal, GoalKind, Task
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.best_option import best_option
 from eai.logic.choice import Choice, ground
 from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable, operands

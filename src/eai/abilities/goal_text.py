@@ -7,7 +7,7 @@ from dataclasses import replace
 import eai.logic.formula as f
 from eai.abilities.lexicon import FormulaLexicon, declared_lexicon
 from eai.abilities.task import Task, goal
-from eai.errors import InputError, did_you_mean, located
+from eai.base.errors import InputError, did_you_mean, located
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_in_time

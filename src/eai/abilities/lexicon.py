@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import eai.logic.formula as f
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.ltl import spelt
 from eai.logic.rewriting import rewrite
 from eai.logic.signature import Signature

@@ -13,9 +13,9 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, JsonValue, PlainSerializer, ValidationError
 from typing_extensions import Self
 
-from eai.data.docstrings import meanings
-from eai.data.files import read_toml
-from eai.errors import InputError, did_you_mean
+from eai.base.docstrings import meanings
+from eai.base.errors import InputError, did_you_mean
+from eai.base.files import read_toml
 
 _EXPECTED = {
     "string_type": "expected a string",

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, ClassVar, cast
 
 from typing_extensions import Self
 
-from eai.data.entry_points import EntryPoint, entry_points_of, is_there, names_of
-from eai.errors import unknown_name
+from eai.base.entry_points import EntryPoint, entry_points_of, is_there, names_of
+from eai.base.errors import unknown_name
 
 if TYPE_CHECKING:
     from pydantic_core.core_schema import CoreSchema

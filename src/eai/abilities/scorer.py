@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 from eai.abilities.explanation import Explanation
 from eai.abilities.task import TaskExclusion
 from eai.abilities.verdict import RAISED, ErrorReport, Unreadable, Verdict
-from eai.errors import EaiError, InputError
+from eai.base.errors import EaiError, InputError
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.execution import names_of

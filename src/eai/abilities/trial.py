@@ -14,7 +14,7 @@ from eai.abilities.reports import goal_reports
 from eai.abilities.scorer import PlanScorer, assess_or_fail
 from eai.abilities.task import Goal, Task
 from eai.abilities.verdict import PlanVerdict
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.traversal import objects
 from eai.world.action import Action
 from eai.world.episode import Episode, Luck, Slip

@@ -19,7 +19,7 @@ from typing_extensions import Self
 from eai.abilities.repair import Repair
 from eai.abilities.share import GoalTallies, Share
 from eai.abilities.task import TaskExclusion
-from eai.data.json_value import Json
+from eai.base.json_value import Json
 from eai.world.fault import FaultKind
 
 ALL = "all"

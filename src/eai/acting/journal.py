@@ -19,8 +19,8 @@ from secrets import token_bytes
 from typing import Any
 
 from eai.acting.play import Play
-from eai.data.files import content_of
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import content_of
 from eai.tasks.source import task_sha256
 
 _KEY_BYTES = 32
@@ -129,7 +129,7 @@ def _with_line(episode: _Sealed, raw: bytes, key: bytes) -> _Sealed:
 class Journal:
     """The journal of an episode under way, to which each turn is added. The caller closes it.
 
-    It must be the only writer of the file; `eai.data.files.sole_run` sees to that.
+    It must be the only writer of the file; `eai.base.files.sole_run` sees to that.
 
     Args:
         path: the file; the turns that it holds are played again.

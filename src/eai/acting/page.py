@@ -17,8 +17,8 @@ from typing import Any, TypeAlias
 
 from eai.acting.person import RULES, completions, enter
 from eai.acting.play import Play
-from eai.data.json_value import Json
-from eai.errors import EaiError, InputError
+from eai.base.errors import EaiError, InputError
+from eai.base.json_value import Json
 from eai.results.page import build_page, for_script
 
 MAX_BODY = 65_536

@@ -16,6 +16,7 @@ from eai.abilities.options import misfit
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.acting.setting import AGENT, REACT, STANDARD, TEXT, Setting
+from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import loaded
 from eai.benchmark.suite import Suite
@@ -26,7 +27,6 @@ from eai.envs.observation import manual
 from eai.envs.reference import staged
 from eai.envs.rules import Rules
 from eai.envs.stage import Stage
-from eai.errors import InputError
 from eai.pictures.rendered import VIEWS, photographs_of
 from eai.prompts.prompt import Image, Prompt
 from eai.results.codec import sha256_of
@@ -148,7 +148,7 @@ _MAX_NAME = 100
 _Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
 _Seed = Annotated[int, Field(ge=-MAX_SEED, le=MAX_SEED)]
 _Harness = Annotated[str, Field(max_length=_MAX_NAME, pattern=r"^$|[^.]")]
-"""A name that may be part of a file's name (`eai.data.files.file_name`), or empty."""
+"""A name that may be part of a file's name (`eai.base.files.file_name`), or empty."""
 
 
 @dataclass(frozen=True, slots=True)

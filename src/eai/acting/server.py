@@ -42,7 +42,7 @@ from eai import __version__
 from eai.abilities.scorer import exception_text
 from eai.acting.tools import command_of, tools_of
 from eai.acting.worlds import Worlds
-from eai.errors import EaiError, InputError
+from eai.base.errors import EaiError, InputError
 from eai.prompts.prompt import Image
 from eai.world.domain import Domain
 

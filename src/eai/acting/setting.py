@@ -11,7 +11,7 @@ from pydantic import Field, field_validator
 from eai.abilities.experiment import MAX_BUDGET, MAX_SEED, MAX_STEPS, RULES_SEPARATOR
 from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
-from eai.errors import InputError
+from eai.base.errors import InputError
 
 ACTING = Ability("acting")
 

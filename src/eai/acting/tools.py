@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from eai.base.errors import InputError
 from eai.envs.command import DONE, LOOK
-from eai.errors import InputError
 from eai.world.domain import Domain
 
 ACT, READ, END = "act", "look", "done"

@@ -12,11 +12,11 @@ from urllib.parse import quote, unquote
 from eai.acting.journal import Journal, is_begun, key_in, read_journal
 from eai.acting.play import OVER, Arena, Play, read_episode
 from eai.acting.setting import STANDARD, Setting
+from eai.base.errors import InputError
+from eai.base.files import file_name, sole_run, write_whole, writing_to
+from eai.base.grouping import grouped
 from eai.benchmark.suite import Suite
-from eai.data.files import file_name, sole_run, write_whole, writing_to
-from eai.data.grouping import grouped
 from eai.envs.command import LOOK
-from eai.errors import InputError
 from eai.prompts.prompt import Image
 from eai.results.responses import COLUMNS, LINES
 from eai.scoring.trials import Place

@@ -14,10 +14,10 @@ from eai.abilities.notation.plans import JsonPlans, PlanNotation
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.scorer import Scorer
 from eai.abilities.task import Task
+from eai.base.errors import InputError
+from eai.base.store import Report
 from eai.benchmark.errata import NO_ERRATA, Errata
-from eai.data.store import Report
 from eai.english import PLAIN, English
-from eai.errors import InputError
 from eai.logic.formula import Formula
 from eai.tasks.source import ErrataChoice, OpenTasks, Source, TaskSet
 from eai.world.domain import Domain

@@ -14,10 +14,10 @@ from eai.abilities.planning import find_plan
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import NO_GOALS, Task
 from eai.abilities.verdict import PlanVerdict, Verdict
+from eai.base.errors import InputError, did_you_mean
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.suite import open_suite
-from eai.errors import InputError, did_you_mean
 from eai.logic.traversal import bound_by, walk
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchEnd

@@ -24,9 +24,9 @@ from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
+from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import AnswerBook, book_of, no_answer, open_answer_book
-from eai.data.grouping import grouped
 from eai.logic.choice import Literal, choice_options, ground
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables, substitute

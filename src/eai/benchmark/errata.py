@@ -16,9 +16,9 @@ from pydantic import TypeAdapter, ValidationError
 from eai.abilities.options import Options, misfit
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.data.files import parse_toml
-from eai.data.grouping import grouped
-from eai.errors import DataError
+from eai.base.errors import DataError
+from eai.base.files import parse_toml
+from eai.base.grouping import grouped
 from eai.tasks.source import TaskSet
 from eai.world.action import Action
 from eai.world.state import Scene

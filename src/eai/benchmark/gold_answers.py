@@ -19,9 +19,9 @@ from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.planning import FindPlan, find_plan, why_no_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
+from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.errata import NO_ERRATA
-from eai.errors import InputError
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.prompts.feedback import REASONS

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability, registered_abilities
-from eai.errors import InputError
+from eai.base.errors import InputError
 
 
 class TaskReference(NamedTuple):

@@ -26,8 +26,8 @@ from eai.abilities.rules import Rules, how_to_read
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.abilities.wording import Wording, is_property
+from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
-from eai.data.grouping import grouped
 from eai.english import PLAIN, English, sentences_of
 from eai.tasks.source import USUAL, TaskSet
 from eai.world.action import Action

@@ -12,13 +12,13 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from eai.base import source
+from eai.base.entry_points import EntryPoint, entry_points_of
+from eai.base.errors import DataError
+from eai.base.files import if_killed, lock_of
+from eai.base.source import Archive, open_bundle
+from eai.base.store import PackFile, Report, Store, silent, unwritable
 from eai.benchmark.registry import FIRST, of_the_paper
-from eai.data import source
-from eai.data.entry_points import EntryPoint, entry_points_of
-from eai.data.files import if_killed, lock_of
-from eai.data.source import Archive, open_bundle
-from eai.data.store import PackFile, Report, Store, silent, unwritable
-from eai.errors import DataError
 from eai.tasks.source import Finding, Source
 
 GROUP = "eai.packs"

@@ -16,12 +16,12 @@ from eai.abilities.answer_schema import Schema, fits
 from eai.abilities.declaration import Pose, declaration_of
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.task import Task
+from eai.base.errors import InputError
+from eai.base.files import files_below
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.names import suite_name
 from eai.benchmark.registry import registered
-from eai.data.files import files_below
-from eai.errors import InputError
 from eai.prompts.feedback import Asker, Look
 from eai.prompts.own import Questions, operator_prompts, render, render_task, samples
 from eai.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file

@@ -12,7 +12,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from eai.abilities.protocol import registered_protocols
-from eai.errors import InputError, did_you_mean
+from eai.base.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
     from eai.abilities.experiment import Experiment

@@ -17,9 +17,9 @@ from traceback import extract_tb
 from typing import TYPE_CHECKING, Any
 
 from eai.abilities.protocol import Ability, registered_abilities
-from eai.data.entry_points import EntryPoint, entry_points_of
-from eai.data.files import files_below
-from eai.errors import EaiError, InputError, did_you_mean
+from eai.base.entry_points import EntryPoint, entry_points_of
+from eai.base.errors import EaiError, InputError, did_you_mean
+from eai.base.files import files_below
 
 if TYPE_CHECKING:
     from eai.abilities.declaration import OwnTasks

@@ -12,13 +12,13 @@ from eai.abilities.scorer import Assessment, Scorer, assess_or_fail
 from eai.abilities.task import Task
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
+from eai.base.errors import InputError, did_you_mean
+from eai.base.store import silent
 from eai.benchmark.benchmark import Benchmark, Opener
 from eai.benchmark.errata import Errata
 from eai.benchmark.names import TaskReference
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import find_benchmark
-from eai.data.store import silent
-from eai.errors import InputError, did_you_mean
 from eai.tasks.source import ErrataChoice, Source, TaskSet
 
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from eai.base.errors import InputError
 from eai.bodies.body import Body, Box
 from eai.bodies.placing import Placing, Pose, turned
 from eai.bodies.told import BESIDE, INSIDE, UNDER, Told
-from eai.errors import InputError
 
 HEIGHT = 2.6
 """The height of walls, in metres."""

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from eai.data.files import parse_toml
+from eai.base.files import parse_toml
 
 Vector: TypeAlias = tuple[float, float, float]
 """Three numbers: to the right, to the back, up, in metres; or red, green and blue from 0 to 1."""

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
+from eai.base.errors import EaiError
 from eai.bodies.body import Array, Box, Vector
 from eai.bodies.geometry import around
 from eai.bodies.placing import Pose
 from eai.bodies.scene import BodyScene
-from eai.errors import EaiError
 
 if TYPE_CHECKING:
     from eai.bodies.told import Told

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from eai.base.errors import InputError
 from eai.bodies.body import Array, Box, Vector
 from eai.bodies.told import Told
-from eai.errors import InputError
 
 _GAP = 0.004
 """The air below a thing that is placed, in metres: settling lets it down."""

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from eai.base.errors import InputError
 from eai.bodies.body import Body, body_of, kind_of
-from eai.errors import InputError
 from eai.world.relation import bits
 from eai.world.state import State, WorldObject
 

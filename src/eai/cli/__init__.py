@@ -23,9 +23,9 @@ from typer.core import MarkupMode, TyperCommand, TyperGroup
 from typer.main import get_group
 
 from eai import __version__
-from eai.data.docstrings import meanings
-from eai.data.entry_points import EntryPoint, entry_points_of
-from eai.errors import EaiError, InputError, InterruptError
+from eai.base.docstrings import meanings
+from eai.base.entry_points import EntryPoint, entry_points_of
+from eai.base.errors import EaiError, InputError, InterruptError
 
 MEASURE, UNDERSTAND, MATERIAL, EXTENSIONS = "Measure", "Understand", "Tasks and data", "Extensions"
 """The panels of the commands."""

@@ -12,13 +12,13 @@ import typer
 from pydantic import BeforeValidator
 
 from eai.abilities.options import Options
+from eai.base.errors import EaiError, InputError, did_you_mean, needing
+from eai.base.files import writing_to
+from eai.base.json_value import Json
 from eai.cli import options
 from eai.cli.console import counted, errors, note, output, print_markdown, say, tell
 from eai.cli.options import OUTPUT, AsJson, DataFolder, flag
 from eai.cli.progress import scoring_progress
-from eai.data.files import writing_to
-from eai.data.json_value import Json
-from eai.errors import EaiError, InputError, did_you_mean, needing
 from eai.results.lines import SUITE, TABLES
 from eai.results.plots import styled, write
 from eai.results.table import Table

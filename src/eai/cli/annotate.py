@@ -13,14 +13,14 @@ import typer
 
 from eai.abilities.reports import fact_text
 from eai.abilities.task import Task
+from eai.base.errors import InputError, InterruptError, did_you_mean
+from eai.base.files import file_name, write_whole
+from eai.base.json_value import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.cli.console import counted, note, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, flag, opened_source
 from eai.cli.progress import scoring_progress
-from eai.data.files import file_name, write_whole
-from eai.data.json_value import Json
-from eai.errors import InputError, InterruptError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.model import PddlDomain
 from eai.pddl.planners import make_planner

@@ -12,11 +12,11 @@ import typer
 from rich.text import Text
 
 from eai.abilities.declaration import declaration_of
+from eai.base.errors import InputError
+from eai.base.json_value import Json
 from eai.cli.console import note, output, print_json
 from eai.cli.options import AsJson, flag
 from eai.cli.table import PERCENT, print_remark
-from eai.data.json_value import Json
-from eai.errors import InputError
 from eai.results.certainty import Certainty, Interval
 from eai.results.comparison import Comparison, Difference
 from eai.results.comparison import compare as compare_runs

@@ -14,14 +14,14 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 
 from eai.abilities.protocol import Ability
+from eai.base.errors import how_to_install, needing
+from eai.base.files import printable
 from eai.benchmark.registry import REFERENCES
-from eai.data.files import printable
-from eai.errors import how_to_install, needing
 
 if TYPE_CHECKING:
+    from eai.base.json_value import Json
     from eai.benchmark.benchmark import Benchmark
     from eai.benchmark.suite import Suite
-    from eai.data.json_value import Json
     from eai.tasks.source import Finding
 
 DOMAIN_HELP = f"A benchmark: {REFERENCES}."

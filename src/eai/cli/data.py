@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from eai.base.json_value import Json
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.check import check_annotations
 from eai.benchmark.packs import fetch as fetch_packs
@@ -18,7 +19,6 @@ from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, Errata, flag, opened_source, store
 from eai.cli.progress import data_progress
-from eai.data.json_value import Json
 from eai.pddl.planning import PlannerChoice
 from eai.report.distributions import distributions, save
 from eai.results.data_set import profiles_of, table_of

@@ -24,6 +24,9 @@ from eai.abilities.scorer import PlanScorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
 from eai.acting.verdict import ActingVerdict, outlook_text
+from eai.base.errors import EaiError, InputError, did_you_mean, member
+from eai.base.files import write_whole
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.packs import is_at_hand
@@ -31,9 +34,6 @@ from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, output, print_json, say
 from eai.cli.options import AsJson, DataFolder, flag, store
-from eai.data.files import write_whole
-from eai.data.store import Store
-from eai.errors import EaiError, InputError, did_you_mean, member
 from eai.pictures.course import film_name, states_of
 from eai.pictures.rendered import film_of
 from eai.planning.planner import Planner

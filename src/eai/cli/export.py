@@ -14,6 +14,10 @@ import typer
 
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
+from eai.base.errors import InputError
+from eai.base.files import Content, write_whole
+from eai.base.grouping import grouped
+from eai.base.json_value import Json
 from eai.benchmark.names import suite_name
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
@@ -22,10 +26,6 @@ from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, asked_by_default, counted, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, flag, opened_source
 from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn, is_list, tasks_of, write_prompts
-from eai.data.files import Content, write_whole
-from eai.data.grouping import grouped
-from eai.data.json_value import Json
-from eai.errors import InputError
 from eai.households.submission import build_submission, check_submission
 from eai.pddl.planning import PlannerChoice
 from eai.pictures.drawing import Drawing, png, svg

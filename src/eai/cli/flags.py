@@ -13,12 +13,12 @@ from typing import Any
 import typer
 
 from eai.abilities.protocol import SCENE_GRAPH, Ability
+from eai.base.errors import InputError, did_you_mean
+from eai.base.files import file_name, read_toml
+from eai.base.json_value import Json
 from eai.benchmark.suite import Suite
 from eai.cli import options
 from eai.cli.options import SETTING, setting
-from eai.data.files import file_name, read_toml
-from eai.data.json_value import Json
-from eai.errors import InputError, did_you_mean
 from eai.results.answer_files import recorded_file
 from eai.run.job import CAPTIONER, PROVIDER, answers, check_model
 from eai.run.spec import RunSpec, keys, read_spec, sections

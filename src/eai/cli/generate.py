@@ -11,11 +11,11 @@ from rich.progress import Progress
 from rich.table import Table
 
 from eai.abilities.task import Task
+from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
+from eai.base.files import writing_to
 from eai.benchmark.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, counted, errors, output, tell
 from eai.cli.options import AsJson, DataFolder, Seed, flag, opened_source
-from eai.data.files import writing_to
-from eai.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.generator import sets
 from eai.generator.generator import Generator, generate
 from eai.generator.measures import Measure

@@ -7,10 +7,10 @@ from importlib.util import find_spec
 from keyword import iskeyword
 from pathlib import Path
 
+from eai.base.errors import InputError
+from eai.base.files import write_whole
 from eai.cli.console import tell
 from eai.cli.options import AsJson
-from eai.data.files import write_whole
-from eai.errors import InputError
 
 _FILES = {"{name}.py": "domain.txt", "README.md": "readme.txt"}
 """The files of a new domain -> their templates."""

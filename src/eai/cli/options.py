@@ -13,10 +13,10 @@ import typer
 
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability
+from eai.base.errors import InputError
+from eai.base.store import VARIABLE, Store
 from eai.cli.console import DOMAIN_HELP
 from eai.cli.progress import data_progress
-from eai.data.store import VARIABLE, Store
-from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice, PlannerTerms
 from eai.scoring.options import ScoringOptions
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from eai.acting.setting import ACTING, PICTURES, Setting
+from eai.base.errors import InputError
 from eai.benchmark.suite import Suite
 from eai.cli.console import counted, note, say
 from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
-from eai.errors import InputError
 from eai.results.responses import SUFFIX, Response, ResponseFile, model_name, read_responses, write_responses
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from typing_extensions import ParamSpec
 
+from eai.base.errors import InterruptError
+from eai.base.store import Report, Stage
 from eai.cli.console import errors
-from eai.data.store import Report, Stage
-from eai.errors import InterruptError
 
 if TYPE_CHECKING:
     from eai.run.journal import Watch

@@ -9,14 +9,14 @@ from typing import Annotated, TypeVar
 
 from eai.abilities.protocol import Ability
 from eai.acting.setting import ACTING
+from eai.base.errors import InputError, did_you_mean
+from eai.base.files import write_whole
+from eai.base.json_value import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, tell
 from eai.cli.options import flag, listed, opened_source
-from eai.data.files import write_whole
-from eai.data.json_value import Json
-from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt, PromptFiles, PromptSet
 from eai.report.answer_form import form_html
 from eai.tasks.adaptive import SHORT, short_test

@@ -8,14 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
+from eai.base.errors import InputError
+from eai.base.files import write_whole
+from eai.base.grouping import grouped
+from eai.base.json_value import Json
 from eai.benchmark.registry import find_benchmark
 from eai.cli.console import counted, output, tell
 from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, flag, opened_source
 from eai.cli.table import PERCENT
-from eai.data.files import write_whole
-from eai.data.grouping import grouped
-from eai.data.json_value import Json
-from eai.errors import InputError
 from eai.prompts.template import Templates
 from eai.questions.question import Form, Kind, Question, questions_content
 from eai.questions.shortcuts import best_chance, chances_of, entropy_of, guesses_of

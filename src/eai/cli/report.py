@@ -14,6 +14,10 @@ import typer
 
 from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.protocol import FOUR
+from eai.base.errors import EaiError, InputError
+from eai.base.files import write_whole, writing_to
+from eai.base.json_value import Json
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.packs import is_at_hand
 from eai.benchmark.prompt_library import Library
@@ -21,10 +25,6 @@ from eai.benchmark.registry import find_benchmark, registered, title_of
 from eai.cli.console import counted, note, output, say, tell
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, listed, opened_source, store
 from eai.cli.progress import scoring_progress
-from eai.data.files import write_whole, writing_to
-from eai.data.json_value import Json
-from eai.data.store import Store
-from eai.errors import EaiError, InputError
 from eai.pictures.course import courses, film_name
 from eai.report.board import board_html
 from eai.report.document import unnamed_remark

@@ -19,6 +19,8 @@ from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
 from eai.acting.setting import ACTING, STANDARD
 from eai.acting.verdict import ActingVerdict
+from eai.base.errors import InputError
+from eai.base.files import file_name, sole_run
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.benchmark.suite import Suite, open_suite
@@ -28,8 +30,6 @@ from eai.cli.options import OUTPUT, SCORING, AsJson, DataFolder, Wide, flag
 from eai.cli.progress import resumable, run_progress, scoring_progress
 from eai.cli.prompts import tasks_of
 from eai.cli.table import print_results, result_json
-from eai.data.files import file_name, sole_run
-from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.results.repeats import passes_table

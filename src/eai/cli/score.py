@@ -15,6 +15,9 @@ import typer
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
+from eai.base.errors import InputError, InterruptError, needing
+from eai.base.files import sole_run
+from eai.base.json_value import Json
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli import options
@@ -22,9 +25,6 @@ from eai.cli.console import DOMAIN_HELP, counted, inspect_needed, note, note_pla
 from eai.cli.options import ANSWERS, OUTPUT, SCORING, flag, scoring
 from eai.cli.progress import scoring_progress
 from eai.cli.table import print_remark, print_results, result_json
-from eai.data.files import sole_run
-from eai.data.json_value import Json
-from eai.errors import InputError, InterruptError, needing
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.answer_files import benchmarks_of_runs, files_of_suite, suite_files, unpacked
 from eai.results.record import Record

@@ -8,10 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from eai.abilities.declaration import declaration_of
+from eai.base.grouping import grouped
+from eai.base.json_value import Json
 from eai.benchmark.registry import title_of
 from eai.cli.console import note, output, say
-from eai.data.grouping import grouped
-from eai.data.json_value import Json
 from eai.results.coverage import Coverage
 from eai.results.table import Column, Estimate, NamedCells, Table
 from eai.results.terminal import print_table

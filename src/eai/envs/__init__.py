@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from typing import NoReturn
 
+from eai.base.errors import how_to_install
 from eai.benchmark.registry import CAPITALISED
-from eai.errors import how_to_install
 
 __all__ = ["ANY", "IDS", "AnyText", "TextEnvironment", "make"]
 

@@ -17,10 +17,10 @@ from eai.abilities.goal_test import remaining_goals
 from eai.abilities.planning import find_plan, planning_goal, why_no_plan
 from eai.abilities.task import Goal
 from eai.abilities.verdict import REFUSE
+from eai.base.errors import InputError
 from eai.envs.command import DONE
 from eai.envs.game import Game
 from eai.envs.stage import Stage
-from eai.errors import InputError
 from eai.generator.measures import lids, presence
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.rewriting import rewrite, with_terms

@@ -13,6 +13,7 @@ from gymnasium.error import ResetNeeded
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
+from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.envs.command import MAX_LENGTH
@@ -21,7 +22,6 @@ from eai.envs.observation import manual
 from eai.envs.reference import staged
 from eai.envs.rules import Rules
 from eai.envs.stage import Stage
-from eai.errors import InputError
 from eai.pictures.picture import pixels
 from eai.pictures.rendered import camera_of
 from eai.tasks.source import Source

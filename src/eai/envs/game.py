@@ -21,11 +21,11 @@ from eai.abilities.verdict import (
     merit_of_actions,
     refusal_in,
 )
+from eai.base.errors import EaiError, InputError
 from eai.envs.command import DONE, Meant, is_look
 from eai.envs.observation import Memory, manual
 from eai.envs.rules import OUTCOMES
 from eai.envs.stage import Stage
-from eai.errors import EaiError, InputError
 from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
 from eai.prompts.template import Templates

@@ -12,8 +12,8 @@ from typing import NamedTuple, TypeAlias
 
 from eai.abilities.task import Task
 from eai.abilities.wording import Wording
+from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
-from eai.data.grouping import grouped
 from eai.envs.listed import HOW_TO_READ, facts_in_short, in_short
 from eai.envs.rules import Feedback, Observe, Rules, View
 from eai.logic.formula import TRUE

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import ray
 from ray.exceptions import RayActorError
 
-from eai.errors import EaiError, InputError
+from eai.base.errors import EaiError, InputError
 from eai.scoring.batch import Scoring
 from eai.scoring.workers import AHEAD, DEATHS, HELD, LARGEST, SMALLEST, batches, loaded
 

@@ -9,6 +9,7 @@ from eai.abilities.goal_test import GoalTest, solves
 from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
+from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.names import TaskReference
 from eai.envs.agents import AGENTS, Agent, refusal_of
@@ -16,7 +17,6 @@ from eai.envs.command import DONE
 from eai.envs.game import Game
 from eai.envs.rules import TRAINING, Rules
 from eai.envs.stage import Reference, Stage
-from eai.errors import InputError
 from eai.planning.planner import needed_actions, planner_of
 from eai.planning.search import Limits
 from eai.planning.successor_generator import PlanNode

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from eai.abilities.reasoning import split_reasoning
+from eai.base.errors import member
 from eai.benchmark.names import TaskReference
 from eai.envs.game import Game
 from eai.envs.reference import stage_of
 from eai.envs.rules import TRAINING, Rules
-from eai.errors import member
 from eai.scoring.reward import METRICS, Grade, Shaping, reward_of
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]

@@ -9,7 +9,7 @@ from typing_extensions import Self
 
 from eai.abilities.experiment import MAX_BUDGET, MAX_STEPS, Until
 from eai.abilities.options import Options
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.scoring.reward import Shaping
 
 View: TypeAlias = Literal["task", "scene"]

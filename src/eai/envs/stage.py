@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, NamedTuple
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.share import Share
 from eai.abilities.task import Task
+from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE, Commands
 from eai.envs.observation import Observer, task_text
 from eai.envs.rules import Rules
-from eai.errors import InputError
 
 if TYPE_CHECKING:
     from eai.abilities.mending import PlanMender

@@ -18,8 +18,8 @@ from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.wording import subjects
+from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
-from eai.data.grouping import grouped
 from eai.generator.measures import needed_by
 from eai.generator.prior import Pattern, Patterns, Prior, Theme, kept, kinds_of, narrowed, patterns_of
 from eai.planning.effect_schema import effect_schemas

@@ -14,10 +14,10 @@ from eai.abilities.goal_test import GoalTest, solves
 from eai.abilities.goal_text import make_task
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task, goal
+from eai.base.errors import InputError
+from eai.base.json_value import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import LookupTable
-from eai.data.json_value import Json
-from eai.errors import InputError
 from eai.generator import sets
 from eai.generator.census import Usage, prior_of
 from eai.generator.goals import Proposals

@@ -11,9 +11,9 @@ from pathlib import Path
 import eai.logic.formula as f
 from eai.abilities.goal_text import check_goal, make_task
 from eai.abilities.task import Task
+from eai.base.errors import InputError, located, read_all
+from eai.base.files import files_below
 from eai.benchmark.benchmark import Benchmark
-from eai.data.files import files_below
-from eai.errors import InputError, located, read_all
 from eai.generator.words import Words
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.bddl import parse_problem

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
-from eai.data.grouping import grouped
+from eai.base.grouping import grouped
 from eai.generator.measures import lids
 from eai.generator.prior import Pattern, Prior, Theme
 from eai.logic.traversal import predicates_of

@@ -14,10 +14,10 @@ from typing import Any
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
+from eai.base.errors import InputError
+from eai.base.files import content_of, write_whole
+from eai.base.json_value import Json
 from eai.benchmark.copied_answers import LookupTable
-from eai.data.files import content_of, write_whole
-from eai.data.json_value import Json
-from eai.errors import InputError
 from eai.generator.measures import spoken_of
 from eai.generator.prior import Pattern, patterns_of
 from eai.generator.spec import CANARY, SHUT_LAST, Generated, HeldOut, Reason, Spec, Split

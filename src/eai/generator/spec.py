@@ -14,7 +14,7 @@ from enum import Enum
 from typing import Literal, TypeAlias
 
 from eai.abilities.task import Task
-from eai.data.json_value import Json
+from eai.base.json_value import Json
 from eai.generator.measures import Measure
 
 

@@ -25,8 +25,8 @@ from eai.abilities.planning import find_plan, is_impossible
 from eai.abilities.reports import fact_text
 from eai.abilities.task import Goal, Task, goal
 from eai.abilities.wording import is_property
+from eai.base.json_value import Json
 from eai.benchmark.benchmark import Benchmark
-from eai.data.json_value import Json
 from eai.generator.measures import presence
 from eai.generator.prior import Prior
 from eai.generator.scene import is_empty, shuffled, stance, with_double

@@ -14,8 +14,8 @@ from functools import cache, cached_property
 import eai.english as e
 import eai.logic.formula as f
 from eai.abilities.protocol import Ability
+from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
-from eai.errors import InputError
 from eai.logic.traversal import MAX_COUNT_DIGITS
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import parameters

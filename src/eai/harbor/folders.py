@@ -14,13 +14,13 @@ from typing import TypeAlias
 
 from eai import __version__
 from eai.acting.setting import ACTING
+from eai.base.errors import InputError
+from eai.base.files import content_of, files_below, write_whole
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.names import TaskReference
 from eai.benchmark.registry import PDDL, registered
 from eai.benchmark.suite import Suite
-from eai.data.files import content_of, files_below, write_whole
 from eai.envs.command import DONE
-from eai.errors import InputError
 from eai.harbor.verify import is_right
 from eai.prompts.prompt import Prompt
 from eai.tasks.task_files import lines_in

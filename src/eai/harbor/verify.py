@@ -16,9 +16,9 @@ from eai.acting.journal import key_in, read_journal
 from eai.acting.play import Arena, Play
 from eai.acting.setting import ACTING, STANDARD
 from eai.acting.worlds import HARNESS, journal_in
+from eai.base.errors import InputError
 from eai.benchmark.names import TaskReference
 from eai.benchmark.suite import Suite, open_suite
-from eai.errors import InputError
 from eai.results.summary import summarise
 from eai.scoring.reward import LIMIT
 

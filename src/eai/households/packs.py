@@ -13,11 +13,11 @@ from functools import cache, partial
 from importlib.resources import files
 from pathlib import PurePosixPath
 
+from eai.base.errors import DataError
+from eai.base.files import parse_toml
+from eai.base.source import Archive, Bundle
+from eai.base.store import Report
 from eai.benchmark.packs import Pack
-from eai.data.files import parse_toml
-from eai.data.source import Archive, Bundle
-from eai.data.store import Report
-from eai.errors import DataError
 
 SCENE_PREFIX = "scene_1_"
 

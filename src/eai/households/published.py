@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.protocol import Ability
+from eai.base.store import PackFile
 from eai.benchmark.benchmark import PublishedPrompts
 from eai.benchmark.packs import open_pack
-from eai.data.store import PackFile
 from eai.households import packs
 from eai.prompts.prompt import Prompt, PromptFiles
 from eai.tasks.source import Source, TaskSet

@@ -10,10 +10,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
 from eai.abilities.protocol import FOUR, Ability
+from eai.base.errors import InputError
+from eai.base.files import MAX_UNPACKED, require_file, write_whole
+from eai.base.store import Store
 from eai.benchmark.registry import FIRST, find_benchmark
-from eai.data.files import MAX_UNPACKED, require_file, write_whole
-from eai.data.store import Store
-from eai.errors import InputError
 from eai.households.packs import SCENE_PREFIX, task_id_of
 from eai.prompts.prompt import read_prompt_file
 from eai.results.answer_files import UNREADABLE, members_of

@@ -20,7 +20,7 @@ from typing import Generic, TypeAlias, TypeVar
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.matching import heaviest_matching
 
 Literal: TypeAlias = f.Atom | f.Occurs | f.Not

@@ -15,7 +15,7 @@ from functools import partial
 from typing import Final, Literal, TypeAlias
 
 import eai.logic.formula as f
-from eai.errors import ParseError
+from eai.base.errors import ParseError
 from eai.logic.signature import Misuse, MisuseKind, Signature, either, error_at, place, takes, term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 

@@ -8,7 +8,7 @@ from itertools import chain, count
 from typing import TypeVar
 
 import eai.logic.formula as f
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.traversal import bound_by, is_state_formula, objects, with_parts
 
 L = TypeVar("L", bound=f.Leaf)

@@ -26,7 +26,7 @@ from operator import and_, or_
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.matching import maximum_matching
 from eai.logic.trace import Trace, positions_in
 from eai.logic.traversal import monotony, temporal_parts

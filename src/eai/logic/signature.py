@@ -6,7 +6,7 @@ from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
-from eai.errors import ParseError
+from eai.base.errors import ParseError
 from eai.logic.formula import Constant, Formula, Term, Variable
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Protocol, TypeAlias
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 
 
 class _Interpretation(Protocol):

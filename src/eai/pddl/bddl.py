@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Final
 
 import eai.logic.formula as f
-from eai.errors import InputError, ParseError, did_you_mean
+from eai.base.errors import InputError, ParseError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.signature import error_at, place, term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH

@@ -13,7 +13,7 @@ from enum import Enum
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.errors import ParseError
+from eai.base.errors import ParseError
 from eai.logic.traversal import bound_by, children
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.errors import DomainError, located
+from eai.base.errors import DomainError, located
 from eai.logic.rewriting import rename_objects
 from eai.pddl.execute import PddlState, PlanStep
 from eai.pddl.glossary import ConditionWriter, Glossary, PddlNames, conjunction, hidden_predicates, without

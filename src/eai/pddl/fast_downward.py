@@ -25,8 +25,8 @@ from typing import NamedTuple
 
 from filelock import Timeout
 
-from eai.data.files import lock_of
-from eai.errors import DataError, how_to_install
+from eai.base.errors import DataError, how_to_install
+from eai.base.files import lock_of
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, checked_plan
 from eai.pddl.writer import write_domain, write_problem

@@ -11,8 +11,8 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from eai.data.files import content_of
-from eai.errors import InputError, did_you_mean, located
+from eai.base.errors import InputError, did_you_mean, located
+from eai.base.files import content_of
 from eai.logic.signature import place
 from eai.pddl.check import (
     OF_PROBLEMS,

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from itertools import chain
 
 import eai.logic.formula as f
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.traversal import predicates_of, quantified, with_parts
 from eai.pddl.reader import CONNECTIVES
 from eai.world.derived import Defined, meaning, stored_sources

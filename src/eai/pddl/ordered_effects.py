@@ -15,7 +15,7 @@ from typing_extensions import assert_never
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.traversal import quantified
 from eai.pddl import glossary as g
 from eai.world.derived import Defined

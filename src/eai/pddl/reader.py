@@ -17,7 +17,7 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.errors import did_you_mean
+from eai.base.errors import did_you_mean
 from eai.logic.signature import either, place
 from eai.logic.traversal import quantified
 from eai.pddl.check import Offence, PddlError

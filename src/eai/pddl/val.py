@@ -12,7 +12,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from eai.errors import DataError, how_to_install
+from eai.base.errors import DataError, how_to_install
 from eai.pddl.execute import PlanStep
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.writer import write_domain, write_problem

@@ -15,9 +15,9 @@ from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task import Task
 from eai.abilities.wording import subjects
+from eai.base.files import file_name
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.files import file_name
 from eai.pictures.picture import picture_words
 from eai.pictures.scene_graph import SceneWords
 from eai.pictures.tiles import Tile, tiles_of

@@ -15,7 +15,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
-from eai.errors import needing
+from eai.base.errors import needing
 from eai.pictures.tiles import BOTH_WAYS, ONE_WAY, Owner, Tile
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ from typing import Any, Literal, TypeAlias
 
 from eai.abilities.task import Task
 from eai.abilities.wording import subjects
+from eai.base.errors import InputError
+from eai.base.files import content_of
+from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
-from eai.data.files import content_of
-from eai.data.grouping import grouped
-from eai.errors import InputError
 from eai.pictures.drawing import Drawing, draw, image_of, png
 from eai.pictures.scene_graph import SceneGraph, SceneWords
 from eai.pictures.tiles import tiles_of

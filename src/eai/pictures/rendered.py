@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from eai.abilities.task import Task
-from eai.errors import InputError, needing
+from eai.base.errors import InputError, needing
 from eai.pictures.picture import PNG
 from eai.prompts.prompt import Image
 from eai.world.state import State

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
-from eai.data.grouping import grouped
+from eai.base.grouping import grouped
 from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
 
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"

@@ -22,8 +22,8 @@ from typing_extensions import TypedDict
 
 from eai.abilities.options import misfit
 from eai.abilities.task import Task
-from eai.data.files import content_of
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import content_of
 
 Shape = TypeVar("Shape")
 

@@ -12,8 +12,8 @@ from functools import cache
 from pathlib import Path
 from string import Template
 
-from eai.data.files import content_of, files_below
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import content_of, files_below
 
 _FOLDER = Path(__file__).parent / "templates"
 _VARIANTS = "variants"

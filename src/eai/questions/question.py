@@ -19,8 +19,8 @@ from eai.abilities.answer_text import AnswerForm, holds_strings, read_json
 from eai.abilities.options import misfit
 from eai.abilities.reasoning import split_reasoning
 from eai.abilities.verdict import Confusion, Unreadable
-from eai.data.files import content_of, lines
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import content_of, lines
 
 
 class Kind(str, Enum):

@@ -20,7 +20,7 @@ from eai.abilities.reports import action_text, fact_text
 from eai.abilities.rules import Rules
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.wording import subjects
-from eai.data.grouping import grouped
+from eai.base.grouping import grouped
 from eai.generator.scene import with_only
 from eai.logic.traversal import objects
 from eai.planning.planner import Planner

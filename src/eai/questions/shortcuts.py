@@ -15,7 +15,7 @@ from functools import cache
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.share import Share
-from eai.data.grouping import grouped
+from eai.base.grouping import grouped
 from eai.questions.question import Form, Kind, Question, gold_text, grade
 from eai.questions.setting import Item, Setting
 from eai.results.rate import Rate, rate_of

@@ -26,7 +26,7 @@ from typing_extensions import assert_never
 import eai.logic.formula as f
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.households.behavior import operators as o
 from eai.households.behavior import predicates as p
 from eai.households.behavior.domain import as_declared

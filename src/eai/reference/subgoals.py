@@ -33,7 +33,7 @@ from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import Branch, Outcome
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.verdict import Counted, Unreadable
-from eai.errors import ParseError
+from eai.base.errors import ParseError
 from eai.logic.ltl import read_formula
 from eai.logic.signature import Signature
 from eai.logic.traversal import children, temporal_parts

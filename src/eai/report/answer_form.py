@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind
+from eai.base.json_value import Json
 from eai.benchmark.benchmark import Benchmark
-from eai.data.json_value import Json
 from eai.prompts.prompt import Prompt
 from eai.results.page import build_page, for_script
 from eai.results.responses import SUFFIX

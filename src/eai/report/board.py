@@ -23,12 +23,12 @@ from eai import __version__
 from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
+from eai.base.errors import InputError
+from eai.base.files import MAX_UNPACKED, files_below, read_toml
+from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark, title_of
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.files import MAX_UNPACKED, files_below, read_toml
-from eai.data.grouping import grouped
-from eai.errors import InputError
 from eai.generator.sets import MANIFEST, file_of_set, set_of, unproven
 from eai.report.rankings import RankedModel, Ranking, Score, rankings
 from eai.report.run_summary import RunSummary, summary_of

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
 from eai.abilities.protocol import Ability
-from eai.data.files import file_name
+from eai.base.files import file_name
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import suite_title
 from eai.results.certainty import Cases, interval_of_ratio

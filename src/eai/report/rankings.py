@@ -20,8 +20,8 @@ from typing import Literal, TypeAlias, get_args
 from eai.abilities.declaration import MetricColumn
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
+from eai.base.grouping import grouped
 from eai.benchmark.registry import title_of
-from eai.data.grouping import grouped
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import (
     TableSpec,

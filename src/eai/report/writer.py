@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.declaration import MetricColumn
-from eai.data.files import write_whole
-from eai.data.json_value import Json
-from eai.errors import InputError, did_you_mean
+from eai.base.errors import InputError, did_you_mean
+from eai.base.files import write_whole
+from eai.base.json_value import Json
 from eai.report.cost import cost_csv, cost_section
 from eai.report.document import report_markdown
 from eai.report.rankings import RankedModel, Ranking, Score, besides, experiments, ranks_of, with_best_marked

@@ -17,9 +17,9 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 from eai.abilities.protocol import Ability, place_of, registered_abilities
+from eai.base.errors import EaiError, InputError
+from eai.base.files import MAX_UNPACKED, UNPACKED_PER_BYTE, read_toml
 from eai.benchmark.registry import find_benchmark, registered
-from eai.data.files import MAX_UNPACKED, UNPACKED_PER_BYTE, read_toml
-from eai.errors import EaiError, InputError
 from eai.results.responses import ENDINGS, SUFFIX, attempt_name, find_response_files, model_name
 
 if TYPE_CHECKING:

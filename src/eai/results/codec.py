@@ -25,8 +25,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.share import GoalTallies
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
-from eai.data.json_value import Json
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.json_value import Json
 from eai.results.record import Origin, Record, Stated
 
 SCHEMA = 3

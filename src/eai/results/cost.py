@@ -14,9 +14,9 @@ from eai.abilities.attempt import Usage
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.options import Options
 from eai.abilities.share import Share
-from eai.data.files import parse_toml
-from eai.data.grouping import grouped
-from eai.data.json_value import Json
+from eai.base.files import parse_toml
+from eai.base.grouping import grouped
+from eai.base.json_value import Json
 from eai.results.certainty import Case, Cases, interval_of_ratio
 from eai.results.rate import rate_of
 from eai.results.record import Record

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import reduce
 
-from eai.data.json_value import Json
+from eai.base.json_value import Json
 
 
 @dataclass(frozen=True, slots=True)

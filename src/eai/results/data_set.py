@@ -16,9 +16,9 @@ from statistics import fmean, median
 from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Category, Task
+from eai.base.files import parse_toml
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.features import Features, features_of
-from eai.data.files import parse_toml
 from eai.logic.traversal import predicates_of
 from eai.pddl.model import effect_atoms, effect_conditions
 from eai.pddl.reader import read_action

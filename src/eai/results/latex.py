@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
 
-from eai.data.files import printable
+from eai.base.files import printable
 from eai.results.table import Cell, Column, Estimate, Label, Row, Table
 
 _ESCAPES = {

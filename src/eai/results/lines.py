@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple, TypeAlias, TypeVar
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share
 from eai.abilities.verdict import NONE, NOTHING, ONE
-from eai.data.grouping import grouped
+from eai.base.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.table import Estimate
 

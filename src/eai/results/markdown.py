@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from eai.data.files import printable
+from eai.base.files import printable
 from eai.results.table import Cell, Column, Estimate, Label, Table, short_number, superscript
 
 NOTHING = "–"

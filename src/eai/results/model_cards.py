@@ -8,7 +8,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from eai.data.files import parse_toml
+from eai.base.files import parse_toml
 from eai.results.table import Label, Row, Table, table_of
 
 _UNKNOWN = "unknown"

@@ -8,7 +8,7 @@ import json
 from collections.abc import Sequence
 from importlib import resources
 
-from eai.data.json_value import Json
+from eai.base.json_value import Json
 
 
 def build_page(package: str, folder: str, scripts: Sequence[str], data: str, *, sends: bool = False) -> str:

@@ -19,8 +19,8 @@ from typing import NamedTuple
 from pydantic import TypeAdapter
 
 from eai.abilities.share import Share
-from eai.data.files import file_name, parse_toml
-from eai.data.grouping import grouped
+from eai.base.files import file_name, parse_toml
+from eai.base.grouping import grouped
 from eai.results.coverage import Coverage
 from eai.results.rate import Rate, total
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from eai.data.files import MAX_UNPACKED, UNPACKED_PER_BYTE, require_file
-from eai.errors import InputError, needing
+from eai.base.errors import InputError, needing
+from eai.base.files import MAX_UNPACKED, UNPACKED_PER_BYTE, require_file
 
 _BATCH_ROWS = 1024
 """Number of rows that are read at a time."""

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.data.grouping import grouped
-from eai.errors import needing
+from eai.base.errors import needing
+from eai.base.grouping import grouped
 from eai.results.lines import MODEL, SUITE, SuiteKey
 from eai.results.table import Cell, Estimate, Table
 

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from eai.abilities.share import Share
 from eai.abilities.verdict import Shares
-from eai.data.json_value import Json
+from eai.base.json_value import Json
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,9 +16,9 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
-from eai.data.files import content_of, files_below, require_file, write_whole
-from eai.data.grouping import grouped
-from eai.errors import InputError, did_you_mean
+from eai.base.errors import InputError, did_you_mean
+from eai.base.files import content_of, files_below, require_file, write_whole
+from eai.base.grouping import grouped
 from eai.results.parquet import read_columns
 
 T = TypeVar("T", bound=Hashable)

@@ -18,7 +18,7 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.share import Share
 from eai.abilities.verdict import NONE, PlanVerdict, Shares, Verdict, of_all
 from eai.abilities.verdict import NOTHING as NO_SHARE
-from eai.data.grouping import grouped
+from eai.base.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.rate import NOTHING, Rate, rate_of, total
 from eai.results.record import Record

@@ -11,9 +11,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import get_type_hints
 
-from eai.data.files import printable, write_whole
-from eai.data.json_value import Json
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import printable, write_whole
+from eai.base.json_value import Json
 from eai.results.lines import MODEL, SUITE, TOGETHER, Line, SuiteKey
 from eai.results.markdown import rows_markdown
 from eai.results.parquet import parquet

@@ -15,10 +15,10 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
 from eai.acting.setting import ACTING, AGENT
+from eai.base.errors import InputError, did_you_mean
+from eai.base.json_value import Json
 from eai.benchmark.prompt_library import answer_form
 from eai.benchmark.suite import Suite
-from eai.data.json_value import Json
-from eai.errors import InputError, did_you_mean
 from eai.pictures.scene_graph import SCENE
 from eai.prompts.prompt import Prompt
 from eai.results.codec import sha256_of

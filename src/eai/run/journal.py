@@ -17,8 +17,8 @@ from typing import TypeAlias
 from pydantic import TypeAdapter, ValidationError
 
 from eai.abilities.attempt import Attempt
-from eai.data.files import content_of, lines, writing_to
-from eai.errors import EaiError, InputError
+from eai.base.errors import EaiError, InputError
+from eai.base.files import content_of, lines, writing_to
 from eai.results.codec import dataclass_to_json
 from eai.run.job import Job
 from eai.scoring.trials import Answer, Inquiry, Place, described

@@ -22,6 +22,7 @@ from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.acting.play import Arena, commands_of
 from eai.acting.setting import ACTING, STANDARD, Setting
+from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmark.gold_answers import (
@@ -40,7 +41,6 @@ from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
 from eai.envs.agents import AGENTS
 from eai.envs.command import DONE
-from eai.errors import InputError
 from eai.pictures.scene_graph import SCENE, read_scene_graph
 from eai.planning.search import Limits
 from eai.results.answer_files import recorded_file

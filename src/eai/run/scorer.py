@@ -35,11 +35,11 @@ from eai.abilities.explanation import Explanation, PartReport, StepReport
 from eai.abilities.protocol import Ability, Protocol, registered_abilities
 from eai.abilities.verdict import Verdict
 from eai.acting.setting import ACTING
+from eai.base.files import file_name
+from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.files import file_name
-from eai.data.grouping import grouped
 from eai.pddl.planning import PlannerChoice
 from eai.pictures.scene_graph import SCENE
 from eai.results.codec import experiment_from_json, record_from_json, record_to_json

@@ -20,9 +20,9 @@ from typing_extensions import Self
 from eai.abilities.options import Arguments, Options
 from eai.abilities.protocol import FOUR, Ability
 from eai.acting.setting import STANDARD, Setting
+from eai.base.errors import InputError, did_you_mean
+from eai.base.files import write_whole
 from eai.benchmark.registry import REFERENCES
-from eai.data.files import write_whole
-from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import VARIANTS, PromptSet
 from eai.run.job import Decoding, Pace
 from eai.scoring.options import ScoringOptions

@@ -34,15 +34,15 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.acting.play import in_setting
 from eai.acting.setting import ACTING, AGENT, Setting
+from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
+from eai.base.files import file_name, require_file, writing_to
+from eai.base.grouping import grouped
+from eai.base.json_value import Json
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.names import suite_name
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.files import file_name, require_file, writing_to
-from eai.data.grouping import grouped
-from eai.data.json_value import Json
-from eai.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt
 from eai.results.codec import experiment_to_json

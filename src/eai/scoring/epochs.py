@@ -21,10 +21,10 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import Verdict
+from eai.base.grouping import grouped
+from eai.base.json_value import Json
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite
-from eai.data.grouping import grouped
-from eai.data.json_value import Json
 from eai.prompts.feedback import Look
 from eai.prompts.prompt import Belief, Prompt
 from eai.results.certainty import Cases

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 from pydantic_core import from_json
 
 from eai.abilities.verdict import Verdict
-from eai.data.files import files_below, require_file, write_whole
-from eai.data.json_value import Json
-from eai.errors import InputError, located
+from eai.base.errors import InputError, located
+from eai.base.files import files_below, require_file, write_whole
+from eai.base.json_value import Json
 from eai.results.codec import READABLE, experiment_to_json, record_from_json, record_to_json
 from eai.results.rate import Rate
 from eai.results.record import Record

@@ -25,9 +25,9 @@ from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer, exception_text
 from eai.abilities.share import Share
 from eai.abilities.verdict import ErrorReport, Merit, PlanVerdict, Verdict, gain_of_conditions
+from eai.base.errors import EaiError, InputError, member
 from eai.benchmark.names import TaskReference
 from eai.benchmark.suite import Suite, open_suite
-from eai.errors import EaiError, InputError, member
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
 from eai.world.fault import FaultKind

@@ -13,12 +13,12 @@ from urllib.parse import urlencode
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol, place_of
+from eai.base.errors import InputError
+from eai.base.files import content_of, files_below, write_whole
+from eai.base.grouping import grouped
 from eai.benchmark.names import TaskReference
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import registered
-from eai.data.files import content_of, files_below, write_whole
-from eai.data.grouping import grouped
-from eai.errors import InputError
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_setting
 from eai.results.record import Record

@@ -13,9 +13,9 @@ from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.task import Task
 from eai.abilities.trial import Trial
+from eai.base.errors import InputError
 from eai.benchmark.protocols import preset
 from eai.benchmark.suite import Suite
-from eai.errors import InputError
 from eai.prompts.feedback import Asker
 from eai.prompts.prompt import Prompt
 from eai.results.record import Record

@@ -34,7 +34,7 @@ from typing import Any, TypeVar
 
 from typing_extensions import Self
 
-from eai.errors import EaiError
+from eai.base.errors import EaiError
 from eai.scoring.collector import collect_seldom
 
 ENDED = 128 + signal.SIGTERM

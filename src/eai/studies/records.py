@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
-from eai.data.grouping import grouped
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.grouping import grouped
 from eai.results.tidy import Tables
 from eai.scoring.runs import Run, read_runs
 from eai.tasks.source import ErrataChoice, Source

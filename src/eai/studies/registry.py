@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 
-from eai.data.entry_points import EntryPoint, entry_points_of
-from eai.errors import InputError, did_you_mean
+from eai.base.entry_points import EntryPoint, entry_points_of
+from eai.base.errors import InputError, did_you_mean
 from eai.studies.study import Study
 from eai.studies.variation import Variation
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.options import Options
+from eai.base.errors import InputError
 from eai.benchmark.registry import title_of
-from eai.errors import InputError
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import PaperTable, paper_setting
 from eai.results.plots import clipped, entitle
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from eai.abilities.protocol import Ability, Protocol
-    from eai.data.json_value import Json
+    from eai.base.json_value import Json
     from eai.results.table import Table
     from eai.scoring.runs import RunKey
     from eai.studies.records import Records

@@ -12,8 +12,8 @@ from pydantic import SerializeAsAny
 from eai.abilities.experiment import Experiment
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability, place_of
-from eai.data.json_value import Json
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.json_value import Json
 
 if TYPE_CHECKING:
     from eai.benchmark.prompt_library import Library

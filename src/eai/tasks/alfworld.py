@@ -21,8 +21,8 @@ import eai.pddl.model as m
 from eai.abilities.notation.plan_form import WrittenStep
 from eai.abilities.notation.plans import PddlPlans, PlanNotation
 from eai.abilities.task import Task, goal
-from eai.data.files import content_of
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import content_of
 from eai.logic.rewriting import rename_objects, substitute, with_terms
 from eai.logic.traversal import free_variables, objects, with_parts
 from eai.pddl.declaration import DeclaredDomain, conjuncts

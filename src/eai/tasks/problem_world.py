@@ -11,8 +11,8 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.task import Task, goal
-from eai.data.files import files_below
-from eai.errors import DomainError, InputError, read_all
+from eai.base.errors import DomainError, InputError, read_all
+from eai.base.files import files_below
 from eai.logic.rewriting import with_terms
 from eai.logic.traversal import with_parts
 from eai.pddl.declaration import DeclaredDomain

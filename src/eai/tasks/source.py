@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TypeAlias, TypeVar
 
 from eai.abilities.task import Task
-from eai.data.store import Report, Store, silent
-from eai.errors import InputError, member
+from eai.base.errors import InputError, member
+from eai.base.store import Report, Store, silent
 from eai.pddl.planning import PlannerChoice, PlannerTerms
 from eai.world.vocabulary import several
 

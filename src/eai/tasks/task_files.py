@@ -15,8 +15,8 @@ from pathlib import Path
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.planning import is_impossible
 from eai.abilities.task import Task
-from eai.data.files import content_of, lines, write_whole
-from eai.errors import InputError, located
+from eai.base.errors import InputError, located
+from eai.base.files import content_of, lines, write_whole
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.start import is_broken
 from eai.tasks.source import Finding, TaskSet

@@ -17,9 +17,9 @@ import eai.logic.formula as f
 from eai.abilities.goal_text import lexicon_of_goals, read_goal
 from eai.abilities.options import misfit
 from eai.abilities.task import Goal, Task, goal
-from eai.data.docstrings import meanings
-from eai.data.json_value import Json
-from eai.errors import InputError, located
+from eai.base.docstrings import meanings
+from eai.base.errors import InputError, located
+from eai.base.json_value import Json
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_in_time
 from eai.logic.signature import takes

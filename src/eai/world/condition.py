@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.matching import maximum_matching
 from eai.logic.traversal import free_variables
 from eai.world.derived import Computed, Defined, Lookup, evaluated_as

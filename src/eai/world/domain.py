@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol, TypeAlias
 
-from eai.errors import DomainError, located
+from eai.base.errors import DomainError, located
 from eai.logic.formula import FALSE, TRUE, Formula, Variable
 from eai.world.action import Action, Fault
 from eai.world.condition import Conditions

@@ -12,7 +12,7 @@ from typing import Final, TypeAlias
 
 from typing_extensions import assert_never
 
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.formula import Atom, Formula, Variable
 from eai.world.condition import Conditions
 from eai.world.frame import UNBOUND, Binding, Frame

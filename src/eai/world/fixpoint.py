@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import cached_property, lru_cache, partial
 
 import eai.logic.formula as f
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.traversal import children, predicates_of
 from eai.world.derived import Computed, Defined, Lookup
 from eai.world.listing import Listing, listing

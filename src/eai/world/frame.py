@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.formula import Constant, Term, Variable
 from eai.world.state import Scene, State
 

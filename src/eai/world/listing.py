@@ -9,7 +9,7 @@ from itertools import permutations, product
 from operator import or_
 from typing import TypeAlias
 
-from eai.errors import DomainError
+from eai.base.errors import DomainError
 from eai.logic.formula import Variable
 from eai.world.condition import Conditions
 from eai.world.derived import stored_sources

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from functools import lru_cache
 
-from eai.errors import DomainError, did_you_mean
+from eai.base.errors import DomainError, did_you_mean
 from eai.logic.formula import Exists, Formula, Variable
 from eai.world.effect import Effect, ForEach, Let, When
 from eai.world.fault import FaultKind

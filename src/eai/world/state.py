@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import starmap
 from typing import NamedTuple, TypeAlias
 
-from eai.errors import InputError, did_you_mean
+from eai.base.errors import InputError, did_you_mean
 from eai.logic.formula import Atom
 from eai.logic.ltl import parse, spelt
 from eai.world.relation import Matrix, Relation, TupleSet, bits

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType, UnionType
 from typing import Protocol, get_args, runtime_checkable
 
-from eai.errors import DomainError, did_you_mean
+from eai.base.errors import DomainError, did_you_mean
 from eai.logic.formula import Atom, Constant, Term
 from eai.logic.signature import either, takes
 

@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.subgoal_decomposition.builder import MAX_LITERALS, _Extent
 from eai.abilities.task import Task
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.formula import Formula
 from eai.logic.ltl import parse
 from world import toy

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from eai.abilities.goal_test import StateTest
 from eai.abilities.subgoal_decomposition.program import Do, Found, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits, GoalProgress, Outcome, search
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.households.virtualhome import domain as virtualhome
 from eai.logic import semantics
 from eai.logic.formula import FALSE, TRUE, Constant, Equals, Formula, Leaf, Term, Then, Variable

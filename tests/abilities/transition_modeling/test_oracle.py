@@ -13,10 +13,10 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
+from eai.base.errors import DataError
+from eai.base.store import Store
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
-from eai.errors import DataError
 from eai.households.published import TransitionTasks, open_behavior, open_virtualhome
 from eai.pddl.matching import SideMatch
 from eai.pddl.planners import make_planner

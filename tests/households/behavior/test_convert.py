@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from eai.data.store import Store, silent
-from eai.errors import DataError
+from eai.base.errors import DataError
+from eai.base.store import Store, silent
 from eai.households.behavior.convert import convert_tasks
 from eai.households.behavior.records import OPTIONS_MEMBER, TASKS_MEMBER, read_records
 from eai.logic.formula import And, operands

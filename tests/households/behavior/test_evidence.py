@@ -3,7 +3,7 @@ from __future__ import annotations
 import re
 from importlib.resources import files
 
-from eai.data.files import parse_toml
+from eai.base.files import parse_toml
 from eai.households.behavior.evidence import load_evidence
 from oracle import read_shared
 

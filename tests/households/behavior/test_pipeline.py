@@ -9,9 +9,9 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.base.store import Store
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.store import Store
 from eai.results.paper_tables import paper_models, paper_table
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile

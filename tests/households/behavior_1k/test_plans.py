@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from by_path import ROOT, module_at
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.tasks.source import Source
 from sweeps import every
 

@@ -7,10 +7,10 @@ from eai.abilities.planning import find_plan
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.base.store import Store
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rules import STANDARD

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from benchmark.graphs import ORDERED, PlainGraph, final_graph, initial_graph
 from benchmark.synthetic import PROGRAMS, SCENE, TASKS, MadeTask, Triple, bundle, files, graph, node
-from eai.data.store import Store, silent
-from eai.errors import DataError
+from eai.base.errors import DataError
+from eai.base.store import Store, silent
 from eai.households.virtualhome.convert import convert_tasks
 from eai.households.virtualhome.records import (
     VirtualHome,

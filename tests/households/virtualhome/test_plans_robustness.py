@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from benchmark.plan_scorers import virtualhome_scorer
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability, Protocol
+from eai.base.store import Store
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.store import Store
 from eai.households.virtualhome import domain as virtualhome
 from eai.results.codec import dataclass_to_json, fields_of
 from eai.tasks.source import Source

@@ -10,8 +10,8 @@ import sys
 import pytest
 
 from benchmark.graphs import final_graph, initial_graph
+from eai.base.store import Store
 from eai.benchmark.packs import open_pack
-from eai.data.store import Store
 from eai.households.packs import PROMPTS, RESOURCES
 from eai.households.virtualhome.records import (
     CHARACTER_ID,
@@ -28,7 +28,7 @@ LOAD = """
 import sys, time
 from pathlib import Path
 from eai.households.virtualhome.records import open_virtualhome
-from eai.data.store import Store
+from eai.base.store import Store
 from eai.tasks.source import Source
 tasks = open_virtualhome(Source(Store(Path(sys.argv[1]))))
 seconds = time.process_time()

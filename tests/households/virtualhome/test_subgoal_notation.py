@@ -7,9 +7,9 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
+from eai.base.store import Store
 from eai.benchmark.gold_answers import AnswerBook, open_answer_book, open_planned_book
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.households.virtualhome.notation import VirtualHomeSubgoals
 from eai.tasks.source import Source
 from households.virtualhome import flat

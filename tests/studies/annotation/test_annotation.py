@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.task import Task
+from eai.base.errors import InputError
 from eai.benchmark.check import check_annotations
-from eai.errors import InputError
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.planning import PlannerChoice
 from eai.studies.annotation.decisions import (

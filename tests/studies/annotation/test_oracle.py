@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import pytest
 
 from eai.abilities.task import Task
+from eai.base.store import Store
 from eai.benchmark.registry import find_benchmark
-from eai.data.store import Store
 from eai.households.behavior.activities import problem_of
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.households.virtualhome.benchmark import open_demonstrations

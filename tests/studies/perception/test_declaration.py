@@ -9,10 +9,10 @@ import pytest
 
 from command_line import Command
 from eai.abilities.declaration import AnswerOutcome
+from eai.base.store import Store
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.responses import Response
 from eai.results.summary import outcome, summarise

@@ -13,11 +13,11 @@ from eai.abilities.protocol import Ability
 from eai.abilities.share import Share
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
+from eai.base.errors import InputError
+from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.store import Store
-from eai.errors import InputError
 from eai.pictures.scene_graph import Supports
 from eai.planning.planner import Planner
 from eai.planning.search import Limits

@@ -10,10 +10,10 @@ from openenv.core.env_server.types import Action, EnvironmentMetadata, Observati
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from eai.abilities.options import misfit
+from eai.base.errors import InputError
 from eai.envs.game import Game
 from eai.envs.reference import stage_of
 from eai.envs.rules import TRAINING, Rules
-from eai.errors import InputError
 from eai_openenv.meters import Meters
 from eai_openenv.tasks import Tasks
 

@@ -16,7 +16,7 @@ from eai.abilities.scorer import Assessment, PlanScorer, error_report
 from eai.abilities.share import Share
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.world.action import Action
 from eai.world.domain import Domain, as_declared
 from eai.world.episode import Episode, Known

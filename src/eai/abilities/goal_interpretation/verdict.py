@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Merit, Verdict, merit_of_parts
-from eai.data.json_value import Json
+from eai.base.json_value import Json
 from eai.world.fault import FaultKind
 
 

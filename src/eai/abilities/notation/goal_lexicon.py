@@ -18,7 +18,7 @@ from math import prod
 from eai.abilities.notation.goals import GoalNotation, WrittenGoal
 from eai.abilities.task import Goal, GoalKind, Task, goal
 from eai.abilities.verdict import Unreadable
-from eai.data.grouping import grouped
+from eai.base.grouping import grouped
 from eai.logic.choice import Literal, choice_options
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Term
 from eai.logic.signature import term

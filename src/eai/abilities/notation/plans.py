@@ -29,7 +29,7 @@ from eai.abilities.notation.plan_form import (
 from eai.abilities.notation.plan_lines import read_lines
 from eai.abilities.task import Task
 from eai.abilities.verdict import UNKNOWN_ACTION, ErrorReport, Unreadable
-from eai.data.grouping import grouped
+from eai.base.grouping import grouped
 from eai.logic.signature import takes
 from eai.world.action import Action
 from eai.world.domain import Domain

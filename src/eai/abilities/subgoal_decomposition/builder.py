@@ -41,7 +41,7 @@ from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.repertoire import Holds
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
-from eai.errors import InputError, ParseError
+from eai.base.errors import InputError, ParseError
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import negation_normal, substitute

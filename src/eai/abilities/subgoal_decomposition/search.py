@@ -34,7 +34,7 @@ from eai.abilities.subgoal_decomposition.program import (
     Require,
     Split,
 )
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.logic.rewriting import rewrite
 from eai.logic.traversal import is_state_formula, walk
 from eai.planning.search import Effort

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from eai.abilities.task import Category
 from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Merit, Verdict, add, merit_of_parts
-from eai.data.json_value import Json
+from eai.base.json_value import Json
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import NO_MATCH, SideMatch, predicates_in
 from eai.pddl.planning import PlannerOutcome

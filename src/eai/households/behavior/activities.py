@@ -17,7 +17,7 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
-from eai.data.grouping import grouped
+from eai.base.grouping import grouped
 from eai.households.behavior import predicates as p
 from eai.households.behavior.convert import AGENT_CATEGORY
 from eai.households.behavior.evidence import load_evidence

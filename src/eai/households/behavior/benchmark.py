@@ -18,10 +18,10 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.abilities.wording import ObjectName, Wording, declared_name
+from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark, formats_of
 from eai.benchmark.errata import errata_of
 from eai.benchmark.registry import TITLES
-from eai.data.grouping import grouped
 from eai.english import english_of
 from eai.households.behavior.activities import open_activities, problem_text
 from eai.households.behavior.domain import as_meant

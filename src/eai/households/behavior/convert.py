@@ -12,9 +12,9 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from eai.data.source import Bundle
-from eai.data.store import Report
-from eai.errors import DataError, ParseError
+from eai.base.errors import DataError, ParseError
+from eai.base.source import Bundle
+from eai.base.store import Report
 from eai.households.behavior.records import FLOOR, OPTIONS_MEMBER, STATE_OF_ABILITY, TASKS_MEMBER
 from eai.pddl.bddl import parse_problem
 from eai.pddl.model import PddlProblem

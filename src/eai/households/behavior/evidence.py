@@ -9,8 +9,8 @@ from functools import cache
 from importlib import resources
 from typing import TypeAlias
 
-from eai.data.files import parse_toml
-from eai.data.grouping import grouped
+from eai.base.files import parse_toml
+from eai.base.grouping import grouped
 
 _FILE = "evidence.toml"
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from eai.base.source import Archive
 from eai.benchmark.packs import Pack
-from eai.data.source import Archive
 from eai.households.behavior.convert import convert_tasks
 from eai.households.behavior.records import PACK
 from eai.households.packs import EAI_EVAL, PUBLISHED

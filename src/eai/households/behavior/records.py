@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from eai.data.store import PackFile
+from eai.base.store import PackFile
 from eai.households.behavior.predicates import STATES
 from eai.pddl.bddl import parse_problem
 from eai.pddl.model import PddlProblem

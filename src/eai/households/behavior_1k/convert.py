@@ -12,9 +12,9 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from eai.data.source import Bundle
-from eai.data.store import Report
-from eai.errors import DataError
+from eai.base.errors import DataError
+from eai.base.source import Bundle
+from eai.base.store import Report
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, RULES
 
 _DEFINITION = re.compile(r"bddl/activity_definitions/(\w+)/problem0\.bddl")

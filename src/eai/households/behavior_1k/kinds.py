@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import TypeAdapter
 
-from eai.data.grouping import grouped
+from eai.base.grouping import grouped
 
 PACK = "behavior_1k"
 """Name of the pack with these activities and annotations."""

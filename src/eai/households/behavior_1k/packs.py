@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from eai.base.source import Archive
 from eai.benchmark.packs import Pack
-from eai.data.source import Archive
 from eai.households.behavior_1k.convert import convert_tasks
 from eai.households.behavior_1k.kinds import PACK
 

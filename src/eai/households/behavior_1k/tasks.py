@@ -12,10 +12,10 @@ from importlib.resources import files
 
 import eai.logic.formula as f
 from eai.abilities.task import Task, goal
+from eai.base.errors import InputError
+from eai.base.files import parse_toml
 from eai.benchmark.packs import open_pack
-from eai.data.files import parse_toml
 from eai.english import NUMBERS, English, plural, sentences_of, turned
-from eai.errors import InputError
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import READING
 from eai.households.behavior_1k.scene import RECIPE, SetUp, scenes

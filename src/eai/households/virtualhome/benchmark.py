@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING
 from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
+from eai.base.source import open_bundle
+from eai.base.store import Report, Store, silent
 from eai.benchmark.benchmark import Benchmark, Figure, formats_of
 from eai.benchmark.errata import errata_of
 from eai.benchmark.packs import open_pack
 from eai.benchmark.registry import TITLES
-from eai.data.source import open_bundle
-from eai.data.store import Report, Store, silent
 from eai.english import english_of
 from eai.households import packs
 from eai.households.published import official_prompts, open_virtualhome

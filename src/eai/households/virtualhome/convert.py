@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 from itertools import chain
 from typing import Any, NamedTuple, TypeVar
 
-from eai.data.grouping import grouped
-from eai.data.source import Bundle
-from eai.data.store import Report
-from eai.errors import DataError
+from eai.base.errors import DataError
+from eai.base.grouping import grouped
+from eai.base.source import Bundle
+from eai.base.store import Report
 from eai.households.virtualhome.records import TASKS_MEMBER, Edge, ObjectRecord
 
 RESOURCES = "virtualhome_eval/resources/"

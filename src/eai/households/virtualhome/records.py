@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
+from eai.base.store import PackFile
 from eai.benchmark.packs import open_pack
-from eai.data.store import PackFile
 from eai.tasks.source import Source, TaskSet
 
 _ROOMS = "Rooms"

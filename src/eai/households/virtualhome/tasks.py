@@ -8,7 +8,7 @@ from functools import cache
 from typing import TypeAlias
 
 from eai.abilities.task import Goal, GoalKind, Task
-from eai.errors import DataError
+from eai.base.errors import DataError
 from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION, VOCABULARY
 from eai.households.virtualhome.records import (
     CHARACTER_ID,

@@ -30,9 +30,9 @@ from typing import TypeAlias
 
 from eai.abilities.options import Options
 from eai.abilities.task import Goal, GoalKind, Task
-from eai.data.files import write_whole
-from eai.data.grouping import grouped
-from eai.errors import InputError, did_you_mean, located
+from eai.base.errors import InputError, did_you_mean, located
+from eai.base.files import write_whole
+from eai.base.grouping import grouped
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.logic.ltl_printer import print_ltl
 from eai.tasks.source import Finding

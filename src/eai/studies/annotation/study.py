@@ -18,9 +18,9 @@ from statistics import fmean, pvariance
 from typing import TYPE_CHECKING, TypeAlias, cast
 
 from eai.abilities.options import Options
-from eai.data.files import content_of
-from eai.data.grouping import grouped
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import content_of
+from eai.base.grouping import grouped
 from eai.results.plots import ACCENT, INK, clipped, sheet
 from eai.results.table import Row, Table, table_of
 from eai.studies.study import Analysis, Figures, Study
@@ -28,7 +28,7 @@ from eai.studies.study import Analysis, Figures, Study
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from eai.data.json_value import Json
+    from eai.base.json_value import Json
     from eai.studies.records import Records
 
 

@@ -21,10 +21,10 @@ from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, Until, World
 from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
+from eai.base.errors import InputError
+from eai.base.files import file_name
+from eai.base.grouping import grouped
 from eai.benchmark.protocols import preset_experiment
-from eai.data.files import file_name
-from eai.data.grouping import grouped
-from eai.errors import InputError
 from eai.results.certainty import Case
 from eai.results.paper_tables import PaperTable, paper_table
 from eai.results.plots import LINES, MUTED, RULE, clipped, draw_line, sheet

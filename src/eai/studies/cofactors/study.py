@@ -19,8 +19,8 @@ from eai.abilities.explanation import EXECUTED
 from eai.abilities.options import Options
 from eai.abilities.share import Share
 from eai.abilities.verdict import of_all
+from eai.base.grouping import grouped
 from eai.benchmark.features import Features
-from eai.data.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.lines import (
     MEASURES,

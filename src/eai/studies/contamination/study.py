@@ -15,7 +15,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.options import Options
 from eai.abilities.share import Share
 from eai.abilities.verdict import PlanVerdict, of_all
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.results.certainty import Case
 from eai.results.rate import rate_of
 from eai.results.record import Record

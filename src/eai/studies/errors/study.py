@@ -15,8 +15,8 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.options import Options
 from eai.abilities.share import Share
 from eai.abilities.verdict import of_all
-from eai.data.grouping import grouped
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.lines import (
     MODEL,

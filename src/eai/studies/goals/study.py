@@ -8,7 +8,7 @@ from typing import get_args
 
 from eai.abilities.options import Options
 from eai.abilities.verdict import of_all
-from eai.data.grouping import grouped
+from eai.base.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE, AtomLine, Reason, by_run, by_suite, case_of, shares_by_kind
 from eai.results.plots import draw_matrix, draw_names, rows_of

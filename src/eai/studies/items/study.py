@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.options import Options
-from eai.data.grouping import grouped
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.grouping import grouped
 from eai.results.certainty import LEVEL, two_sided_quantile
 from eai.results.lines import SUITE, AnswerLine, SuiteKey, by_suite, case_of, score_of
 from eai.results.paper_tables import is_null_model

@@ -11,8 +11,8 @@ from typing_extensions import Self
 
 from eai.abilities.options import Arguments
 from eai.abilities.protocol import SCENE_GRAPH, Ability
-from eai.data.files import file_name
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import file_name
 from eai.pictures.picture import Clutter
 from eai.studies.perception.noise import Noise, noise_of
 from eai.studies.variation import Variation

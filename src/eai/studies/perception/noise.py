@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 
 from eai.abilities.task import Task
-from eai.errors import InputError, did_you_mean
+from eai.base.errors import InputError, did_you_mean
 from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, Supports, graph_of
 
 _NUMBER = re.compile(r"\d+$")

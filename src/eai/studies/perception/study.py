@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.options import Options
 from eai.abilities.share import Share
-from eai.data.files import file_name
-from eai.data.grouping import grouped
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import file_name
+from eai.base.grouping import grouped
 from eai.results.certainty import Case, Cases
 from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, sheet
 from eai.results.plots import cases_of as tasks_in

@@ -18,13 +18,13 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import of_all
+from eai.base.errors import InputError
+from eai.base.files import file_name
+from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import believing, open_planned_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.data.files import file_name
-from eai.data.grouping import grouped
-from eai.errors import InputError
 from eai.planning.search import Limits
 from eai.results.certainty import Case, Cases
 from eai.results.comparison import compare

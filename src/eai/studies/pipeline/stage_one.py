@@ -17,11 +17,11 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import read_stated
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import ALL, Confusion, Unreadable
+from eai.base.errors import InputError
+from eai.base.files import file_name, files_below
+from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.files import file_name, files_below
-from eai.data.grouping import grouped
-from eai.errors import InputError
 from eai.prompts.prompt import Belief
 from eai.results.answer_files import files_of_suite
 from eai.results.codec import sha256_of

@@ -12,7 +12,7 @@ from typing_extensions import Self
 
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.studies.study import Analysis, Study
 from eai.studies.variation import Ask, Stage, Variation
 

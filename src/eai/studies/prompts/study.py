@@ -16,9 +16,9 @@ from itertools import combinations, product
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.options import Options
-from eai.data.files import file_name
-from eai.data.grouping import grouped
-from eai.errors import InputError
+from eai.base.errors import InputError
+from eai.base.files import file_name
+from eai.base.grouping import grouped
 from eai.results.certainty import Cases
 from eai.results.comparison import compare
 from eai.results.plots import clipped, draw_matrix, entitle, value_of

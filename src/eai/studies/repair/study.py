@@ -8,7 +8,7 @@ from statistics import median
 
 from eai.abilities.options import Options
 from eai.abilities.repair import Repair
-from eai.errors import InputError
+from eai.base.errors import InputError
 from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.summary import outcome, share_of

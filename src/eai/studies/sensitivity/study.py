@@ -23,9 +23,9 @@ from eai.abilities.transition_modeling.rules import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import of_all
+from eai.base.errors import InputError
+from eai.base.grouping import grouped
 from eai.benchmark.suite import open_suite
-from eai.data.grouping import grouped
-from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE, Line, by_model, by_suite, case_of

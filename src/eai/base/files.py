@@ -15,7 +15,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 
 if sys.version_info >= (3, 11):
     import tomllib

@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from eai.errors import InputError
+from eai.base.errors import InputError
 
 _OURS = "eai."
 _PACKAGE = Path(__file__).parents[1]

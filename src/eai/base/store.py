@@ -21,7 +21,7 @@ from typing import Any, Literal, TypeAlias
 
 import platformdirs
 
-from eai.errors import DataError
+from eai.base.errors import DataError
 
 VARIABLE = "EAI_DATA_DIR"
 """The variable of the environment that names the folder of packs."""

@@ -27,8 +27,8 @@ from functools import partial
 from importlib import resources
 from pathlib import Path
 
-from eai.data.store import Report
-from eai.errors import DataError
+from eai.base.errors import DataError
+from eai.base.store import Report
 
 
 @dataclass(frozen=True, slots=True)
@@ -271,7 +271,7 @@ def _environment(folder: Path, *, build_nothing: bool) -> dict[str, str]:
         backend = folder / "backend" / "setuptools"
         backend.mkdir(parents=True)
         (backend / "__init__.py").touch()
-        text = resources.files("eai.data").joinpath("metadata_backend.py").read_text(encoding="utf-8")
+        text = resources.files("eai.base").joinpath("metadata_backend.py").read_text(encoding="utf-8")
         (backend / "build_meta.py").write_text(text, encoding="utf-8")
         environment["PYTHONPATH"] = os.pathsep.join(
             filter(None, (str(backend.parent), os.environ.get("PYTHONPATH")))

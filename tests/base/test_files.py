@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from eai.data.files import (
+from eai.base.errors import InputError
+from eai.base.files import (
     LOCK,
     content_of,
     files_below,
@@ -21,7 +22,6 @@ from eai.data.files import (
     sole_run,
     write_whole,
 )
-from eai.errors import InputError
 
 
 def test_only_a_line_feed_ends_a_line() -> None:
@@ -61,7 +61,7 @@ def test_files_are_written_whole_or_not_at_all(tmp_path: Path) -> None:
 FULL = """
 import resource, signal, sys
 from pathlib import Path
-from eai.data.files import write_whole
+from eai.base.files import write_whole
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 try:

@@ -11,9 +11,9 @@ import pytest
 import eai
 from by_path import ROOT
 from eai.abilities.protocol import GROUP, Ability
+from eai.base import entry_points as module
+from eai.base.errors import InputError
 from eai.benchmark.registry import registered
-from eai.data import entry_points as module
-from eai.errors import InputError
 
 PYPROJECT = ROOT / "pyproject.toml"
 GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.packs", "eai.protocols", "eai.studies")
@@ -75,7 +75,7 @@ def test_points_of_others_follow_by_name_and_points_without_a_module_are_left_ou
 NOT_INSTALLED = """
 import sys
 sys.path[:] = [sys.argv.pop(1), *(each for each in sys.path if "site-packages" not in each)]
-from eai.data.entry_points import entry_points_of
+from eai.base.entry_points import entry_points_of
 entry_points_of("eai.studies")
 """
 

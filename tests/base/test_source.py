@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from benchmark.synthetic import build_sdist
-from eai.data import source
-from eai.data.source import Archive, download, find, installer, open_bundle
-from eai.data.store import silent
-from eai.errors import DataError
+from eai.base import source
+from eai.base.errors import DataError
+from eai.base.source import Archive, download, find, installer, open_bundle
+from eai.base.store import silent
 from eai.households.packs import EAI_EVAL
 
 PIP = (sys.executable, "-m", "pip")

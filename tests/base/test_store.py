@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.data.store import Store, default_folder
-from eai.errors import DataError
+from eai.base.errors import DataError
+from eai.base.store import Store, default_folder
 
 MEMBERS = {"tasks.jsonl": b"one\ntwo\n" * 40, "more/of.json": b'{"a": [1, 2]}', "empty": b""}
 
