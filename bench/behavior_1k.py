@@ -24,7 +24,6 @@ from typing import Any, NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
@@ -36,6 +35,7 @@ from eai.logic.traversal import walk
 from eai.pddl.export import export
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.tasks.source import Source, TaskSet
+from eai.tasks.task import Task
 from eai.world.condition import Readings
 from eai.world.domain import Domain
 from eai.world.execution import execute

@@ -27,12 +27,12 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.planning.planner import Planner
 from eai.results.codec import fields_of
+from eai.tasks.planning import find_plan
 from eai.tasks.source import Source
 from oracle_answers import answer_files, oracle_answers, require_oracle
 

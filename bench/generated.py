@@ -21,8 +21,6 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from eai.abilities.goal_test import solves
-from eai.abilities.task import Task
 from eai.base.errors import DataError
 from eai.benchmark.registry import FIRST, find_benchmark
 from eai.cli.generate import verdict_of_val
@@ -32,7 +30,9 @@ from eai.generator.prior import Prior, kinds_of
 from eai.generator.sets import fingerprint_of, seeds_of
 from eai.generator.spec import Generated, Spec, TaskKind, Tier
 from eai.pddl.val import installed_val
+from eai.tasks.goal_test import solves
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.tasks.task_files import open_task_files
 from eai.tasks.task_lines import written
 from eai.world.domain import Domain

@@ -16,15 +16,15 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.abilities.task_features import TaskFeatures
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
+from eai.tasks.planning import find_plan
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.tasks.task_files import lines_in
 from eai.tasks.task_lines import read_line
 

@@ -15,9 +15,7 @@ from pathlib import Path
 from statistics import mean
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.share import GoalTallies
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
 from eai.benchmark.errata import errata_of
 from eai.households.packs import task_id_of
@@ -37,6 +35,8 @@ from eai.reference.virtualhome_quirks import QUIRKS
 from eai.results.rate import Rate
 from eai.results.responses import ResponseFile, find_response_files, read_responses
 from eai.results.summary import summarise
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.share import GoalTallies
 from eai.tasks.source import TaskSet
 from eai.world.domain import Domain as Simulator
 from eai.world.execution import Trajectory, execute

@@ -30,7 +30,6 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.prompts.prompt import Prompt
 from eai.results.codec import record_to_json
 from eai.results.responses import Response
 from eai.run.job import Job
@@ -38,6 +37,7 @@ from eai.run.tasks import build_task, obtain_answers
 from eai.scoring.batch import Scoring
 from eai.scoring.collector import collect_seldom
 from eai.studies.variation import Endpoint
+from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import Source
 
 MODEL = "eai/oracle"

@@ -17,12 +17,12 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import eai.logic.formula as f
-from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
 from eai.planning.exclusion import Exclusion, ExclusionRules
 from eai.planning.possible import Possible
 from eai.planning.subgoal import GroundAtom, Subgoal, conjuncts
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When

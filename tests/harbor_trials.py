@@ -22,7 +22,7 @@ from eai.base.store import Store
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.harbor.folders import IMAGE, write_task_folders
-from eai.prompts.prompt import Prompt
+from eai.tasks.prompts.prompt import Prompt
 
 HARBOR = os.environ.get("EAI_HARBOR") or shutil.which("harbor")
 """The command of Harbor, which is installed in an environment of its own."""

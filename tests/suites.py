@@ -9,7 +9,7 @@ from eai.base.store import Store
 from eai.benchmark.gold_answers import AnswerBook, open_answer_book, open_planned_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, of_the_paper
-from eai.prompts.prompt import Prompt, PromptFiles
+from eai.tasks.prompts.prompt import Prompt, PromptFiles
 from eai.tasks.source import ErrataChoice, Source
 
 SUITES = tuple((name, ability) for name in of_the_paper() for ability in FOUR)

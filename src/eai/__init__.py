@@ -14,16 +14,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from eai.abilities.goal_text import make_task
     from eai.abilities.protocol import Ability, Protocol
-    from eai.abilities.task import Goal, GoalKind, Task, goal
     from eai.base.errors import DataError, DomainError, EaiError, InputError, ParseError
     from eai.benchmark.benchmark import Benchmark
     from eai.benchmark.registry import find_benchmark, registered
     from eai.benchmark.suite import Suite
     from eai.scoring.batch import Scoring
     from eai.scoring.reward import Grade, Reward, Shaping, reward
+    from eai.tasks.goal_text import make_task
     from eai.tasks.source import Source, given
+    from eai.tasks.task import Goal, GoalKind, Task, goal
 
 __version__ = "0.1.0"
 
@@ -31,8 +31,8 @@ _PLACES = {
     name: module
     for module, names in {
         "eai.abilities.protocol": "Ability Protocol",
-        "eai.abilities.goal_text": "make_task",
-        "eai.abilities.task": "Goal GoalKind Task goal",
+        "eai.tasks.goal_text": "make_task",
+        "eai.tasks.task": "Goal GoalKind Task goal",
         "eai.benchmark.benchmark": "Benchmark",
         "eai.benchmark.registry": "find_benchmark registered",
         "eai.benchmark.suite": "Suite",

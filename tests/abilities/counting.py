@@ -15,8 +15,8 @@ from eai.abilities.declaration import (
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.task import Task
 from eai.abilities.verdict import Merit, Verdict, of_all
+from eai.tasks.task import Task
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,14 +15,14 @@ from eai.abilities.explanation import (
     near_misses,
     read_statement,
 )
-from eai.abilities.goal_text import formula_text
 from eai.abilities.protocol import Protocol
 from eai.abilities.reports import part_reports, step_reports
-from eai.abilities.task import Task
 from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse
 from eai.logic.rewriting import rename_variables
 from eai.results.codec import dataclass_to_json
+from eai.tasks.goal_text import formula_text
+from eai.tasks.task import Task
 from eai.world import Action, Episode, Luck
 from eai.world.execution import execute
 from households.virtualhome.household import make_task

@@ -11,9 +11,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.experiment import Experiment
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.notation.goal_lexicon import write_goals
-from eai.abilities.planning import planning_goal
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.abilities.task import GoalKind, Task
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
@@ -21,6 +19,8 @@ from eai.benchmark.registry import find_benchmark
 from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rules import Rules
+from eai.tasks.planning import planning_goal
+from eai.tasks.task import GoalKind, Task
 from eai.tasks.task_lines import _TaskLine, task_of, written
 from eai.world.action import Action
 

@@ -14,16 +14,16 @@ import pytest
 import eai
 from eai.abilities import mending
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.planning import planning_goal
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT, Repair
-from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict, Unreadable
 from eai.base.store import Store
 from eai.planning import repair as planning_repair
 from eai.planning.repair import Plan, Told
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.planning import planning_goal
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.execution import execute
 from made_answers import made_answers

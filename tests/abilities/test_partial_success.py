@@ -11,11 +11,8 @@ from statistics import mean
 import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.goal_test import GoalTest, StateTest
 from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
-from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.suite import open_suite
 from eai.logic.choice import Literal, count_options, options
@@ -33,6 +30,9 @@ from eai.logic.formula import (
     Or,
     Variable,
 )
+from eai.tasks.goal_test import GoalTest, StateTest
+from eai.tasks.share import Share
+from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.episode import Episode

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import pytest
 
 from benchmark.plan_scorers import behavior_scorer
-from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Protocol
 from eai.households.behavior import domain as behavior
 from eai.households.behavior.notation import BehaviorSubgoals
 from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
+from eai.tasks.planning import find_plan
 from eai.world.action import Action
 from eai.world.execution import attempt
 from eai.world.history import Past

@@ -9,11 +9,11 @@ import pytest
 
 import eai
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.share import GoalTallies, Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, Counted, ErrorReport, PlanVerdict, Verdict
 from eai.pddl.planning import PlannerOutcome
+from eai.tasks.share import GoalTallies, Share
 from eai.world.fault import FaultKind
 
 TALLIES = GoalTallies(Share(1, 2), Share(0.5, 1.5), Share(0, 0))

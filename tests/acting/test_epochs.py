@@ -9,13 +9,11 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.attempt import Usage
-from eai.abilities.share import Share
 from eai.acting.declaration import averaged, contributions
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING
 from eai.acting.verdict import ActingVerdict
 from eai.benchmark.suite import open_suite
-from eai.prompts.prompt import Prompt
 from eai.results.certainty import certainty_of_rate
 from eai.results.comparison import compare
 from eai.results.rate import Rate
@@ -27,6 +25,8 @@ from eai.scoring.epochs import Obtained, SuiteResult, settle
 from eai.scoring.options import ScoringOptions
 from eai.scoring.runs import read_runs
 from eai.scoring.trials import Answer
+from eai.tasks.prompts.prompt import Prompt
+from eai.tasks.share import Share
 from eai.tasks.source import Source
 from envs.switches import SWITCHES, WON
 

@@ -18,7 +18,7 @@ from eai.acting.page import MAX_BODY
 from eai.acting.play import Play
 from eai.base.errors import EaiError, InputError
 from eai.cli.play import play
-from eai.prompts.prompt import Image
+from eai.tasks.prompts.prompt import Image
 from envs.switches import WON
 
 DOMAIN = "envs.switches:SWITCHES"

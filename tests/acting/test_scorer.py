@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from eai import Benchmark, InputError, Reward, given, make_task
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.mending import PlanMender
 from eai.abilities.protocol import Ability
 from eai.acting.declaration import contributions
@@ -29,6 +28,7 @@ from eai.results.record import Record
 from eai.results.responses import Response
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Shaping
+from eai.tasks.goal_test import GoalTest
 from eai.world.fault import FaultKind
 from envs.switches import DOMAIN, SWITCHES, WON, initial
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.protocol import Protocol
-from eai.abilities.task import Task
 from eai.households.behavior import domain as behavior
 from eai.households.behavior.tasks import BehaviorTask
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
+from eai.tasks.task import Task
 from protocols import of_reference
 
 

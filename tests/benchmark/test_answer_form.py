@@ -21,7 +21,7 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library, answer_form
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.prompts.prompt import Prompt, PromptSet
+from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
 
 jsonschema = pytest.importorskip("jsonschema")

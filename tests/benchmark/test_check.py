@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from eai.abilities.goal_text import make_task
-from eai.abilities.task import Task, goal
 from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.check import check_benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.logic.formula import Atom, Variable
 from eai.planning.search import SearchEnd
+from eai.tasks.goal_text import make_task
 from eai.tasks.source import Source, given
+from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.derived import is_a
 from eai.world.domain import Domain

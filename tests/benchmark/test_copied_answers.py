@@ -9,9 +9,7 @@ from dataclasses import replace
 import pytest
 
 from eai import make_task
-from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.task import Task
 from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import mentions, open_copy_book, open_empty_book, open_lookup_book
@@ -21,7 +19,9 @@ from eai.benchmark.suite import open_suite
 from eai.households.behavior.tasks import BehaviorTask
 from eai.logic.formula import Occurs
 from eai.pddl.model import OperatorText
+from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 from eai.tasks.source import Source, TaskSet, given
+from eai.tasks.task import Task
 from eai.world import (
     Add,
     Constant,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.goal_text import make_task
 from eai.abilities.notation.subgoals import SubgoalNotation
-from eai.abilities.task import Task
 from eai.benchmark.copied_answers import copied_goal
 from eai.logic.formula import Constant, Exactly, Exists, ForAll, Formula, ForPairs, Not, Occurs, Or, Variable
 from eai.logic.ltl_printer import print_ltl
+from eai.tasks.goal_text import make_task
+from eai.tasks.task import Task
 from world import toy
 
 X, Y = Variable("x"), Variable("y")

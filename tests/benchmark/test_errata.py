@@ -11,7 +11,6 @@ import pytest
 
 import eai.world as w
 from by_path import module_at
-from eai.abilities.goal_text import make_task
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
@@ -30,6 +29,7 @@ from eai.results.responses import Response, ResponseFile
 from eai.results.totals import Totals
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
+from eai.tasks.goal_text import make_task
 from eai.tasks.source import ErrataChoice, Source, errata_choice, given
 from eai.world.execution import attempt
 from eai.world.history import Past

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 
 import pytest
 
-from eai.abilities.task import GoalKind, Task
 from eai.base.errors import DataError
 from eai.households.behavior.domain import as_meant as behavior
 from eai.households.behavior.tasks import BehaviorTasks
@@ -20,6 +19,7 @@ from eai.pddl.execute import Executor, PddlState
 from eai.pddl.export import export
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.planning import PlannerOutcome, PlanningTask
+from eai.tasks.task import GoalKind, Task
 from eai.world.action import Fault
 from eai.world.domain import Domain
 from eai.world.execution import attempt, execute

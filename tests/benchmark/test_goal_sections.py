@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from eai.abilities.notation.goal_lexicon import read_stated
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
@@ -20,8 +19,9 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.households.virtualhome.tasks import VirtualHomeTasks
-from eai.prompts.prompt import Belief
+from eai.tasks.prompts.prompt import Belief
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from oracle import PIPELINE_MODELS, Oracle
 from suites import official_prompts
 from sweeps import examples

@@ -8,7 +8,6 @@ import pytest
 
 from eai import make_task
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
 from eai.base.store import Store
 from eai.benchmark.copied_answers import LookupTable, open_lookup_book
@@ -16,6 +15,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.results.summary import summarise
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.world import (
     Add,
     Atom,

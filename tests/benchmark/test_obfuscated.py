@@ -13,7 +13,6 @@ import pytest
 from by_path import ROOT
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.abilities.wording import is_property
 from eai.base.store import Store
 from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.obfuscated import _cipher, _decoded, _encoded
@@ -21,6 +20,7 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.tasks.source import Source
+from eai.tasks.wording import is_property
 from sweeps import swept
 
 PLANNED = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)

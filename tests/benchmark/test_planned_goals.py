@@ -6,7 +6,6 @@ import pytest
 
 from eai.abilities.notation.goal_lexicon import read_stated
 from eai.abilities.protocol import Ability
-from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import PlanVerdict
 from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
@@ -16,6 +15,7 @@ from eai.benchmark.suite import open_suite
 from eai.logic.choice import choice_options, ground
 from eai.logic.formula import Formula
 from eai.tasks.source import Source
+from eai.tasks.task import GoalKind, Task
 from sweeps import swept
 
 

@@ -10,8 +10,8 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.prompts.prompt import PromptSet
-from eai.prompts.template import template_names
+from eai.tasks.prompts.prompt import PromptSet
+from eai.tasks.prompts.template import template_names
 from eai.tasks.source import Source
 from suites import SUITES
 

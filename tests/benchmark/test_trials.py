@@ -22,8 +22,8 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.households.virtualhome.plan_notation import Identified
 from eai.prompts.feedback import Asker
-from eai.prompts.prompt import Prompt, PromptSet
 from eai.scoring.trials import Trials, begin_trial, open_trials, replay
+from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
 from made_answers import made_answers
 from oracle import MODELS, Oracle

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eai.abilities.task import Task
 from eai.households.behavior.predicates import VOCABULARY
+from eai.tasks.task import Task
 from eai.world.state import Scene, State
 
 KINDS = {

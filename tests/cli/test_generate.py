@@ -9,13 +9,13 @@ import pytest
 
 from by_path import ROOT
 from command_line import Command
-from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.census import prior_of
 from eai.generator.generator import Generator
 from eai.generator.prior import Prior
 from eai.generator.spec import Outcome
 from eai.pddl.val import VALID
+from eai.tasks.task import Task
 
 pytestmark = pytest.mark.usefixtures("data_store")
 FEW = 50

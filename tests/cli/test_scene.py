@@ -18,10 +18,10 @@ from eai.base.errors import EaiError
 from eai.base.store import Store
 from eai.benchmark.suite import open_suite
 from eai.pictures.rendered import photographs_of
-from eai.prompts.template import Templates
 from eai.results.codec import record_from_json
 from eai.studies.perception.choice import Perception
 from eai.studies.perception.scenes import shown_scenes
+from eai.tasks.prompts.template import Templates
 from processes import eai as run_eai
 from studies.told import told_tables
 

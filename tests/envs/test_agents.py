@@ -10,7 +10,6 @@ import pytest
 import eai.world as w
 from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.base.store import Store
 from eai.benchmark.registry import find_benchmark
 from eai.envs.agents import AGENTS, NULLS
@@ -21,6 +20,7 @@ from eai.envs.rules import STANDARD, Rules
 from eai.envs.stage import Stage
 from eai.logic.formula import Always, And, Atom, Constant, Not, Occurs
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.world.action import Action
 from envs.switches import SWITCHES
 

@@ -10,10 +10,8 @@ import pytest
 
 import eai
 from eai import Benchmark, given
-from eai.abilities.goal_test import solves
 from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
 from eai.acting.play import rules_of
 from eai.acting.setting import STANDARD
@@ -23,7 +21,9 @@ from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rules import TRAINING
 from eai.generator.spec import Generated, TaskKind
+from eai.tasks.goal_test import solves
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.tasks.task_files import problems_of
 from eai.tasks.task_lines import read_line, task_of, written
 from eai.world.action import Action

@@ -13,8 +13,6 @@ from pathlib import Path
 import pytest
 
 import eai.logic.formula as f
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.task import Task
 from eai.base.errors import DataError
 from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
@@ -28,7 +26,9 @@ from eai.generator.walk import Walk, lower_bound
 from eai.logic.traversal import walk
 from eai.pddl.val import VALID, installed_val
 from eai.planning.planner import Planner
+from eai.tasks.goal_test import GoalTest
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.tasks.task_lines import read_line, task_of, written
 from eai.world.action import Action
 from eai.world.domain import Domain

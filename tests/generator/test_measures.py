@@ -11,7 +11,6 @@ import pytest
 
 import eai.logic.formula as f
 from by_path import module_at
-from eai.abilities.goal_text import make_task
 from eai.base.errors import InputError
 from eai.benchmark.registry import find_benchmark
 from eai.generator.generator import Generator
@@ -26,6 +25,7 @@ from eai.generator.measures import (
     presence,
 )
 from eai.generator.spec import Spec
+from eai.tasks.goal_text import make_task
 from eai.tasks.source import Source
 from eai.world.action import Action
 from eai.world.state import Fact, Scene, WorldObject

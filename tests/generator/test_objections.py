@@ -9,12 +9,12 @@ from dataclasses import replace
 import pytest
 
 import eai.logic.formula as f
-from eai.abilities.task import Task, goal
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.generator import Generator, _Objections
 from eai.generator.spec import Reason, Spec
 from eai.generator.words import Words
 from eai.tasks.source import Source
+from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.state import Fact
 

@@ -11,9 +11,7 @@ import pytest
 
 import eai.logic.formula as f
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task, goal
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.random_answers import random_walk
@@ -25,7 +23,9 @@ from eai.generator.spec import Generated, TaskKind
 from eai.generator.walk import Seeker, Walk, _are_apart, _if_it_matters, reach_all
 from eai.logic.ltl_printer import print_ltl
 from eai.planning.planner import Planner
+from eai.tasks.goal_test import GoalTest
 from eai.tasks.source import Source
+from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.execution import Step, Trajectory, execute
 from eai.world.listing import Listing

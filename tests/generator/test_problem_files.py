@@ -8,7 +8,6 @@ import pytest
 
 from by_path import ROOT
 from command_line import Command
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.benchmark.registry import find_benchmark
 from eai.generator.problem_files import problem_files_in, read_problems
@@ -16,6 +15,7 @@ from eai.households.behavior.tasks import BehaviorTasks
 from eai.pddl.export import export
 from eai.pddl.writer import write_problem
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.world.state import State
 from logic.bddl_text import print_problem
 

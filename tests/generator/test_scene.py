@@ -9,8 +9,6 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.goal_text import make_task
-from eai.abilities.task import Task
 from eai.generator.prior import Pattern, Prior
 from eai.generator.scene import (
     _by_category,
@@ -20,6 +18,8 @@ from eai.generator.scene import (
     with_more_of_a_kind,
     with_only,
 )
+from eai.tasks.goal_text import make_task
+from eai.tasks.task import Task
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 from eai.world.state import Fact
 from generator.worlds import NOTHING_IS_USUAL

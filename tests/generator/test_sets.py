@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.sets import MANIFEST, manifest_entry, seeds_of, sets_in, shape_of, unproven, write_manifest
 from eai.generator.spec import CANARY, Generated, Reason, Spec, Tier
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.tasks.task_files import write_task_file
 from eai.tasks.task_lines import written
 from eai.world.action import Action

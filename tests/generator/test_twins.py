@@ -11,9 +11,7 @@ import pytest
 
 import eai
 from eai import given
-from eai.abilities.goal_test import solves
 from eai.abilities.notation.plans import reason_of
-from eai.abilities.planning import find_plan, is_impossible
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.acting.play import Play, rules_of
@@ -28,6 +26,8 @@ from eai.generator.spec import Generated, TaskKind
 from eai.generator.twins import Leaning, twins_of
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
+from eai.tasks.goal_test import solves
+from eai.tasks.planning import find_plan, is_impossible
 from eai.tasks.task_files import problems_of
 from eai.tasks.task_lines import read_line, task_of, written
 from generator.worlds import HOUSEHOLDS, generator

@@ -11,11 +11,11 @@ import pytest
 import eai.logic.formula as f
 from eai.base.errors import InputError
 from eai.benchmark.registry import find_benchmark
-from eai.english import English, Voice, plural
 from eai.generator.spec import Forms
 from eai.generator.words import Words, _Reader
 from eai.logic.ltl import read_formula
 from eai.logic.signature import Signature
+from eai.tasks.english import English, Voice, plural
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 from eai.world.state import Fact
 from generator.worlds import tasks

@@ -9,7 +9,6 @@ from typing import get_args
 import pytest
 
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.task import Category
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.base.store import Store
 from eai.benchmark.packs import open_pack
@@ -19,8 +18,9 @@ from eai.benchmark.suite import open_suite
 from eai.households.packs import PROMPTS, SCENE_PREFIX
 from eai.households.published import TransitionTasks, open_behavior, open_virtualhome
 from eai.pddl.planning import PlannerChoice
-from eai.prompts.prompt import PromptSet
+from eai.tasks.prompts.prompt import PromptSet
 from eai.tasks.source import ErrataChoice, Source
+from eai.tasks.task import Category
 from suites import SUITES, official_files, official_prompts
 
 

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.planning.planner import Planner
+from eai.tasks.planning import find_plan
 
 FOLDER = Path(__file__).parent / "constructs"
 

@@ -14,7 +14,6 @@ from threading import Lock
 
 import pytest
 
-from eai.abilities.operator_task import TransitionTask
 from eai.base.errors import DataError
 from eai.base.store import Store
 from eai.households.published import open_behavior, open_virtualhome
@@ -27,6 +26,7 @@ from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
+from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
 from processes import wait_until, working_in
 from protocols import of_reference

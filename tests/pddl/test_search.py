@@ -9,7 +9,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from eai.abilities.operator_task import TransitionTask
 from eai.base.store import Store
 from eai.households.published import open_behavior, open_virtualhome
 from eai.logic.formula import TRUE
@@ -20,6 +19,7 @@ from eai.pddl.planning import PlannerOutcome, PlanningTask, checked_plan
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner, _Pairs, search
 from eai.planning.search import Effort, Limits, SearchEnd
+from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
 from pddl.random_pddl import DOMAINS, PROBLEMS
 from protocols import of_reference

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.operator_task import TransitionTask
 from eai.base.errors import DataError
 from eai.base.store import Store
 from eai.households.published import open_behavior, open_virtualhome
@@ -18,6 +17,7 @@ from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.planning.search import Limits, SearchEnd
+from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
 from protocols import of_reference
 

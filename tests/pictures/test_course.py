@@ -11,7 +11,6 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, StepReport, read_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.abilities.wording import subjects
 from eai.acting.setting import ACTING
 from eai.base.store import Store
 from eai.benchmark.gold_answers import open_answer_book
@@ -23,6 +22,7 @@ from eai.results.record import Record
 from eai.results.responses import Response
 from eai.scoring.batch import Scoring
 from eai.tasks.source import Source
+from eai.tasks.wording import subjects
 from eai.world.execution import execute
 from envs.switches import SWITCHES, WON
 from pictures.kitchen import DOMAIN, KITCHEN, WORDS, fact, kitchen_task, told_by

@@ -16,12 +16,12 @@ from random import Random
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.abilities.task import Task, goal
 from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.execute import Executor, PddlState, PlanStep
 from eai.pddl.files import domain_in, problem_in
 from eai.pddl.model import objects_by_type, type_of
 from eai.planning.repair import Plan
+from eai.tasks.task import Task, goal
 from eai.world.action import Action
 
 TYPES = {"spot": "spot", "lamp": "tool", "key": "tool"}

@@ -12,13 +12,13 @@ import pytest
 
 import eai
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.planning import planning_goal
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.planning.landmarks import Landmarks, _HittingSets
 from eai.planning.planner import Planner
 from eai.planning.repair import Mender
 from eai.planning.search import Effort
+from eai.tasks.planning import planning_goal
 from eai.world.action import Action
 from suites import answer_book
 from sweeps import examples, swept

@@ -24,13 +24,13 @@ import pytest
 
 import eai.logic.formula as f
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.task import GoalKind, Task
 from eai.logic.rewriting import substitute
 from eai.pddl.export import Exported, export
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.model import map_effect
 from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
 from eai.planning.search import Effort
+from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind

@@ -12,15 +12,15 @@ import pytest
 
 import eai
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.planning import planning_goal
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.planning.planner import Planner
 from eai.planning.repair import Mender, Plan, Told
 from eai.planning.search import Effort, SearchResult
 from eai.planning.successor_generator import applicable_actions
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.planning import planning_goal
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute

@@ -10,7 +10,6 @@ import pytest
 
 import eai.logic.formula as f
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT
 from eai.abilities.verdict import PlanVerdict
@@ -24,6 +23,7 @@ from eai.planning.possible import Possible, out_of_reach
 from eai.planning.repair import Mender
 from eai.planning.search import Effort, Limits, SearchEnd
 from eai.planning.subgoal import GroundAtom
+from eai.tasks.planning import find_plan, planning_goal
 from eai.world.action import Action
 from planning.random_worlds import DERIVED, PREDICATES, World, draw_plan, worlds
 from planning.test_repair import edited, one_edit

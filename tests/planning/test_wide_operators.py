@@ -10,10 +10,8 @@ import pytest
 import eai.logic.formula as f
 from eai import InputError
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.planning import find_plan, is_impossible
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT
-from eai.abilities.rules import Rules
 from eai.abilities.subgoal_decomposition.repertoire import MAX_LISTED, Repertoire
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.random_answers import random_walk
@@ -26,6 +24,8 @@ from eai.planning.search import Limits, SearchEnd
 from eai.planning.subgoal import GroundAtom
 from eai.questions import one_step
 from eai.questions.setting import open_setting
+from eai.tasks.planning import find_plan, is_impossible
+from eai.tasks.rules import Rules
 from eai.tasks.source import Source
 from eai.world.action import Action
 from sweeps import first_of

@@ -15,13 +15,13 @@ import eai.logic.formula as w
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task, goal
 from eai.abilities.trial import Trial
-from eai.abilities.wording import Wording
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
 from eai.prompts.feedback import REASONS, Asker
-from eai.prompts.prompt import Belief, Prompt
+from eai.tasks.prompts.prompt import Belief, Prompt
+from eai.tasks.task import Task, goal
+from eai.tasks.wording import Wording
 from envs.switches import DOMAIN, SWITCHES
 from raising import BOOM, RAISING
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.task import GoalKind
 from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
@@ -15,6 +14,7 @@ from eai.logic.traversal import objects
 from eai.questions.question import Form, Kind, Question
 from eai.questions.writer import Writer
 from eai.tasks.source import Source
+from eai.tasks.task import GoalKind
 from questions.naive import answer_of, read_world
 from sweeps import swept
 

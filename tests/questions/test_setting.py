@@ -9,14 +9,14 @@ from dataclasses import replace
 import pytest
 
 import eai.world as w
-from eai.abilities.rules import Rules
-from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.planning.planner import Planner
 from eai.questions import setting as settings
 from eai.questions.setting import Setting, exhaust, listed, numbered, open_setting, some, with_counterparts
+from eai.tasks.rules import Rules
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.state import Fact
 

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.rules import Rules
 from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
@@ -27,6 +26,7 @@ from eai.questions.shortcuts import (
     pose,
 )
 from eai.questions.writer import Writer
+from eai.tasks.rules import Rules
 from eai.tasks.source import Source
 from questions.naive import CHOICE
 from sweeps import swept

@@ -11,10 +11,10 @@ from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.cli.questions import questions as command
-from eai.prompts.template import Templates, template_names
 from eai.questions.question import Form, Kind, questions_content
 from eai.questions.shortcuts import entropy_of
 from eai.questions.writer import Writer
+from eai.tasks.prompts.template import Templates, template_names
 from eai.tasks.source import Source
 from sweeps import swept
 

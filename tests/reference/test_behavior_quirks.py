@@ -5,13 +5,13 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.share import Share
 from eai.households.behavior import domain as behavior
 from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.logic.choice import count_options, options
 from eai.logic.formula import Atom, Formula, Not
 from eai.reference.behavior_quirks import behavior_goal_test, truncated_options
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.share import Share
 from eai.world.execution import execute
 from eai.world.state import State
 from households.behavior.kitchen import actions, make_task

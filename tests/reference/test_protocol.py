@@ -10,7 +10,6 @@ from abilities.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
 from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.share import GoalTallies, Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import Counted, PlanVerdict
@@ -21,6 +20,7 @@ from eai.results.paper_tables import PaperColumn, paper_models, paper_table
 from eai.results.record import Record
 from eai.results.summary import summarise
 from eai.scoring.runs import Run, RunKey, as_asked_in_paper
+from eai.tasks.share import GoalTallies, Share
 from oracle import MODELS, Oracle
 
 

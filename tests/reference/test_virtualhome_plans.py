@@ -6,13 +6,13 @@ import pytest
 
 from benchmark.plan_scorers import virtualhome_scorer
 from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Protocol
-from eai.abilities.share import GoalTallies, Share
-from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.reference.virtualhome_plans import LIST_IS_NOT_JSON, _GoalTest, read_plan
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.share import GoalTallies, Share
+from eai.tasks.task import Task
 from households.virtualhome.household import make_task
 
 Steps = list[tuple[str, tuple[object, ...]]]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 
-from eai.abilities.share import Share
 from eai.results.certainty import Case
+from eai.tasks.share import Share
 
 SIZES = (35, 33, 31, 26, 23, 23, 22, 22, 21, 19, 13, 11, 10, 7, 6, 6, 5, 5, 5, 4, 4, 3, 3, 2, 2, 1)
 """How many tasks have each of the 26 names."""

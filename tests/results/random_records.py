@@ -11,11 +11,11 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.share import Share
 from eai.abilities.transition_modeling.verdict import OperatorReport
 from eai.abilities.verdict import Counted, ErrorReport
 from eai.pddl.matching import SideMatch
 from eai.results.record import Origin, Perceived, Record, Stated
+from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
 T = TypeVar("T")

@@ -8,7 +8,6 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, names_in, read_statement
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import (
     OperatorReport,
@@ -23,6 +22,7 @@ from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.rate import Rate, rate_of
 from eai.results.summary import break_down, outcome
+from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 from oracle import read_oracle
 from results.verdicts import SUCCEEDED, failed, record

@@ -5,7 +5,6 @@ from collections.abc import Callable
 
 import pytest
 
-from eai.abilities.share import Share
 from eai.results.certainty import (
     Case,
     Interval,
@@ -15,6 +14,7 @@ from eai.results.certainty import (
     mean_over_names,
     two_sided_quantile,
 )
+from eai.tasks.share import Share
 from results.near_copies import expected_f1, matches, merged, successes_by_name
 
 PROMISED = 0.93

@@ -13,7 +13,6 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, Statement, StepReport
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.share import GoalTallies, Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, Counted, ErrorReport, PlanVerdict, Span, SpanKind, Verdict
@@ -23,6 +22,7 @@ from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.results.codec import COMMON, SCHEMA, fields_of, record_from_json, record_to_json, sha256_of
 from eai.results.record import Origin, Record
+from eai.tasks.share import GoalTallies, Share
 from eai.world.fault import FaultKind
 from results.random_records import records
 

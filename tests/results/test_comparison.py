@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Confusion, Verdict
 from eai.results.certainty import Case
 from eai.results.comparison import compare, exchange_p, sign_flip_p
 from eai.results.rate import Rate
 from eai.results.record import Record
+from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 from results.near_copies import merged, successes
 from results.verdicts import SUCCEEDED, failed, record

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.goal_text import make_task
 from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.packs import Pack, fetch
@@ -18,6 +17,7 @@ from eai.households.virtualhome.records import VirtualHome, open_virtualhome
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
 from eai.report.distributions import distributions
 from eai.results.data_set import profiles_of, table_of
+from eai.tasks.goal_text import make_task
 from eai.tasks.source import ErrataChoice, Source, given
 from eai.world.action import Action
 from oracle import read_shared

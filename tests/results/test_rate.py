@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.share import Share
 from eai.abilities.verdict import Confusion, add, confusion_shares, of_all
 from eai.results.rate import NOTHING, Rate, total
+from eai.tasks.share import Share
 
 counts = st.integers(0, 50)
 

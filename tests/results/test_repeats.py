@@ -12,13 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.abilities.attempt import Usage
-from eai.abilities.share import Share
 from eai.results.certainty import Case, interval_of_ratio
 from eai.results.cost import per_success, per_success_to_json
 from eai.results.rate import rate_of
 from eai.results.record import Origin, Record
 from eai.results.repeats import passes, passes_table, passes_to_json, without_epoch
 from eai.results.table import Estimate
+from eai.tasks.share import Share
 from report.samples import action_run
 
 

@@ -7,7 +7,6 @@ import pytest
 from eai.abilities.declaration import declaration_of, the_four
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.share import GoalTallies, Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
@@ -16,6 +15,7 @@ from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.rate import Rate
 from eai.results.summary import cases_of, summarise
+from eai.tasks.share import GoalTallies, Share
 from eai.world.fault import FaultKind
 from results.verdicts import SUCCEEDED, failed, goals, record
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from by_path import ROOT
-from eai.abilities.share import Share
 from eai.base.errors import EaiError
 from eai.results.certainty import Case
 from eai.results.lines import TABLES, StepLine
 from eai.results.table import Estimate, Table
 from eai.results.table_files import lines_csv, write_parquet, write_tables
+from eai.tasks.share import Share
 from studies.published import GPT_4O
 
 RATE = Estimate.of([Case(str(i), str(i), Share(i % 2, 1)) for i in range(10)])

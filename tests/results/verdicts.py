@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.share import GoalTallies, Share
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Verdict
 from eai.results.record import Record
+from eai.tasks.share import GoalTallies, Share
 from eai.world.fault import FaultKind
 
 

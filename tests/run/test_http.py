@@ -12,10 +12,10 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError, InputError
 from eai.benchmark.suite import open_suite
-from eai.prompts.prompt import Prompt
 from eai.run.job import Decoding, Job, Pace
 from eai.scoring.epochs import Obtained
 from eai.studies.variation import Endpoint
+from eai.tasks.prompts.prompt import Prompt
 from processes import own_process
 from run.child import obtain_in_child
 from run.server import COUNTED, Log, Reply, serve

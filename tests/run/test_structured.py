@@ -13,9 +13,9 @@ import pytest
 from by_path import ROOT
 from eai.abilities.protocol import FOUR, Ability
 from eai.benchmark.suite import open_suite
-from eai.prompts.prompt import Prompt
 from eai.run.job import Decoding, Job
 from eai.studies.variation import Endpoint
+from eai.tasks.prompts.prompt import Prompt
 from processes import eai
 from run.server import Reply, serve
 

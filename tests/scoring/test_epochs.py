@@ -13,11 +13,11 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.benchmark.errata import ErrataUse
 from eai.cli.console import counted, dollars
 from eai.cli.table import result_json
-from eai.prompts.prompt import Prompt
 from eai.results.totals import Totals
 from eai.scoring.epochs import Obtained, majority, meaning, settle
 from eai.scoring.options import ScoringOptions
 from eai.scoring.trials import Answer
+from eai.tasks.prompts.prompt import Prompt
 from scoring.work import TASK_IDS, echo_suite
 
 PLANS = Ability.ACTION_SEQUENCING

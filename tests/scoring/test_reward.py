@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 import eai
 from by_path import ROOT
 from eai import Ability, Benchmark, InputError, Suite, Task, given, make_task
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import FOUR
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
@@ -26,6 +25,7 @@ from eai.logic.formula import And, Or
 from eai.pddl.planning import PlannerOutcome
 from eai.planning.successor_generator import applicable_actions
 from eai.scoring.reward import METRICS, Reward, Shaping, reward_of
+from eai.tasks.goal_test import GoalTest
 from eai.world import Action, Constant, Episode, State
 from sweeps import examples
 from threading_tests import asked_by_threads

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import pytest
 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import (
@@ -22,6 +21,7 @@ from eai.abilities.verdict import (
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.scoring.reward import METRICS, Shaping, merit, metrics_of, worth
+from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
 Worth = tuple[float, float, float, float]

@@ -12,7 +12,6 @@ import eai
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
-from eai.prompts.prompt import Prompt
 from eai.results.record import Origin, Record
 from eai.scoring.reward import Reward
 from eai.scoring.training_data import (
@@ -25,6 +24,7 @@ from eai.scoring.training_data import (
     rewarded,
     verified_rows,
 )
+from eai.tasks.prompts.prompt import Prompt
 from envs.switches import SWITCHES
 
 PROMPT = Prompt("Do it.", "You are a robot.")

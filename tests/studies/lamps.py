@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import eai.world as w
 from eai import Benchmark, Task, given, make_task
-from eai.abilities.task import goal
 from eai.logic.formula import Exists, ForAll, Occurs
+from eai.tasks.task import goal
 from eai.world.action import Action
 
 X, Y = w.Variable("x"), w.Variable("y")

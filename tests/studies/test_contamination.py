@@ -8,13 +8,13 @@ from pathlib import Path
 from typer.testing import CliRunner
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.share import GoalTallies, Share
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import PlanVerdict
 from eai.cli import app
 from eai.results.record import Record
 from eai.results.table import Estimate
 from eai.studies.contamination.study import contamination_table
+from eai.tasks.share import GoalTallies, Share
 from record_files import write_records
 from studies.told import told_tables
 

@@ -16,7 +16,7 @@ from studies.told import read_table
 STRANGER = """
 from pydantic import Field
 
-from eai.abilities.options import Options
+from eai.tasks.options import Options
 from eai.results.table import Estimate, Table
 from eai.results.lines import case_of
 from eai.abilities.verdict import of_all

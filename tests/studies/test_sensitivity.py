@@ -7,9 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.task import Category
 from eai.abilities.transition_modeling.rules import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.base.store import Store
@@ -21,7 +19,9 @@ from eai.pddl.search import BuiltInPlanner
 from eai.results.rate import rate_of
 from eai.results.record import Record
 from eai.studies.sensitivity.study import NOT_WRITTEN, Trial, cells_of, sensitivity_tables, try_operators
+from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 from eai.tasks.source import Source
+from eai.tasks.task import Category
 from operator_rules import rules_of
 from oracle import Oracle, read_shared
 from results.verdicts import record

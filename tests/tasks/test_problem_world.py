@@ -8,9 +8,7 @@ from pathlib import Path
 import pytest
 
 from by_path import TESTS
-from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
-from eai.abilities.task import GoalKind, Task
 from eai.base.errors import DataError, InputError
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
@@ -23,7 +21,9 @@ from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.planning.planner import Planner
 from eai.planning.successor_generator import applicable_actions
+from eai.tasks.planning import find_plan
 from eai.tasks.problem_world import open_pddl
+from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action, Fault
 from eai.world.conformance import check
 from eai.world.domain import Domain

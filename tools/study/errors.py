@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from claim import Claim, Finding, Row, Status, by_degree
 from evidence import AS, GI, GPT_4O, NAMED, PLANS, SD, TM, B, Evidence, Suite, V, rate, told
 
-from eai.abilities.share import Share
 from eai.results.lines import AnswerLine, case_of
 from eai.results.paper_tables import paper_models
 from eai.results.table import Estimate
+from eai.tasks.share import Share
 
 SEATED = ("the_character_is_sitting_or_lying",)
 CLOSED = ("is_closed", "is_inside_something_that_is_closed")

@@ -9,7 +9,6 @@ from statistics import fmean
 from typing import NamedTuple, TypeVar
 
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.benchmark.suite import Suite as ScoredSuite
 from eai.benchmark.suite import open_suite
@@ -23,6 +22,7 @@ from eai.results.tidy import Tables
 from eai.results.totals import Totals
 from eai.studies.cofactors.effects import rank_correlation
 from eai.studies.sensitivity.study import Trial, cells_of, try_operators
+from eai.tasks.share import Share
 from eai.tasks.source import ErrataChoice, Source
 
 V, B = "virtualhome", "behavior"

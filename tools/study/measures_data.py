@@ -19,9 +19,7 @@ from rates import (
     most_of,
 )
 
-from eai.abilities.operator_task import OperatorLibrary
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.task import GoalKind, Task
 from eai.benchmark.errata import published_errata
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
@@ -32,6 +30,8 @@ from eai.results.data_set import table_of
 from eai.results.lines import AnswerLine
 from eai.results.paper_tables import paper_setting, paper_table
 from eai.results.totals import Totals
+from eai.tasks.operator_task import OperatorLibrary
+from eai.tasks.task import GoalKind, Task
 
 BROWSE = (
     "ontop(character, chair) then holds_rh(character, mouse) and holds_lh(character, keyboard) "

@@ -16,9 +16,9 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.prompts.prompt import Belief, Prompt
 from eai.results.model_cards import model_cards
 from eai.results.paper_tables import paper_models
+from eai.tasks.prompts.prompt import Belief, Prompt
 
 PLANNING = (Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
 PRINTED_TOKENS, PRINTED_QUERIES, PRINTED_RUNS = 192_280_000, 84_960, 180

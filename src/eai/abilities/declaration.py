@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import FOUR, Ability, registered_abilities
-from eai.abilities.share import Share
-from eai.abilities.task import GoalKind
 from eai.abilities.verdict import NOTHING, Confusion, PlanVerdict, Shares, Verdict, of_all
 from eai.base.errors import InputError
+from eai.tasks.share import Share
+from eai.tasks.task import GoalKind
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from eai.abilities.notation.plans import PlanNotation
     from eai.abilities.notation.subgoals import SubgoalNotation
     from eai.abilities.scorer import Scorer
-    from eai.abilities.task import Task
     from eai.abilities.task_features import TaskFeatures
-    from eai.abilities.wording import Wording
     from eai.pddl.planning import PddlPlanner
+    from eai.tasks.task import Task
+    from eai.tasks.wording import Wording
     from eai.world.domain import Domain
 
 V = TypeVar("V", bound=Verdict)
@@ -279,7 +279,7 @@ OVERALL = "overall"
 KINDS = tuple(kind.value for kind in GoalKind)
 GOAL_METRICS = (*(f"{kind}_goal" for kind in KINDS), "total_goal")
 PARTIAL = "partial_success"
-"""The metric of conditions met (`eai.abilities.goal_test`): the mean of the shares of all answers."""
+"""The metric of conditions met (`eai.tasks.goal_test`): the mean of the shares of all answers."""
 
 GOAL_COLUMNS = (
     *(MetricColumn(metric, SATISFIED, label_of(metric.removesuffix("_goal"))) for metric in GOAL_METRICS),

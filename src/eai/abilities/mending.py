@@ -6,15 +6,15 @@ from functools import cached_property, lru_cache
 
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import PlanNotation
-from eai.abilities.planning import planning_goal
 from eai.abilities.repair import EFFORT, KINDS, Edit, EditKind, Repair, blame_of
 from eai.abilities.reports import action_text
-from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
 from eai.logic.traversal import objects
 from eai.planning.planner import planner_of
 from eai.planning.repair import Mender, Plan, Told
 from eai.planning.search import Effort
+from eai.tasks.planning import planning_goal
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind

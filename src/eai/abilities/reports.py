@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import eai.logic.formula as f
 from eai.abilities.explanation import EXECUTED, SLIP, SLIPPED, GoalReport, PartReport, Statement, StepReport
-from eai.abilities.goal_text import formula_text
-from eai.abilities.task import Task
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, substitute
 from eai.logic.semantics import breach, explain
 from eai.logic.traversal import walk
+from eai.tasks.goal_text import formula_text
+from eai.tasks.task import Task
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, names_of, timeline, witnesses_of

@@ -16,9 +16,9 @@ from traceback import extract_tb
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from eai.abilities.explanation import Explanation
-from eai.abilities.task import TaskExclusion
 from eai.abilities.verdict import RAISED, ErrorReport, Unreadable, Verdict
 from eai.base.errors import EaiError, InputError
+from eai.tasks.task import TaskExclusion
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.execution import names_of
@@ -26,10 +26,10 @@ from eai.world.fault import FaultKind
 from eai.world.state import Scene
 
 if TYPE_CHECKING:
-    from eai.abilities.goal_test import GoalTest
     from eai.abilities.notation.plan_form import WrittenPlan
     from eai.abilities.notation.plans import CarryOut, PlanNotation
-    from eai.abilities.task import Task
+    from eai.tasks.goal_test import GoalTest
+    from eai.tasks.task import Task
 
 
 class Assessment(NamedTuple):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from eai.abilities.task import Task
+    from eai.tasks.task import Task
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +17,7 @@ class TaskFeatures:
         name: the name that tasks of a kind share; tasks of one name are near copies of each other.
         annotated_steps: how many steps the data set's own plan has; None if it has none.
         goals: how many goals it has.
-        hazards: what the last of them keep from happening (`eai.abilities.task.Task`).
+        hazards: what the last of them keep from happening (`eai.tasks.task.Task`).
         missing: the facts for want of which no plan reaches them, where an answer may say so.
         fits: the objects that the instruction may mean, where an answer may ask.
     """

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import GoalReport
-from eai.abilities.goal_test import GoalTest, remaining_goals
 from eai.abilities.notation.plans import Course
 from eai.abilities.reports import goal_reports
 from eai.abilities.scorer import PlanScorer, assess_or_fail
-from eai.abilities.task import Goal, Task
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import DomainError
 from eai.logic.traversal import objects
+from eai.tasks.goal_test import GoalTest, remaining_goals
+from eai.tasks.task import Goal, Task
 from eai.world.action import Action
 from eai.world.episode import Episode, Luck, Slip
 

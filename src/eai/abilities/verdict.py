@@ -17,9 +17,9 @@ from typing import NamedTuple, TypeAlias
 from typing_extensions import Self
 
 from eai.abilities.repair import Repair
-from eai.abilities.share import GoalTallies, Share
-from eai.abilities.task import TaskExclusion
 from eai.base.json_value import Json
+from eai.tasks.share import GoalTallies, Share
+from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
 
 ALL = "all"
@@ -298,7 +298,7 @@ class PlanVerdict(Verdict):
         goals: satisfied goals by kind.
         goals_satisfied: for each goal of the task, in order, whether it is reached.
         partial: number of conditions met, and of all conditions, in the option that is met best
-            (`eai.abilities.goal_test`); None in older records.
+            (`eai.tasks.goal_test`); None in older records.
         counted: what it counts as in a summary; None for what the verdict says.
         refused: why the answer gives no plan: the task is impossible, it says, or its question.
     """

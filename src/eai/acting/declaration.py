@@ -27,14 +27,14 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
 from eai.abilities.verdict import NOTHING, UNREPLAYABLE, of_all
 from eai.acting.verdict import ActingVerdict
+from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
-    from eai.abilities.task import Task
+    from eai.tasks.task import Task
 
 WITHIN = {"within_1x": 1.0, "within_1.5x": 1.5, "within_2x": 2.0, "within_4x": 4.0}
 """Successes within so many times the actions of the shortest known plan."""

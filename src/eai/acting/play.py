@@ -12,8 +12,6 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from eai.abilities.experiment import MAX_SEED, RULES_SEPARATOR
 from eai.abilities.notation.plans import resolve
-from eai.abilities.options import misfit
-from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.acting.setting import AGENT, REACT, STANDARD, TEXT, Setting
 from eai.base.errors import InputError
@@ -28,8 +26,10 @@ from eai.envs.reference import staged
 from eai.envs.rules import Rules
 from eai.envs.stage import Stage
 from eai.pictures.rendered import VIEWS, photographs_of
-from eai.prompts.prompt import Image, Prompt
 from eai.results.codec import sha256_of
+from eai.tasks.options import misfit
+from eai.tasks.prompts.prompt import Image, Prompt
+from eai.tasks.task import Task
 
 OVER = "The episode is over."
 """The observation after a command that comes too late."""

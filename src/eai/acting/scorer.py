@@ -15,11 +15,8 @@ from typing import Any, TypeAlias
 
 from eai.abilities.declaration import AskedWorld, Posed
 from eai.abilities.explanation import EXECUTED, SLIP, Explanation, Statement, StepReport
-from eai.abilities.goal_test import GoalTest, remaining_goals
-from eai.abilities.planning import find_plan
 from eai.abilities.reports import call_of, goal_reports
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.task import Task, TaskExclusion
 from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, Unreadable
 from eai.acting.play import Arena, Episode, read_episode, rules_of
 from eai.acting.setting import STANDARD
@@ -32,6 +29,9 @@ from eai.envs.stage import Stage
 from eai.planning.planner import planner_of
 from eai.planning.search import Limits, SearchEnd
 from eai.results.codec import sha256_of
+from eai.tasks.goal_test import GoalTest, remaining_goals
+from eai.tasks.planning import find_plan
+from eai.tasks.task import Task, TaskExclusion
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.state import State

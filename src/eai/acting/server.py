@@ -43,7 +43,7 @@ from eai.abilities.scorer import exception_text
 from eai.acting.tools import command_of, tools_of
 from eai.acting.worlds import Worlds
 from eai.base.errors import EaiError, InputError
-from eai.prompts.prompt import Image
+from eai.tasks.prompts.prompt import Image
 from eai.world.domain import Domain
 
 MAX_BODY = 65_536

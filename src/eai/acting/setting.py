@@ -9,9 +9,9 @@ from typing import Any
 from pydantic import Field, field_validator
 
 from eai.abilities.experiment import MAX_BUDGET, MAX_SEED, MAX_STEPS, RULES_SEPARATOR
-from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
+from eai.tasks.options import Options
 
 ACTING = Ability("acting")
 

@@ -17,9 +17,9 @@ from eai.base.files import file_name, sole_run, write_whole, writing_to
 from eai.base.grouping import grouped
 from eai.benchmark.suite import Suite
 from eai.envs.command import LOOK
-from eai.prompts.prompt import Image
 from eai.results.responses import COLUMNS, LINES
 from eai.scoring.trials import Place
+from eai.tasks.prompts.prompt import Image
 
 HARNESS = "mcp"
 """How those act in records who act from outside."""

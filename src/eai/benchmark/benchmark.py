@@ -13,22 +13,22 @@ from eai.abilities.notation.goals import GoalNotation, JsonGoals
 from eai.abilities.notation.plans import JsonPlans, PlanNotation
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.scorer import Scorer
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.base.store import Report
 from eai.benchmark.errata import NO_ERRATA, Errata
-from eai.english import PLAIN, English
 from eai.logic.formula import Formula
+from eai.tasks.english import PLAIN, English
 from eai.tasks.source import ErrataChoice, OpenTasks, Source, TaskSet
+from eai.tasks.task import Task
 from eai.world.domain import Domain
 
 if TYPE_CHECKING:
     from eai.abilities.notation.subgoals import SubgoalNotation
-    from eai.abilities.operator_task import TransitionTask
-    from eai.abilities.wording import Wording
     from eai.pddl.planning import PddlPlanner
-    from eai.prompts.prompt import GoalSection, Prompt, PromptFiles
+    from eai.tasks.operator_task import TransitionTask
     from eai.tasks.problem_world import ProblemWorld
+    from eai.tasks.prompts.prompt import GoalSection, Prompt, PromptFiles
+    from eai.tasks.wording import Wording
 
 FOLDER = "formats"
 
@@ -186,7 +186,7 @@ class Benchmark:
         """The tasks of transition modeling in the order of the data set."""
         if self.open_operators is not None:
             return self.errata_for(source).operators(self.open_operators(source))
-        from eai.abilities.operator_task import declared_tasks
+        from eai.tasks.operator_task import declared_tasks
 
         tasks = self.open_tasks(source)
         declared = declared_tasks(self.domain, tasks)
@@ -239,7 +239,7 @@ class Benchmark:
         """How prompts of an ability name things."""
         if self.wordings is not None:
             return self.wordings(ability)
-        from eai.abilities.wording import Wording  # which scoring does not need
+        from eai.tasks.wording import Wording  # which scoring does not need
 
         return Wording.of(self.domain)
 

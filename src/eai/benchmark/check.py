@@ -8,11 +8,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, cast
 
 import eai.logic.formula as f
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.goal_text import check_goal
-from eai.abilities.planning import find_plan
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.task import NO_GOALS, Task
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.base.errors import InputError, did_you_mean
 from eai.benchmark.benchmark import Benchmark
@@ -21,7 +17,11 @@ from eai.benchmark.suite import open_suite
 from eai.logic.traversal import bound_by, walk
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchEnd
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.goal_text import check_goal
+from eai.tasks.planning import find_plan
 from eai.tasks.source import Finding, Source
+from eai.tasks.task import NO_GOALS, Task
 from eai.tasks.task_files import problems_of
 from eai.world.conformance import check
 from eai.world.derived import Defined

@@ -16,13 +16,10 @@ from functools import lru_cache, partial
 from typing import Any, TypeAlias
 
 import eai.logic.formula as f
-from eai.abilities.goal_test import alternatives, solves
 from eai.abilities.notation.goal_lexicon import GoalLexicon, write_goals
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.notation.subgoals import SubgoalNotation
-from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
-from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
@@ -37,7 +34,10 @@ from eai.planning.achievers import Achiever, Achievers
 from eai.planning.effect_schema import changes_for
 from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom, object_named
+from eai.tasks.goal_test import alternatives, solves
+from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import USUAL, Source, TaskSet
+from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.relation import bits

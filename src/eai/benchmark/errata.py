@@ -13,18 +13,18 @@ from typing import TYPE_CHECKING, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from eai.abilities.options import Options, misfit
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.base.errors import DataError
 from eai.base.files import parse_toml
 from eai.base.grouping import grouped
+from eai.tasks.options import Options, misfit
 from eai.tasks.source import TaskSet
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.state import Scene
 
 if TYPE_CHECKING:
-    from eai.abilities.operator_task import OperatorLibrary, TransitionTask
+    from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 
 _BEFORE, _BEHIND = "Action to be finished:\n", "\nOutput:"
 

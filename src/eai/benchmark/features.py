@@ -6,12 +6,12 @@ from collections import Counter
 from dataclasses import dataclass
 from math import prod
 
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.task import Goal, GoalKind, Task
 from eai.benchmark.benchmark import Benchmark
 from eai.logic.choice import Literal, choice_options, count_options
 from eai.logic.formula import Atom, Exactly, Exists, ForAll, Formula, ForPairs, Not, Occurs
 from eai.logic.traversal import children, walk
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.operator import Operator
 from eai.world.relation import bits, mask_of

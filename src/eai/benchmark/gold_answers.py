@@ -13,24 +13,24 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.goal_test import remaining_goals
 from eai.abilities.notation.goal_lexicon import read_stated, write_goals
 from eai.abilities.notation.plans import QUESTION, refusal
-from eai.abilities.planning import FindPlan, find_plan, why_no_plan
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.errata import NO_ERRATA
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.prompts.feedback import REASONS
+from eai.tasks.goal_test import remaining_goals
+from eai.tasks.planning import FindPlan, find_plan, why_no_plan
 from eai.tasks.source import USUAL, Source, TaskSet
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.execution import execute
 
 if TYPE_CHECKING:
-    from eai.abilities.operator_task import TransitionTask
+    from eai.tasks.operator_task import TransitionTask
 
 _Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
 """Parts of a gold answer that belong together, and those that stand in their place."""

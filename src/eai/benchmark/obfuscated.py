@@ -16,20 +16,20 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import eai.logic.formula as f
-from eai.abilities.lexicon import FormulaLexicon
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals
-from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
-from eai.abilities.rules import Rules, how_to_read
-from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
-from eai.abilities.wording import Wording, is_property
 from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
-from eai.english import PLAIN, English, sentences_of
+from eai.tasks.english import PLAIN, English, sentences_of
+from eai.tasks.lexicon import FormulaLexicon
+from eai.tasks.operator_task import TransitionTask
+from eai.tasks.rules import Rules, how_to_read
 from eai.tasks.source import USUAL, TaskSet
+from eai.tasks.task import Task
+from eai.tasks.wording import Wording, is_property
 from eai.world.action import Action
 from eai.world.effect import When
 from eai.world.operator import Operator, affordance

@@ -15,7 +15,6 @@ from pathlib import Path
 from eai.abilities.answer_schema import Schema, fits
 from eai.abilities.declaration import Pose, declaration_of
 from eai.abilities.protocol import Ability, registered_abilities
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.base.files import files_below
 from eai.benchmark.benchmark import Benchmark
@@ -23,10 +22,11 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.names import suite_name
 from eai.benchmark.registry import registered
 from eai.prompts.feedback import Asker, Look
-from eai.prompts.own import Questions, operator_prompts, render, render_task, samples
-from eai.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
-from eai.prompts.template import Templates, template_names
+from eai.tasks.prompts.own import Questions, operator_prompts, render, render_task, samples
+from eai.tasks.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
+from eai.tasks.prompts.template import Templates, template_names
 from eai.tasks.source import Source, TaskSet
+from eai.tasks.task import Task
 
 
 def answer_form(benchmark: Benchmark, ability: Ability, task: Task | None, prompt: Prompt) -> Schema | None:

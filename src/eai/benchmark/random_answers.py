@@ -14,10 +14,7 @@ from typing import TypeAlias
 
 import eai.pddl.model as m
 from eai.abilities.notation.goal_lexicon import GoalLexicon
-from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
-from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import WrittenAnswer, chance, join_of, join_operators, no_answer
 from eai.logic.choice import Literal
@@ -27,7 +24,10 @@ from eai.logic.traversal import walk
 from eai.pddl.writer import write_action
 from eai.planning.search import Effort, Limits
 from eai.planning.successor_generator import applicable_actions
+from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import USUAL, Source, TaskSet
+from eai.tasks.task import Task
+from eai.tasks.wording import Wording, subjects
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import attempt, execute

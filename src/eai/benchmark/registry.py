@@ -23,9 +23,9 @@ from eai.base.files import files_below
 
 if TYPE_CHECKING:
     from eai.abilities.declaration import OwnTasks
-    from eai.abilities.task import Task
     from eai.benchmark.benchmark import Benchmark
     from eai.tasks.source import OpenTasks
+    from eai.tasks.task import Task
 
 GROUP = "eai.benchmarks"
 """The group of entry points."""

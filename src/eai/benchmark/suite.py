@@ -9,7 +9,6 @@ from functools import cached_property, partial
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, registered_protocols
 from eai.abilities.scorer import Assessment, Scorer, assess_or_fail
-from eai.abilities.task import Task
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError, did_you_mean
@@ -20,6 +19,7 @@ from eai.benchmark.names import TaskReference
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import find_benchmark
 from eai.tasks.source import ErrataChoice, Source, TaskSet
+from eai.tasks.task import Task
 
 
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:

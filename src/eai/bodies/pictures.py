@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw
 
-from eai.abilities.task import Task
 from eai.bodies.camera import SIZE, Camera, View
 from eai.bodies.scene import BodyScene
+from eai.tasks.task import Task
 from eai.world.state import State
 
 _LEAST = 12

@@ -16,7 +16,6 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.bodies import geometry
 from eai.bodies.arranging import HEIGHT, arranged, place_rest
@@ -24,6 +23,7 @@ from eai.bodies.body import Array, Body, Box, Part, Vector
 from eai.bodies.looks import painted, specks
 from eai.bodies.placing import Placing, Pose
 from eai.bodies.told import BESIDE, INSIDE, ON, UNDER, Told, told_of
+from eai.tasks.task import Task
 from eai.world.state import State
 
 if TYPE_CHECKING:

@@ -11,7 +11,6 @@ from typing import Annotated, Literal
 import typer
 from pydantic import BeforeValidator
 
-from eai.abilities.options import Options
 from eai.base.errors import EaiError, InputError, did_you_mean, needing
 from eai.base.files import writing_to
 from eai.base.json_value import Json
@@ -27,6 +26,7 @@ from eai.results.terminal import print_table
 from eai.studies.records import Records
 from eai.studies.registry import find_study, study_names
 from eai.studies.study import Analysis, Figures, Study, several
+from eai.tasks.options import Options
 
 ALL, TABLE = "all", "table"
 """The names that mean no study: several of them, and the tidy tables of which most are made."""

@@ -12,7 +12,6 @@ from typing import Annotated
 import typer
 
 from eai.abilities.reports import fact_text
-from eai.abilities.task import Task
 from eai.base.errors import InputError, InterruptError, did_you_mean
 from eai.base.files import file_name, write_whole
 from eai.base.json_value import Json
@@ -29,6 +28,7 @@ from eai.studies.annotation import decisions as annotation
 from eai.studies.annotation.decisions import Annotation, Chosen, Difference, Listing
 from eai.studies.annotation.problems import Problem, domain_of, make_problem, with_one_domain
 from eai.tasks.source import ErrataChoice, Source
+from eai.tasks.task import Task
 from eai.tasks.task_files import write_task_file
 from eai.tasks.task_lines import written
 

@@ -16,12 +16,10 @@ from rich.text import Text
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport, near_misses
-from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT, repair_lines
 from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
-from eai.abilities.task import Task
 from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
 from eai.acting.verdict import ActingVerdict, outlook_text
 from eai.base.errors import EaiError, InputError, did_you_mean, member
@@ -44,7 +42,9 @@ from eai.results.record import NOT_ANSWERED, Record
 from eai.results.summary import outcome
 from eai.scoring.records import read_records
 from eai.scoring.runs import find_record_files
+from eai.tasks.planning import find_plan
 from eai.tasks.source import ErrataChoice, Source
+from eai.tasks.task import Task
 from eai.world.fault import NOT_CARRIED_OUT, FaultKind
 
 NOT_EXPLAINED = "the record has no explanation; score the answer with --explanations to get one"

@@ -13,7 +13,6 @@ from typing import Annotated, Literal, TypeAlias
 import typer
 
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.base.files import Content, write_whole
 from eai.base.grouping import grouped
@@ -31,13 +30,14 @@ from eai.pddl.planning import PlannerChoice
 from eai.pictures.drawing import Drawing, png, svg
 from eai.pictures.picture import Clutter, picture_of, picture_words
 from eai.pictures.rendered import VIEWS, film_of, photographs_of
-from eai.prompts.prompt import PromptSet
 from eai.scoring import training_data
 from eai.scoring.records import read_records
 from eai.scoring.reward import Reward, Shaping, is_paid
 from eai.scoring.runs import find_record_files
 from eai.scoring.training_data import Row
+from eai.tasks.prompts.prompt import PromptSet
 from eai.tasks.source import ErrataChoice
+from eai.tasks.task import Task
 from eai.tasks.task_files import task_files_in
 from eai.world.domain import Domain
 from eai.world.execution import execute

@@ -10,7 +10,6 @@ from typing import Annotated, Any
 from rich.progress import Progress
 from rich.table import Table
 
-from eai.abilities.task import Task
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import writing_to
 from eai.benchmark.registry import find_benchmark
@@ -22,6 +21,7 @@ from eai.generator.measures import Measure
 from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Reason, Spec, Split, TaskKind, Tier
 from eai.pddl.export import export
 from eai.pddl.val import VALID, installed_val, val_verdict
+from eai.tasks.task import Task
 from eai.tasks.task_files import open_task_files, task_file_content, write_task_file
 from eai.tasks.task_lines import written
 from eai.world.action import Action

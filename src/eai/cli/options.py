@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
-from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability
 from eai.base.errors import InputError
 from eai.base.store import VARIABLE, Store
@@ -19,6 +18,7 @@ from eai.cli.console import DOMAIN_HELP
 from eai.cli.progress import data_progress
 from eai.pddl.planning import PlannerChoice, PlannerTerms
 from eai.scoring.options import ScoringOptions
+from eai.tasks.options import Options
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 if TYPE_CHECKING:

@@ -17,9 +17,9 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, tell
 from eai.cli.options import flag, listed, opened_source
-from eai.prompts.prompt import Prompt, PromptFiles, PromptSet
 from eai.report.answer_form import form_html
 from eai.tasks.adaptive import SHORT, short_test
+from eai.tasks.prompts.prompt import Prompt, PromptFiles, PromptSet
 
 OfSet = Annotated[PromptSet, flag("--set", help="The data set's prompts, or ours (in three wordings).")]
 TaskIds = Annotated[str, flag(help="Only these tasks, in this order: ids separated by commas.")]

@@ -16,7 +16,6 @@ from eai.benchmark.registry import find_benchmark
 from eai.cli.console import counted, output, tell
 from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, flag, opened_source
 from eai.cli.table import PERCENT
-from eai.prompts.template import Templates
 from eai.questions.question import Form, Kind, Question, questions_content
 from eai.questions.shortcuts import best_chance, chances_of, entropy_of, guesses_of
 from eai.questions.writer import Writer
@@ -24,6 +23,7 @@ from eai.results.rate import Rate
 from eai.results.table import Cell, Column, Estimate, NamedCells
 from eai.results.table import Table as Shown
 from eai.results.terminal import print_table
+from eai.tasks.prompts.template import Templates
 
 
 def questions(

@@ -31,7 +31,6 @@ from eai.cli.progress import resumable, run_progress, scoring_progress
 from eai.cli.prompts import tasks_of
 from eai.cli.table import print_results, result_json
 from eai.pddl.planning import PlannerChoice
-from eai.prompts.prompt import Prompt, PromptSet
 from eai.results.repeats import passes_table
 from eai.results.table_files import write_files
 from eai.results.terminal import print_table
@@ -44,6 +43,7 @@ from eai.scoring.epochs import SuiteResult, settle
 from eai.scoring.runs import read_runs, write_log_place
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.adaptive import ability_of, item_difficulties, next_tasks, variance_between_names
+from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
 
 LOGS = "logs"

@@ -9,7 +9,6 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmark.check import check_benchmark
@@ -22,6 +21,7 @@ from eai.generator.sets import overlap_of, unproven
 from eai.households.croissant import write_croissant
 from eai.planning.search import SearchEnd
 from eai.tasks.source import Finding
+from eai.tasks.task import Task
 from eai.tasks.task_files import check_task_files, write_task_file
 from eai.tasks.task_lines import json_schema, written
 

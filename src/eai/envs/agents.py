@@ -13,9 +13,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
-from eai.abilities.goal_test import remaining_goals
-from eai.abilities.planning import find_plan, planning_goal, why_no_plan
-from eai.abilities.task import Goal
 from eai.abilities.verdict import REFUSE
 from eai.base.errors import InputError
 from eai.envs.command import DONE
@@ -29,6 +26,9 @@ from eai.planning.planner import PlanningGoal, planner_of
 from eai.planning.search import Limits, Node
 from eai.planning.subgoal import subgoals_of
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
+from eai.tasks.goal_test import remaining_goals
+from eai.tasks.planning import find_plan, planning_goal, why_no_plan
+from eai.tasks.task import Goal
 from eai.world.action import Action
 from eai.world.state import State
 

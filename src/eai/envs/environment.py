@@ -12,7 +12,6 @@ import gymnasium
 from gymnasium.error import ResetNeeded
 
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
@@ -25,6 +24,7 @@ from eai.envs.stage import Stage
 from eai.pictures.picture import pixels
 from eai.pictures.rendered import camera_of
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 
 if TYPE_CHECKING:
     from eai.bodies.camera import Camera

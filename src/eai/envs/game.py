@@ -28,8 +28,8 @@ from eai.envs.rules import OUTCOMES
 from eai.envs.stage import Stage
 from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
-from eai.prompts.template import Templates
 from eai.scoring.reward import Shaping, metrics_of, worth
+from eai.tasks.prompts.template import Templates
 from eai.world.action import Action, Fault
 from eai.world.episode import Episode, Luck, Slip
 from eai.world.execution import describe

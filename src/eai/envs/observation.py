@@ -10,16 +10,16 @@ from itertools import groupby
 from operator import itemgetter
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.task import Task
-from eai.abilities.wording import Wording
 from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
 from eai.envs.listed import HOW_TO_READ, facts_in_short, in_short
 from eai.envs.rules import Feedback, Observe, Rules, View
 from eai.logic.formula import TRUE
 from eai.logic.traversal import predicates_of
-from eai.prompts.own import explanations
-from eai.prompts.template import Templates
+from eai.tasks.prompts.own import explanations
+from eai.tasks.prompts.template import Templates
+from eai.tasks.task import Task
+from eai.tasks.wording import Wording
 from eai.world.derived import stored_sources
 from eai.world.listing import Listing
 from eai.world.relation import bits, mask_of

@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
-from eai.abilities.goal_test import GoalTest, solves
-from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.names import TaskReference
@@ -21,6 +18,9 @@ from eai.planning.planner import needed_actions, planner_of
 from eai.planning.search import Limits
 from eai.planning.successor_generator import PlanNode
 from eai.scoring.reward import suite_of
+from eai.tasks.goal_test import GoalTest, solves
+from eai.tasks.planning import find_plan, planning_goal
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute

@@ -8,9 +8,9 @@ from pydantic import Field, model_validator
 from typing_extensions import Self
 
 from eai.abilities.experiment import MAX_BUDGET, MAX_STEPS, Until
-from eai.abilities.options import Options
 from eai.base.errors import InputError
 from eai.scoring.reward import Shaping
+from eai.tasks.options import Options
 
 View: TypeAlias = Literal["task", "scene"]
 """The objects that an observation is about: those of the task, or all of the scene.

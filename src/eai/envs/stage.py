@@ -8,14 +8,14 @@ from functools import cached_property
 from math import ceil
 from typing import TYPE_CHECKING, NamedTuple
 
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.share import Share
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE, Commands
 from eai.envs.observation import Observer, task_text
 from eai.envs.rules import Rules
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.share import Share
+from eai.tasks.task import Task
 
 if TYPE_CHECKING:
     from eai.abilities.mending import PlanMender

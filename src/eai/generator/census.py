@@ -14,16 +14,16 @@ from itertools import chain, product
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Goal, GoalKind, Task
-from eai.abilities.wording import subjects
 from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.measures import needed_by
 from eai.generator.prior import Pattern, Patterns, Prior, Theme, kept, kinds_of, narrowed, patterns_of
 from eai.planning.effect_schema import effect_schemas
 from eai.planning.role import role_of
+from eai.tasks.goal_test import alternatives
+from eai.tasks.task import Goal, GoalKind, Task
+from eai.tasks.wording import subjects
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute

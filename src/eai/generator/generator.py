@@ -10,10 +10,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import eai.logic.formula as f
-from eai.abilities.goal_test import GoalTest, solves
-from eai.abilities.goal_text import make_task
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task, goal
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmark.benchmark import Benchmark
@@ -43,7 +40,10 @@ from eai.generator.walk import Seeker, Walk, certificate, lower_bound
 from eai.generator.words import Words
 from eai.logic.traversal import objects
 from eai.planning.planner import Planner
+from eai.tasks.goal_test import GoalTest, solves
+from eai.tasks.goal_text import make_task
 from eai.tasks.source import Source
+from eai.tasks.task import Task, goal
 from eai.tasks.task_lines import plan_of
 from eai.world.domain import Domain
 from eai.world.relation import bits

@@ -16,15 +16,15 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
-from eai.abilities.goal_text import lexicon_of_goals, read_goal
-from eai.abilities.task import Task, goal
-from eai.english import Hazard
 from eai.generator.walk import Walk, certificate, reach_all
 from eai.generator.words import Words
 from eai.logic.traversal import is_state_formula, objects
 from eai.logic.traversal import walk as parts_of
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits
+from eai.tasks.english import Hazard
+from eai.tasks.goal_text import lexicon_of_goals, read_goal
+from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute, timeline

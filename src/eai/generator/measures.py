@@ -20,9 +20,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.abilities.task import Task
 from eai.benchmark.features import operators_with_tools
 from eai.logic.traversal import bound_by, children, objects, walk
+from eai.tasks.task import Task
 from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.execution import execute

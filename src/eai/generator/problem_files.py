@@ -9,8 +9,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import eai.logic.formula as f
-from eai.abilities.goal_text import check_goal, make_task
-from eai.abilities.task import Task
 from eai.base.errors import InputError, located, read_all
 from eai.base.files import files_below
 from eai.benchmark.benchmark import Benchmark
@@ -21,8 +19,10 @@ from eai.pddl.check import Declarations, check_problem
 from eai.pddl.files import ProblemFile, is_domain_file, read_problem_file, read_text, refuse
 from eai.pddl.model import PddlDomain
 from eai.pddl.reader import read_group
+from eai.tasks.goal_text import check_goal, make_task
 from eai.tasks.problem_world import ProblemWorld, declared_in_bddl, declared_in_pddl
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.world.condition import Readings
 from eai.world.state import State
 

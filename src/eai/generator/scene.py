@@ -12,7 +12,6 @@ from itertools import chain, count
 from typing import TypeVar
 
 import eai.logic.formula as f
-from eai.abilities.task import Task
 from eai.base.grouping import grouped
 from eai.generator.measures import lids
 from eai.generator.prior import Pattern, Prior, Theme
@@ -20,6 +19,7 @@ from eai.logic.traversal import predicates_of
 from eai.planning.effect_schema import effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, SearchEnd
+from eai.tasks.task import Task
 from eai.world.derived import stored_sources
 from eai.world.domain import Domain
 from eai.world.execution import execute

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import eai.logic.formula as f
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.base.files import content_of, write_whole
 from eai.base.json_value import Json
@@ -23,6 +22,7 @@ from eai.generator.prior import Pattern, patterns_of
 from eai.generator.spec import CANARY, SHUT_LAST, Generated, HeldOut, Reason, Spec, Split
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
+from eai.tasks.task import Task
 from eai.tasks.task_files import ENDINGS, lines_in, open_task_files
 from eai.tasks.task_lines import read_line
 from eai.world.domain import Domain

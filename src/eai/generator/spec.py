@@ -13,9 +13,9 @@ from dataclasses import asdict, dataclass
 from enum import Enum
 from typing import Literal, TypeAlias
 
-from eai.abilities.task import Task
 from eai.base.json_value import Json
 from eai.generator.measures import Measure
+from eai.tasks.task import Task
 
 
 class Reason(str, Enum):

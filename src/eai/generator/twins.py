@@ -20,11 +20,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.abilities.goal_test import solves
-from eai.abilities.planning import find_plan, is_impossible
 from eai.abilities.reports import fact_text
-from eai.abilities.task import Goal, Task, goal
-from eai.abilities.wording import is_property
 from eai.base.json_value import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.measures import presence
@@ -36,6 +32,10 @@ from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import bound_by, objects, walk
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
+from eai.tasks.goal_test import solves
+from eai.tasks.planning import find_plan, is_impossible
+from eai.tasks.task import Goal, Task, goal
+from eai.tasks.wording import is_property
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.state import Fact, State

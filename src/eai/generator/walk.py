@@ -17,14 +17,14 @@ from operator import itemgetter
 
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.task import GoalKind, Task
 from eai.generator.goals import Proposals
 from eai.logic.trace import Trace
 from eai.logic.traversal import objects
 from eai.planning.planner import Planner, PlanningGoal, needed_actions
 from eai.planning.search import Limits, Node, SearchEnd
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import Step, Trajectory, execute, timeline

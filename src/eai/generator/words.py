@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 
-import eai.english as e
 import eai.logic.formula as f
+import eai.tasks.english as e
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark

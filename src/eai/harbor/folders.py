@@ -22,7 +22,7 @@ from eai.benchmark.registry import PDDL, registered
 from eai.benchmark.suite import Suite
 from eai.envs.command import DONE
 from eai.harbor.verify import is_right
-from eai.prompts.prompt import Prompt
+from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.task_files import lines_in
 
 _Files: TypeAlias = dict[str, str | bytes]

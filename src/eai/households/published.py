@@ -10,12 +10,12 @@ from eai.base.store import PackFile
 from eai.benchmark.benchmark import PublishedPrompts
 from eai.benchmark.packs import open_pack
 from eai.households import packs
-from eai.prompts.prompt import Prompt, PromptFiles
+from eai.tasks.prompts.prompt import Prompt, PromptFiles
 from eai.tasks.source import Source, TaskSet
 
 if TYPE_CHECKING:
-    from eai.abilities.operator_task import ActionsOf, TransitionTask
-    from eai.abilities.task import Category
+    from eai.tasks.operator_task import ActionsOf, TransitionTask
+    from eai.tasks.task import Category
 
 Render = Callable[[Source], Mapping[str, str]]
 """Renders prompts of which the data set ships only a template: task id -> question."""
@@ -79,9 +79,9 @@ def _transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) -> Tra
         header: name of the file with the planning domain.
         actions_of: returns the actions that steps of the operators stand for.
     """
-    from eai.abilities.operator_task import OperatorLibrary, TransitionTask
     from eai.pddl.model import OperatorText
     from eai.pddl.reader import read_domain
+    from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 
     library = OperatorLibrary(
         header=read_domain(pack.read(header).decode() + ")"),
@@ -108,6 +108,6 @@ def _transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) -> Tra
 
 def _category(label: str) -> Category:
     """The category that a label of the data set means: ``non-spatial_relations``, ``object states``, ..."""
-    from eai.abilities.task import Category
+    from eai.tasks.task import Category
 
     return Category(label.replace("-", "_").replace(" ", "_"))

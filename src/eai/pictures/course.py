@@ -13,8 +13,6 @@ from typing import TypeAlias, runtime_checkable
 
 from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.task import Task
-from eai.abilities.wording import subjects
 from eai.base.files import file_name
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
@@ -24,6 +22,8 @@ from eai.pictures.tiles import Tile, tiles_of
 from eai.results.codec import sha256_of
 from eai.results.record import Record
 from eai.tasks.source import ErrataChoice, Source
+from eai.tasks.task import Task
+from eai.tasks.wording import subjects
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.episode import Episode

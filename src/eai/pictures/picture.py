@@ -7,8 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from eai.abilities.task import Task
-from eai.abilities.wording import subjects
 from eai.base.errors import InputError
 from eai.base.files import content_of
 from eai.base.grouping import grouped
@@ -16,7 +14,9 @@ from eai.benchmark.benchmark import Benchmark
 from eai.pictures.drawing import Drawing, draw, image_of, png
 from eai.pictures.scene_graph import SceneGraph, SceneWords
 from eai.pictures.tiles import tiles_of
-from eai.prompts.prompt import Image
+from eai.tasks.prompts.prompt import Image
+from eai.tasks.task import Task
+from eai.tasks.wording import subjects
 from eai.world.relation import bits
 from eai.world.state import State
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from eai.abilities.task import Task
 from eai.base.errors import InputError, needing
 from eai.pictures.picture import PNG
-from eai.prompts.prompt import Image
+from eai.tasks.prompts.prompt import Image
+from eai.tasks.task import Task
 from eai.world.state import State
 
 if TYPE_CHECKING:

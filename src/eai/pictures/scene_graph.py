@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.abilities.answer_text import AnswerForm, Pairs, holds_strings, read_json
-from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
-from eai.abilities.wording import Wording, subjects
 from eai.planning.role import spatial_predicates
+from eai.tasks.task import Task
+from eai.tasks.wording import Wording, subjects
 from eai.world.derived import meaning
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary

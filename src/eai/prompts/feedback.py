@@ -13,15 +13,15 @@ from typing import TypeAlias
 from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
-from eai.abilities.goal_text import formula_text
 from eai.abilities.reports import UNTOLD
-from eai.abilities.task import GoalKind, Task
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import RAISED, ErrorReport
-from eai.abilities.wording import Wording
-from eai.prompts.own import initial_text
-from eai.prompts.prompt import Belief, Prompt
-from eai.prompts.template import Templates
+from eai.tasks.goal_text import formula_text
+from eai.tasks.prompts.own import initial_text
+from eai.tasks.prompts.prompt import Belief, Prompt
+from eai.tasks.prompts.template import Templates
+from eai.tasks.task import GoalKind, Task
+from eai.tasks.wording import Wording
 from eai.world.fault import NOT_CARRIED_OUT, FaultKind
 
 REASONS = "What went wrong in attempt"

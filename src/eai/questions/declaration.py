@@ -24,11 +24,11 @@ from eai.abilities.declaration import (
 from eai.abilities.explanation import Explanation, repair_notes
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.share import Share
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import NOTHING, Confusion, ErrorReport, Verdict, confusion_shares, of_all
 from eai.questions.question import Form, Kind, Question, gold_text, grade, read_questions
 from eai.questions.shortcuts import GUESS, SHORTCUTS, guesses_of
+from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
 DEPTHS = {"1": 1, "2-3": 2, "4-7": 4, "8+": 8}

@@ -10,7 +10,6 @@ import random
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.goal_text import formula_text
 from eai.questions.one_step import never_true, statements
 from eai.questions.question import Accept
 from eai.questions.setting import (
@@ -23,6 +22,7 @@ from eai.questions.setting import (
     some,
     with_counterparts,
 )
+from eai.tasks.goal_text import formula_text
 from eai.world.action import Action
 from eai.world.state import Fact, State
 

@@ -16,11 +16,11 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from eai.abilities.answer_text import AnswerForm, holds_strings, read_json
-from eai.abilities.options import misfit
 from eai.abilities.reasoning import split_reasoning
 from eai.abilities.verdict import Confusion, Unreadable
 from eai.base.errors import InputError
 from eai.base.files import content_of, lines
+from eai.tasks.options import misfit
 
 
 class Kind(str, Enum):

@@ -15,17 +15,17 @@ from itertools import takewhile
 from typing import TypeAlias, TypeVar
 
 import eai.logic.formula as f
-from eai.abilities.planning import find_plan
 from eai.abilities.reports import action_text, fact_text
-from eai.abilities.rules import Rules
-from eai.abilities.task import GoalKind, Task
-from eai.abilities.wording import subjects
 from eai.base.grouping import grouped
 from eai.generator.scene import with_only
 from eai.logic.traversal import objects
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.questions.question import Accept
+from eai.tasks.planning import find_plan
+from eai.tasks.rules import Rules
+from eai.tasks.task import GoalKind, Task
+from eai.tasks.wording import subjects
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute

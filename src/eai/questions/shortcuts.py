@@ -14,11 +14,11 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from functools import cache
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.share import Share
 from eai.base.grouping import grouped
 from eai.questions.question import Form, Kind, Question, gold_text, grade
 from eai.questions.setting import Item, Setting
 from eai.results.rate import Rate, rate_of
+from eai.tasks.share import Share
 
 LETTERS = "ABCD"
 """The letters of choices."""

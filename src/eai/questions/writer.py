@@ -11,14 +11,14 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
-from eai.abilities.rules import Rules
 from eai.benchmark.benchmark import Benchmark
 from eai.planning.planner import Planner
-from eai.prompts.template import Templates
 from eai.questions import one_step, plans
 from eai.questions.question import Accept, Form, Kind, Question
 from eai.questions.setting import Item, Maker, Setting, listed, open_setting
 from eai.questions.shortcuts import LETTERS, Ledger, Posed, pose
+from eai.tasks.prompts.template import Templates
+from eai.tasks.rules import Rules
 from eai.tasks.source import USUAL, Source
 
 MAKERS: Mapping[Kind, Maker] = {

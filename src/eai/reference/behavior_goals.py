@@ -13,10 +13,10 @@ from eai.abilities.explanation import Explanation, GoalReport, Statement, names_
 from eai.abilities.goal_interpretation.scorer import wrong_goal_notes
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.task import GoalKind
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
 from eai.households.behavior.notation import RELATIONS, STATES
 from eai.households.behavior.tasks import BehaviorTask
+from eai.tasks.task import GoalKind
 from eai.world.fault import FaultKind
 
 _OBJECT = re.compile(r"{[^{}]*}")

@@ -24,8 +24,6 @@ from typing import TypeAlias
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.households.behavior import operators as o
 from eai.households.behavior import predicates as p
@@ -34,6 +32,8 @@ from eai.households.behavior.predicates import X, Y
 from eai.logic.choice import Objects, Option, value_of
 from eai.logic.formula import FALSE, Exists
 from eai.logic.rewriting import map_leaves
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When

@@ -18,7 +18,6 @@ from functools import partial
 from random import Random
 from typing import TypeAlias
 
-from eai.abilities.lexicon import FormulaLexicon
 from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected, unparseable
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
@@ -40,6 +39,7 @@ from eai.planning.subgoal import GroundAtom
 from eai.reference import behavior_quirks
 from eai.reference.behavior_quirks import behavior_goal_test
 from eai.reference.subgoals import ReferenceSubgoals
+from eai.tasks.lexicon import FormulaLexicon
 from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.state import Scene, State

@@ -45,8 +45,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import ClassVar, TypeAlias
 
-from eai.abilities.operator_task import TransitionTask
-from eai.abilities.task import TaskExclusion
 from eai.abilities.transition_modeling.extraction import Memory
 from eai.abilities.transition_modeling.rules import NOT_RUN, Judgement, Replaced, Rules
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
@@ -57,6 +55,8 @@ from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText, PddlAction
 from eai.pddl.planning import PlannerResult, PlanningTask, refusal
 from eai.reference.planner_of_2024 import normalise, read_operator
+from eai.tasks.operator_task import TransitionTask
+from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
 
 _COMMENT = re.compile(r";.*$", re.MULTILINE)

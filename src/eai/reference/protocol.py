@@ -20,13 +20,13 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.notation.plans import Course
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
-from eai.abilities.share import Share
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Verdict
 from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark, Opener
 from eai.benchmark.names import TaskReference
 from eai.benchmark.protocols import Implementation
+from eai.tasks.share import Share
 from eai.tasks.source import Source, TaskSet
 from eai.world.action import Action, Fault
 from eai.world.episode import Episode

@@ -12,11 +12,11 @@ from eai.abilities.explanation import GoalReport, names_in
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation, ill_formed_texts
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goals import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
-from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ALL, Confusion, Unreadable
 from eai.households.virtualhome.notation import FIELDS, VirtualHomeGoals, goal_of
 from eai.households.virtualhome.predicates import object_id
 from eai.logic.choice import choice_options
+from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 
 _FENCE = "```json"

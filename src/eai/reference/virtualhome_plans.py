@@ -20,11 +20,9 @@ from functools import cache
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
 from eai.abilities.explanation import Explanation
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import CarryOut, Course
 from eai.abilities.scorer import Assessment
-from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
 from eai.households.virtualhome.domain import as_meant
 from eai.households.virtualhome.plan_notation import (
@@ -38,6 +36,8 @@ from eai.households.virtualhome.tasks import VirtualHomeTask
 from eai.reference import virtualhome_quirks
 from eai.reference.plans import beside_strict
 from eai.reference.virtualhome_quirks import relevant_objects
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory

@@ -13,16 +13,16 @@ import re
 from collections.abc import Sequence
 from random import Random
 
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected, unparseable
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits, GoalProgress, Outcome
-from eai.abilities.task import Task
 from eai.households.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.reference import virtualhome_quirks
 from eai.reference.subgoals import ReferenceSubgoals, halting
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.task import Task
 from eai.world.action import Action, Fault
 from eai.world.state import State
 

@@ -12,13 +12,13 @@ from collections.abc import Mapping
 
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.protocol import Ability
-from eai.abilities.task import GoalKind
 from eai.base.json_value import Json
 from eai.benchmark.benchmark import Benchmark
-from eai.prompts.prompt import Prompt
 from eai.results.page import build_page, for_script
 from eai.results.responses import SUFFIX
+from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import USUAL, Source
+from eai.tasks.task import GoalKind
 
 SCRIPTS = ("dom.js", "tables.js", "form.js")
 """The parts of the program, in the order in which they need each other."""

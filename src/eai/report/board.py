@@ -21,7 +21,6 @@ from pydantic import Field
 
 from eai import __version__
 from eai.abilities.declaration import MetricColumn, declaration_of
-from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, files_below, read_toml
@@ -39,6 +38,7 @@ from eai.results.responses import ENDINGS, PARQUET, ResponseFile, read_responses
 from eai.scoring.batch import score_run, without_row
 from eai.scoring.options import ScoringOptions
 from eai.scoring.runs import Run, RunKey
+from eai.tasks.options import Options
 from eai.tasks.source import Source
 
 DESCRIPTION, SPECIFICATION, SEASON = "submission.toml", "run.toml", "season.toml"

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.features import Features
 from eai.results.data_set import profiles_of
 from eai.results.plots import ACCENT, INK, RULE, clipped, sheet, styled, write
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

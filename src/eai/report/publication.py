@@ -20,12 +20,12 @@ from pydantic import Field
 
 from eai import __version__
 from eai.abilities.declaration import declaration_of, label_of
-from eai.abilities.options import Options
 from eai.base.grouping import grouped
 from eai.base.json_value import Json
 from eai.benchmark.names import suite_name
 from eai.benchmark.registry import of_the_paper
 from eai.report.run_summary import RunSummary
+from eai.tasks.options import Options
 
 SCHEMA = "0.3.0"
 """The version of Every Eval Ever's schema."""

@@ -29,8 +29,8 @@ from itertools import product
 from statistics import NormalDist, fmean
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.share import Share
 from eai.results.rate import Rate
+from eai.tasks.share import Share
 
 _WIDEST = 1e4
 _HALVINGS = 60

@@ -20,14 +20,14 @@ from eai.abilities.attempt import Attempt
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, Statement
-from eai.abilities.options import misfit
 from eai.abilities.protocol import Ability
-from eai.abilities.share import GoalTallies
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.results.record import Origin, Record, Stated
+from eai.tasks.options import misfit
+from eai.tasks.share import GoalTallies
 
 SCHEMA = 3
 """The version of the record format."""

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from itertools import compress
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.share import Share
 from eai.abilities.verdict import NOTHING, Shares
 from eai.results.certainty import Case, Cases, Certainty, certainty_of_difference, of_names, of_tasks
 from eai.results.rate import Rate, rate_of
 from eai.results.record import Record
 from eai.results.summary import name_of, shares_by_task
+from eai.tasks.share import Share
 
 SEED = 20240901
 REPETITIONS = 5000

@@ -12,8 +12,6 @@ from pydantic import ConfigDict, Field
 
 from eai.abilities.attempt import Usage
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.options import Options
-from eai.abilities.share import Share
 from eai.base.files import parse_toml
 from eai.base.grouping import grouped
 from eai.base.json_value import Json
@@ -21,6 +19,8 @@ from eai.results.certainty import Case, Cases, interval_of_ratio
 from eai.results.rate import rate_of
 from eai.results.record import Record
 from eai.results.summary import name_of, outcome
+from eai.tasks.options import Options
+from eai.tasks.share import Share
 
 _MILLION = 1_000_000
 

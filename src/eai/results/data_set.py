@@ -13,9 +13,7 @@ from functools import cache
 from importlib import resources
 from statistics import fmean, median
 
-from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.task import Category, Task
 from eai.base.files import parse_toml
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.features import Features, features_of
@@ -23,7 +21,9 @@ from eai.logic.traversal import predicates_of
 from eai.pddl.model import effect_atoms, effect_conditions
 from eai.pddl.reader import read_action
 from eai.results.table import Plain
+from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 from eai.tasks.source import ErrataChoice, Source
+from eai.tasks.task import Category, Task
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
 from eai.abilities.verdict import NONE, NOTHING, ONE
 from eai.base.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.table import Estimate
+from eai.tasks.share import Share
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,7 +72,7 @@ class AnswerLine(Line):
         relation_total: of how many.
         action_met: the same of actions.
         action_total: of how many.
-        conditions_met: plans and subgoals: number of conditions met (`eai.abilities.goal_test`).
+        conditions_met: plans and subgoals: number of conditions met (`eai.tasks.goal_test`).
         conditions: number of all conditions.
         hits: goal interpretation: conditions that are stated; transition modeling: clauses, of preconditions
             and effects together, that are written.

@@ -18,11 +18,11 @@ from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
-from eai.abilities.share import Share
 from eai.base.files import file_name, parse_toml
 from eai.base.grouping import grouped
 from eai.results.coverage import Coverage
 from eai.results.rate import Rate, total
+from eai.tasks.share import Share
 
 
 class PaperColumn(NamedTuple):

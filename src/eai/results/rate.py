@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from eai.abilities.share import Share
 from eai.abilities.verdict import Shares
 from eai.base.json_value import Json
+from eai.tasks.share import Share
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,10 +13,10 @@ from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.task import TaskExclusion
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Confusion, Verdict
 from eai.benchmark.errata import ErrataUse
+from eai.tasks.task import TaskExclusion
 
 
 @dataclass(frozen=True, slots=True)

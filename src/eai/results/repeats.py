@@ -12,11 +12,11 @@ from math import comb
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
 from eai.base.json_value import Json
 from eai.results.certainty import Case, Cases, certainty_of_rate
 from eai.results.rate import rate_of
 from eai.results.table import Column, Estimate, Label, Row, table_of
+from eai.tasks.share import Share
 
 
 def repeated_metric(ability: Ability) -> str | None:

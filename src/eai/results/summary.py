@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 from eai.abilities.declaration import AnswerOutcome, declaration_of, the_four
 from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.share import Share
 from eai.abilities.verdict import NONE, PlanVerdict, Shares, Verdict, of_all
 from eai.abilities.verdict import NOTHING as NO_SHARE
 from eai.base.grouping import grouped
@@ -24,6 +23,7 @@ from eai.results.rate import NOTHING, Rate, rate_of, total
 from eai.results.record import Record
 from eai.results.repeats import repeated_metric
 from eai.results.table import Estimate
+from eai.tasks.share import Share
 
 if TYPE_CHECKING:
     from eai.abilities.transition_modeling.verdict import OperatorVerdict

@@ -13,13 +13,13 @@ from functools import cache, cached_property
 from itertools import product, takewhile
 
 from eai.abilities.explanation import Statement
-from eai.abilities.goal_test import alternatives
-from eai.abilities.task import GoalKind
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.features import features_of
 from eai.logic.formula import Atom, Constant
 from eai.results.lines import Reason
+from eai.tasks.goal_test import alternatives
 from eai.tasks.source import Source
+from eai.tasks.task import GoalKind
 from eai.world.condition import Conditions
 from eai.world.execution import execute
 from eai.world.frame import Frame

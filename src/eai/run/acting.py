@@ -21,7 +21,6 @@ from inspect_ai.util import StoreModel, apply_limits, registry_info, time_limit,
 from pydantic import Field
 
 from eai.abilities.attempt import Usage
-from eai.abilities.task import Task
 from eai.acting.play import Arena, Play
 from eai.acting.setting import ACTING, REACT, TEXT, Setting
 from eai.acting.tools import command_of, tools_of
@@ -29,11 +28,12 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark, loaded
 from eai.benchmark.suite import open_suite
 from eai.envs.command import DONE
-from eai.prompts.prompt import Prompt
 from eai.run.job import ERRATA, PROVIDER
 from eai.run.journal import Desk
 from eai.run.solver import answer_in, content_of, giving_up, part, remember, thoughts_in, usage_of, with_epoch
+from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import ErrataChoice, Source, errata_choice
+from eai.tasks.task import Task
 
 BEGUN = "begun"
 """The field that says how often its episode was begun."""

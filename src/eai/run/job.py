@@ -12,7 +12,6 @@ from pydantic import Field
 
 from eai.abilities.answer_schema import Schema
 from eai.abilities.experiment import Experiment
-from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
 from eai.acting.setting import ACTING, AGENT
 from eai.base.errors import InputError, did_you_mean
@@ -20,10 +19,11 @@ from eai.base.json_value import Json
 from eai.benchmark.prompt_library import answer_form
 from eai.benchmark.suite import Suite
 from eai.pictures.scene_graph import SCENE
-from eai.prompts.prompt import Prompt
 from eai.results.codec import sha256_of
 from eai.scoring.trials import Inquiry, Trials
 from eai.studies.variation import Endpoint
+from eai.tasks.options import Options
+from eai.tasks.prompts.prompt import Prompt
 
 PROVIDER = "eai"
 """The provider of built-in models, before the slash of their names."""

@@ -18,7 +18,6 @@ from inspect_ai.model import ChatMessage, GenerateConfig, ModelAPI, ModelOutput,
 from inspect_ai.tool import ToolChoice, ToolInfo
 from pydantic import Field
 
-from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.acting.play import Arena, commands_of
 from eai.acting.setting import ACTING, STANDARD, Setting
@@ -49,6 +48,7 @@ from eai.run.job import CAPTIONER, ERRATA, PROVIDER, answers, check_model
 from eai.run.tasks import refusing
 from eai.scoring.batch import NO_ROW
 from eai.scoring.epochs import STATED
+from eai.tasks.options import Options
 from eai.tasks.source import ErrataChoice, Source, errata_choice
 from eai.world.action import Action
 

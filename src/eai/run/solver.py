@@ -35,10 +35,10 @@ from tenacity import RetryError
 
 from eai.abilities.attempt import Usage
 from eai.abilities.reasoning import split_reasoning
-from eai.prompts.prompt import Prompt
 from eai.run.job import Job
 from eai.run.journal import Desk
 from eai.scoring.trials import Answer, Inquiry, Place, Trials
+from eai.tasks.prompts.prompt import Prompt
 
 
 class _Parts(NamedTuple):

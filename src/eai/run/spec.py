@@ -17,17 +17,17 @@ from typing import Annotated
 from pydantic import BeforeValidator, Field, JsonValue, model_validator
 from typing_extensions import Self
 
-from eai.abilities.options import Arguments, Options
 from eai.abilities.protocol import FOUR, Ability
 from eai.acting.setting import STANDARD, Setting
 from eai.base.errors import InputError, did_you_mean
 from eai.base.files import write_whole
 from eai.benchmark.registry import REFERENCES
-from eai.prompts.prompt import VARIANTS, PromptSet
 from eai.run.job import Decoding, Pace
 from eai.scoring.options import ScoringOptions
 from eai.studies.registry import studies_of_runs
 from eai.studies.variation import Endpoint, Variation, combine
+from eai.tasks.options import Arguments, Options
+from eai.tasks.prompts.prompt import VARIANTS, PromptSet
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 """Keys that need no quotes."""

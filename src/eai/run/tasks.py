@@ -44,7 +44,6 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.prompts.prompt import Prompt
 from eai.results.codec import experiment_to_json
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
@@ -57,6 +56,7 @@ from eai.run.spec import read_spec, study_of
 from eai.scoring.epochs import Believed, Obtained, SuiteResult, majority
 from eai.scoring.trials import Place, Trials, open_trials
 from eai.studies.variation import Endpoint, Stage
+from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import ErrataChoice, Source
 
 

@@ -19,14 +19,12 @@ from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.declaration import SingleTurn, declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.abilities.verdict import Verdict
 from eai.base.grouping import grouped
 from eai.base.json_value import Json
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite
 from eai.prompts.feedback import Look
-from eai.prompts.prompt import Belief, Prompt
 from eai.results.certainty import Cases
 from eai.results.codec import dataclass_to_json, sha256_of
 from eai.results.cost import per_success, per_success_to_json
@@ -39,6 +37,8 @@ from eai.scoring.batch import Progressed, score_run
 from eai.scoring.options import ScoringOptions
 from eai.scoring.records import part_of, write_parts
 from eai.scoring.trials import Answer, Place, Trials, record_of_trial
+from eai.tasks.prompts.prompt import Belief, Prompt
+from eai.tasks.task import Task
 
 
 def majority(answers: Sequence[str], ability: Ability) -> int:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from eai.abilities.options import Options
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Protocol
 from eai.pddl.planning import PlannerChoice
+from eai.tasks.options import Options
 from eai.tasks.source import ErrataChoice
 
 

@@ -20,15 +20,15 @@ from functools import cache, partial
 from typing_extensions import assert_never
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer, exception_text
-from eai.abilities.share import Share
 from eai.abilities.verdict import ErrorReport, Merit, PlanVerdict, Verdict, gain_of_conditions
 from eai.base.errors import EaiError, InputError, member
 from eai.benchmark.names import TaskReference
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.share import Share
 from eai.tasks.source import Source
 from eai.world.fault import FaultKind
 

@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from operator import itemgetter
 from typing import Any, TypeAlias
 
-from eai.prompts.prompt import Prompt
 from eai.results.record import Record
 from eai.scoring.reward import Reward
+from eai.tasks.prompts.prompt import Prompt
 
 Row: TypeAlias = dict[str, Any]
 

@@ -11,15 +11,15 @@ from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer
-from eai.abilities.task import Task
 from eai.abilities.trial import Trial
 from eai.base.errors import InputError
 from eai.benchmark.protocols import preset
 from eai.benchmark.suite import Suite
 from eai.prompts.feedback import Asker
-from eai.prompts.prompt import Prompt
 from eai.results.record import Record
 from eai.scoring.records import record_of
+from eai.tasks.prompts.prompt import Prompt
+from eai.tasks.task import Task
 from eai.world.action import Action
 
 

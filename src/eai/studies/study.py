@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from eai.abilities.options import Options
 from eai.base.errors import InputError
 from eai.benchmark.registry import title_of
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import PaperTable, paper_setting
 from eai.results.plots import clipped, entitle
 from eai.studies.variation import Variation
+from eai.tasks.options import Options
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from pydantic import SerializeAsAny
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.base.errors import InputError
 from eai.base.json_value import Json
+from eai.tasks.options import Options
 
 if TYPE_CHECKING:
     from eai.benchmark.prompt_library import Library
     from eai.benchmark.suite import Suite
-    from eai.prompts.prompt import Prompt
     from eai.scoring.epochs import Believed, SuiteResult
+    from eai.tasks.prompts.prompt import Prompt
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,6 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.abilities.notation.plan_form import WrittenStep
 from eai.abilities.notation.plans import PddlPlans, PlanNotation
-from eai.abilities.task import Task, goal
 from eai.base.errors import InputError
 from eai.base.files import content_of
 from eai.logic.rewriting import rename_objects, substitute, with_terms
@@ -28,6 +27,7 @@ from eai.logic.traversal import free_variables, objects, with_parts
 from eai.pddl.declaration import DeclaredDomain, conjuncts
 from eai.pddl.files import domain_in, problem_in
 from eai.tasks.source import TaskSet
+from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.state import Scene

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.abilities.task import Task, goal
 from eai.base.errors import DomainError, InputError, read_all
 from eai.base.files import files_below
 from eai.logic.rewriting import with_terms
@@ -30,6 +29,7 @@ from eai.pddl.glossary import Glossary, PddlNames
 from eai.pddl.model import OBJECT, PddlDomain, PddlPredicate, PddlProblem, TypedName
 from eai.pddl.writer import write_formula
 from eai.tasks.source import TaskSet
+from eai.tasks.task import Task, goal
 from eai.world.derived import is_a
 from eai.world.domain import Domain
 from eai.world.frame import AGENT

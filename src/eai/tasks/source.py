@@ -11,10 +11,10 @@ from functools import cache, wraps
 from pathlib import Path
 from typing import TypeAlias, TypeVar
 
-from eai.abilities.task import Task
 from eai.base.errors import InputError, member
 from eai.base.store import Report, Store, silent
 from eai.pddl.planning import PlannerChoice, PlannerTerms
+from eai.tasks.task import Task
 from eai.world.vocabulary import several
 
 

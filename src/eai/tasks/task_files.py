@@ -12,14 +12,14 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.planning import is_impossible
-from eai.abilities.task import Task
 from eai.base.errors import InputError, located
 from eai.base.files import content_of, lines, write_whole
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.start import is_broken
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.planning import is_impossible
 from eai.tasks.source import Finding, TaskSet
+from eai.tasks.task import Task
 from eai.tasks.task_lines import read_line, task_of
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, describe, execute, timeline

@@ -14,15 +14,15 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 import eai.logic.formula as f
-from eai.abilities.goal_text import lexicon_of_goals, read_goal
-from eai.abilities.options import misfit
-from eai.abilities.task import Goal, Task, goal
 from eai.base.docstrings import meanings
 from eai.base.errors import InputError, located
 from eai.base.json_value import Json
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_in_time
 from eai.logic.signature import takes
+from eai.tasks.goal_text import lexicon_of_goals, read_goal
+from eai.tasks.options import misfit
+from eai.tasks.task import Goal, Task, goal
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.state import Scene, State

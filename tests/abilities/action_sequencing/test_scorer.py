@@ -8,10 +8,10 @@ import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.notation.plans import JsonPlans
-from eai.abilities.share import GoalTallies, Share
-from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
 from eai.abilities.verdict import PlanVerdict
 from eai.logic.formula import Atom, Constant, Occurs
+from eai.tasks.share import GoalTallies, Share
+from eai.tasks.task import NO_GOALS, Goal, GoalKind, Task
 from eai.world.fault import FaultKind
 from world import toy
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from eai.abilities.task import Goal, GoalKind, Task
 from eai.logic.formula import Atom, Constant, Exists, ForAll, Formula, Not, Occurs, Or, Variable
+from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.operator import Operator

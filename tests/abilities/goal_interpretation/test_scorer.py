@@ -15,9 +15,9 @@ from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.notation.goals import JsonGoals
-from eai.abilities.task import Task
 from eai.abilities.verdict import Confusion
 from eai.logic.formula import FALSE, Eventually, Or
+from eai.tasks.task import Task
 from eai.world.fault import FaultKind
 
 SCORER = GoalInterpretation(make_task(), DOMAIN, JsonGoals())

@@ -6,15 +6,15 @@ import json
 
 import pytest
 
-from eai.abilities.goal_test import alternatives
-from eai.abilities.goal_text import formula_text, make_task
 from eai.abilities.notation.goal_lexicon import _StatedGoals, read_stated, write_goals
 from eai.abilities.notation.goals import JsonGoals
-from eai.abilities.task import GoalKind, Task
 from eai.benchmark.registry import find_benchmark
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Constant
+from eai.tasks.goal_test import alternatives
+from eai.tasks.goal_text import formula_text, make_task
+from eai.tasks.task import GoalKind, Task
 from world import toy
 
 TASK = make_task("1", "Tidy up.", toy.initial(), toy.lit(Constant("lamp")))

@@ -12,10 +12,10 @@ from eai.abilities.notation.goals import (
     WrittenGoals,
     read_nested,
 )
-from eai.abilities.task import GoalKind
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Atom, Formula
 from eai.logic.signature import term
+from eai.tasks.task import GoalKind
 from logic.bddl_text import print_condition
 
 NOTATION = JsonGoals()

@@ -7,10 +7,10 @@ import pytest
 from abilities.subgoal_decomposition.test_scorer import TASK
 from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Atom, Constant, Not, Variable
 from eai.logic.ltl import spelt
+from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete

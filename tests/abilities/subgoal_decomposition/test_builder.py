@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.subgoal_decomposition.builder import MAX_LITERALS, _Extent
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.logic.formula import Formula
 from eai.logic.ltl import parse
+from eai.tasks.task import Task
 from world import toy
 
 START = toy.initial()

@@ -3,11 +3,11 @@ from __future__ import annotations
 import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
-from eai.abilities.goal_test import StateTest
 from eai.abilities.subgoal_decomposition.program import Found
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.logic.formula import And, Atom, Constant, Formula, Not
 from eai.planning.subgoal import GroundAtom
+from eai.tasks.goal_test import StateTest
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete

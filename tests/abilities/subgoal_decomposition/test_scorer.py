@@ -7,20 +7,20 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.goal_text import make_task as task_of
 from eai.abilities.notation.subgoals import SubgoalNotation
-from eai.abilities.planning import find_plan
-from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.declaration import contributions
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
-from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
 from eai.logic.ltl import read_formula
 from eai.planning.planner import Planner
+from eai.tasks.goal_text import make_task as task_of
+from eai.tasks.planning import find_plan
+from eai.tasks.share import Share
+from eai.tasks.task import NO_GOALS, Goal, GoalKind, Task
 from eai.world.effect import Add, Delete
 from eai.world.operator import Operator, additional
 from eai.world.state import Scene, WorldObject

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eai.abilities.goal_test import StateTest
 from eai.abilities.subgoal_decomposition.program import Do, Found, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits, GoalProgress, Outcome, search
 from eai.base.errors import InputError
@@ -18,6 +17,7 @@ from eai.logic.ltl import parse, read_formula
 from eai.logic.rewriting import rewrite
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction
+from eai.tasks.goal_test import StateTest
 from eai.world.action import Action
 from eai.world.execution import Step, Trajectory, execute, timeline
 from eai.world.fault import FaultKind

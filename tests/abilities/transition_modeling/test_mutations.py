@@ -11,15 +11,15 @@ import json
 
 import pytest
 
-from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import Protocol
-from eai.abilities.task import Category
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Verdict
 from eai.pddl.model import OperatorText
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
+from eai.tasks.operator_task import OperatorLibrary, TransitionTask
+from eai.tasks.task import Category
 from operator_rules import rules_of
 from sweeps import swept
 

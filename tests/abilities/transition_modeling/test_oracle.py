@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
@@ -21,6 +20,7 @@ from eai.households.published import TransitionTasks, open_behavior, open_virtua
 from eai.pddl.matching import SideMatch
 from eai.pddl.planners import make_planner
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome
+from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source, TaskSet
 from operator_rules import gold_answer, rules_of
 from oracle import MODELS, Oracle

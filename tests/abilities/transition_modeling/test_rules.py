@@ -8,7 +8,6 @@ from itertools import islice
 
 import pytest
 
-from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
@@ -17,6 +16,7 @@ from eai.households.published import TransitionTasks, open_behavior, open_virtua
 from eai.pddl.model import PddlPredicate, type_of
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner
+from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
 from operator_rules import rules_of
 

@@ -5,9 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import Protocol
-from eai.abilities.task import Category
 from eai.abilities.transition_modeling.extraction import LIMIT, Memory
 from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict, clause_content
@@ -19,6 +17,8 @@ from eai.pddl.planners import available, make_planner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlannerResult, PlannerTerms, PlanningTask
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
+from eai.tasks.operator_task import OperatorLibrary, TransitionTask
+from eai.tasks.task import Category
 from eai.world.fault import FaultKind
 from operator_rules import gold_answer, rules_of
 

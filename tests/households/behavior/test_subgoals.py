@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
-from eai.abilities.task import Goal, GoalKind
 from eai.abilities.verdict import Verdict
 from eai.logic.formula import Atom, Constant
+from eai.tasks.share import Share
+from eai.tasks.task import Goal, GoalKind
 from eai.world.fault import FaultKind
 from households.behavior.kitchen import make_task
 from subgoal_scorers import behavior_subgoals

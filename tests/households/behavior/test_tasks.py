@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.task import GoalKind
 from eai.households.behavior.evidence import load_evidence
 from eai.households.behavior.tasks import (
     BehaviorTasks,
@@ -16,6 +15,7 @@ from eai.households.behavior.tasks import (
     standing_relations,
 )
 from eai.tasks.source import TaskSet
+from eai.tasks.task import GoalKind
 from households.behavior.kitchen import EVIDENCE, GOAL, make_record, make_task
 from logic.bddl_text import print_condition
 from oracle import read_shared

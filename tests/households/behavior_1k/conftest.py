@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.task import Task
 from eai.base.store import Store
 from eai.households.behavior_1k.benchmark import behavior_1k
 from eai.tasks.source import Source, TaskSet
+from eai.tasks.task import Task
 
 
 @pytest.fixture(scope="session")

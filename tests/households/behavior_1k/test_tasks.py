@@ -2,10 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.planning import find_plan
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.task import Task
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
 from eai.benchmark.gold_answers import open_answer_book
@@ -27,7 +24,10 @@ from eai.pddl.planning import PlannerOutcome
 from eai.pddl.writer import write_formula
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchEnd
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.planning import find_plan
 from eai.tasks.source import Source, TaskSet
+from eai.tasks.task import Task
 from eai.world.conformance import check
 from eai.world.domain import Domain
 from eai.world.execution import execute

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from eai.abilities.task import Goal, GoalKind
 from eai.households.virtualhome.predicates import VOCABULARY
 from eai.households.virtualhome.records import GraphDelta, TaskRecord
 from eai.households.virtualhome.tasks import VirtualHomeTask
 from eai.logic.formula import Atom, Constant, Occurs, Or
+from eai.tasks.task import Goal, GoalKind
 from eai.world.state import Scene, WorldObject
 from households.virtualhome import flat
 

@@ -7,8 +7,8 @@ import pytest
 
 from benchmark.plan_scorers import virtualhome_scorer
 from eai.abilities.protocol import Protocol
-from eai.abilities.task import NO_GOALS, Task
 from eai.abilities.verdict import Counted, PlanVerdict, Verdict
+from eai.tasks.task import NO_GOALS, Task
 from eai.world.fault import FaultKind
 from households.virtualhome.household import make_task
 from protocols import of_reference

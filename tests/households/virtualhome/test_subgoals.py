@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.verdict import Verdict
 from eai.results.codec import dataclass_to_json, fields_of
+from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 from households.virtualhome.household import make_task
 from subgoal_scorers import virtualhome_subgoals

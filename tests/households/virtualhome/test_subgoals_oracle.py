@@ -11,13 +11,13 @@ from typing import Any
 import pytest
 
 from eai.abilities.explanation import EXECUTED, Explanation, PartReport
-from eai.abilities.goal_test import StateTest
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Formula, Occurs, Then
 from eai.logic.traversal import walk
+from eai.tasks.goal_test import StateTest
 from eai.world.action import Action
 from eai.world.execution import attempt
 from eai.world.history import Past

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import eai.world as w
-from eai.abilities.goal_text import make_task
-from eai.abilities.task import Task, goal
 from eai.benchmark.benchmark import Benchmark
 from eai.logic.formula import Constant
+from eai.tasks.goal_text import make_task
 from eai.tasks.source import given
+from eai.tasks.task import Task, goal
 from eai.world.action import Action
 
 X, Y = w.Variable("x"), w.Variable("y")

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.benchmark.check import check_annotations
 from eai.logic.ltl_printer import print_ltl
@@ -31,6 +30,7 @@ from eai.studies.annotation.decisions import (
     write_decisions,
 )
 from eai.tasks.source import Source, given
+from eai.tasks.task import Task
 from studies.annotation.demonstrated import CUP, DOMAIN, JAR, LAMP, shelves, shown
 
 SHARED = [difference(task, DOMAIN) for task in (CUP, JAR, LAMP)]

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from eai.abilities.task import Task
 from eai.base.store import Store
 from eai.benchmark.registry import find_benchmark
 from eai.households.behavior.activities import problem_of
@@ -32,6 +31,7 @@ from eai.studies.annotation.decisions import (
     frequencies,
 )
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from oracle import read_shared
 from sweeps import every
 

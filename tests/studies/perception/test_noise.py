@@ -8,10 +8,7 @@ from itertools import pairwise, product
 
 import pytest
 
-from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
-from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.base.store import Store
@@ -26,7 +23,10 @@ from eai.studies.perception.belief import perceiving, scene_words
 from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import Noise, noise_of, perceive
+from eai.tasks.planning import find_plan
+from eai.tasks.share import Share
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 from pictures.kitchen import TRUTH, WORDS, kitchen_task, seen
 from sweeps import swept
 

@@ -9,11 +9,11 @@ from openenv.core.env_server import Environment
 from openenv.core.env_server.types import Action, EnvironmentMetadata, Observation, State
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from eai.abilities.options import misfit
 from eai.base.errors import InputError
 from eai.envs.game import Game
 from eai.envs.reference import stage_of
 from eai.envs.rules import TRAINING, Rules
+from eai.tasks.options import misfit
 from eai_openenv.meters import Meters
 from eai_openenv.tasks import Tasks
 

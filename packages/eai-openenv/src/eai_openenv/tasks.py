@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.benchmark.names import TaskReference
 from eai.generator.sets import SHARES, fingerprint_of
 from eai.scoring.reward import suite_of
+from eai.tasks.task import Task
 
 
 class Tasks:

@@ -16,8 +16,8 @@ from eai.generator.generator import Generator, generate
 from eai.generator.sets import seeds_of
 from eai.generator.spec import Generated, Spec, Split, Tier
 from eai.pddl.planning import PlannerChoice
-from eai.prompts.prompt import Prompt, PromptSet
 from eai.scoring.reward import suite_of
+from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source, given
 from eai.tasks.task_lines import read_line, task_of, written
 

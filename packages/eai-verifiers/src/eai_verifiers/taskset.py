@@ -11,8 +11,8 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.names import TaskReference
 from eai.envs.rewards import answer_of
 from eai.generator.spec import Split, Tier
-from eai.prompts.prompt import PromptSet
 from eai.scoring.reward import Grade, Reward, Shaping, reward_of
+from eai.tasks.prompts.prompt import PromptSet
 from eai_verifiers.tasks import Asked, new_tasks, own_tasks, suite_of_one
 
 

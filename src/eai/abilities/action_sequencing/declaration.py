@@ -17,12 +17,12 @@ from eai.abilities.declaration import (
     times_additional,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
 from eai.abilities.verdict import PlanVerdict, of_all
+from eai.tasks.share import Share
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
-    from eai.abilities.task import Task
+    from eai.tasks.task import Task
 
 
 def contributions(verdict: PlanVerdict) -> dict[str, Share]:

@@ -7,16 +7,16 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.explanation import SLIPPED, Explanation, repair_notes
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import QUESTION, CarryOut, Course, PlanNotation, reason_of, resolve
 from eai.abilities.repair import Repair
 from eai.abilities.reports import goal_reports, step_reports
 from eai.abilities.scorer import Assessment, PlanScorer, error_report
-from eai.abilities.share import Share
-from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
 from eai.base.errors import InputError
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.share import Share
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain, as_declared
 from eai.world.episode import Episode, Known

@@ -19,14 +19,14 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
-from eai.abilities.task import GoalKind
 from eai.abilities.verdict import ALL, NO_COUNTS, add, confusion_shares, of_all
+from eai.tasks.share import Share
+from eai.tasks.task import GoalKind
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
-    from eai.abilities.task import Task
+    from eai.tasks.task import Task
 
 
 OVERALL = "overall"

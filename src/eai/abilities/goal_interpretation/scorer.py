@@ -24,9 +24,9 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import Alternatives, GoalNotation, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
 from eai.logic.choice import Literal, best_overlap
+from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.relation import bits, first_bits

@@ -16,13 +16,13 @@ from itertools import product
 from math import prod
 
 from eai.abilities.notation.goals import GoalNotation, WrittenGoal
-from eai.abilities.task import Goal, GoalKind, Task, goal
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import grouped
 from eai.logic.choice import Literal, choice_options
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Term
 from eai.logic.signature import term
 from eai.logic.traversal import objects, walk
+from eai.tasks.task import Goal, GoalKind, Task, goal
 from eai.world.domain import Domain
 
 

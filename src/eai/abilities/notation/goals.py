@@ -20,12 +20,12 @@ import eai.logic.formula as f
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.answer_text import AnswerForm, Pairs, Reading, holds_strings, read_json
 from eai.abilities.explanation import Statement
-from eai.abilities.goal_text import formula_text
-from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Span, Unreadable
 from eai.logic.choice import Choice, ground
 from eai.logic.formula import Formula
 from eai.logic.traversal import MAX_COUNT_DIGITS
+from eai.tasks.goal_text import formula_text
+from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 
 Literal: TypeAlias = Callable[[object, frozenset[str]], f.Formula | None]

@@ -27,10 +27,10 @@ from eai.abilities.notation.plan_form import (
     plan_form,
 )
 from eai.abilities.notation.plan_lines import read_lines
-from eai.abilities.task import Task
 from eai.abilities.verdict import UNKNOWN_ACTION, ErrorReport, Unreadable
 from eai.base.grouping import grouped
 from eai.logic.signature import takes
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory

@@ -10,13 +10,13 @@ from functools import lru_cache
 
 from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.answer_text import AnswerForm, Pairs, holds_strings, read_json
-from eai.abilities.lexicon import FormulaLexicon, declared_lexicon
-from eai.abilities.task import Task
 from eai.abilities.verdict import Span, Unreadable
 from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl import spelt
 from eai.logic.ltl_printer import print_ltl
 from eai.planning.subgoal import GroundAtom
+from eai.tasks.lexicon import FormulaLexicon, declared_lexicon
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import attempt

@@ -19,8 +19,6 @@ from math import prod
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.abilities.goal_test import StateTest
-from eai.abilities.lexicon import FormulaLexicon
 from eai.abilities.notation.subgoals import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS,
@@ -39,7 +37,6 @@ from eai.abilities.subgoal_decomposition.program import (
 )
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.repertoire import Holds
-from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.base.errors import InputError, ParseError
 from eai.logic.ltl import read_formula
@@ -48,6 +45,9 @@ from eai.logic.rewriting import negation_normal, substitute
 from eai.logic.traversal import children, is_state_formula, quantified, walk
 from eai.planning.exclusion import Exclusion
 from eai.planning.subgoal import GroundAtom
+from eai.tasks.goal_test import StateTest
+from eai.tasks.lexicon import FormulaLexicon
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check

@@ -19,14 +19,14 @@ from eai.abilities.declaration import (
     times_additional,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.verdict import of_all
+from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
-    from eai.abilities.task import Task
+    from eai.tasks.task import Task
 
 
 _RUNTIME_FAULTS = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)

@@ -9,11 +9,9 @@ from collections.abc import Sequence
 from functools import cached_property, partial
 
 from eai.abilities.explanation import Explanation, repair_notes
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.reports import goal_reports, part_reports, step_reports
 from eai.abilities.scorer import Assessment, Scorer, error_report
-from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.program import Compiled, Rejected
 from eai.abilities.subgoal_decomposition.refinement import Refinement
@@ -25,12 +23,14 @@ from eai.abilities.subgoal_decomposition.search import (
     search,
 )
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
-from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import Formula, Then
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import objects
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.share import Share
+from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.state import Scene

@@ -24,7 +24,6 @@ from typing import Literal, NamedTuple, TypeAlias
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
-from eai.abilities.goal_test import ACTION_ARGUMENTS, StateTest
 from eai.abilities.subgoal_decomposition.program import (
     TOO_FAR,
     Do,
@@ -38,6 +37,7 @@ from eai.base.errors import InputError
 from eai.logic.rewriting import rewrite
 from eai.logic.traversal import is_state_formula, walk
 from eai.planning.search import Effort
+from eai.tasks.goal_test import ACTION_ARGUMENTS, StateTest
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.execution import Step, Trajectory, attempt

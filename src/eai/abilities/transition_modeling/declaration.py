@@ -21,16 +21,16 @@ from eai.abilities.declaration import (
     score_columns,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
-from eai.abilities.task import CATEGORIES
 from eai.abilities.transition_modeling.verdict import OperatorVerdict, counts_by_category, overall_counts
 from eai.abilities.verdict import NO_COUNTS, NOTHING, add, confusion_shares, of_all
 from eai.pddl.planning import PlannerOutcome
+from eai.tasks.share import Share
+from eai.tasks.task import CATEGORIES
 
 if TYPE_CHECKING:
-    from eai.abilities.operator_task import TransitionTask
     from eai.abilities.scorer import Scorer
-    from eai.abilities.task import Task
+    from eai.tasks.operator_task import TransitionTask
+    from eai.tasks.task import Task
 
 
 LITERALS = "literals"

@@ -15,8 +15,6 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, TypeAlias
 
-from eai.abilities.operator_task import TransitionTask
-from eai.abilities.task import TaskExclusion
 from eai.abilities.transition_modeling.extraction import Memory, Readings, WrittenOperator, extract
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import Confusion, ErrorReport, Span, Unreadable, add
@@ -25,6 +23,8 @@ from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
 from eai.pddl.model import PddlAction
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, refusal
+from eai.tasks.operator_task import TransitionTask
+from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
 
 

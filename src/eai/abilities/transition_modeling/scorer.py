@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache, partial
 
 from eai.abilities.explanation import Explanation, Statement, StepReport
-from eai.abilities.operator_task import TransitionTask
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.rules import Judgement, Replaced, Rules
 from eai.abilities.transition_modeling.verdict import (
@@ -21,6 +20,7 @@ from eai.abilities.verdict import ALL, Confusion
 from eai.pddl.check import Offence
 from eai.pddl.matching import OperatorMatch, SideMatch
 from eai.pddl.planning import PlannerOutcome, PlannerResult
+from eai.tasks.operator_task import TransitionTask
 
 _REMEMBERED = 1000
 """How many clauses of answers to a task are remembered with what they speak of."""

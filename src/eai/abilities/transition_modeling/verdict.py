@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
 
-from eai.abilities.task import Category
 from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Merit, Verdict, add, merit_of_parts
 from eai.base.json_value import Json
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import NO_MATCH, SideMatch, predicates_in
 from eai.pddl.planning import PlannerOutcome
+from eai.tasks.task import Category
 from eai.world.fault import FaultKind
 
 

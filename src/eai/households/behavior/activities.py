@@ -16,7 +16,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.abilities.task import Task
 from eai.base.grouping import grouped
 from eai.households.behavior import predicates as p
 from eai.households.behavior.convert import AGENT_CATEGORY
@@ -29,6 +28,7 @@ from eai.pddl.model import PddlProblem, TypedName
 from eai.pddl.writer import write_problem
 from eai.tasks.problem_world import Meaning, ProblemWorld, header_of
 from eai.tasks.source import TaskSet
+from eai.tasks.task import Task
 from eai.world.state import State
 
 _ROOM = "inroom"

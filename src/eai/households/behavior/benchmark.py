@@ -15,14 +15,11 @@ from functools import partial
 
 from eai.abilities.notation.goals import parts_of
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
-from eai.abilities.wording import ObjectName, Wording, declared_name
 from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark, formats_of
 from eai.benchmark.errata import errata_of
 from eai.benchmark.registry import TITLES
-from eai.english import english_of
 from eai.households.behavior.activities import open_activities, problem_text
 from eai.households.behavior.domain import as_meant
 from eai.households.behavior.notation import PLANS, BehaviorGoals, BehaviorSubgoals
@@ -30,8 +27,11 @@ from eai.households.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part
 from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.households.packs import published_task
 from eai.households.published import official_prompts, open_behavior
-from eai.prompts.prompt import Belief, GoalSection
+from eai.tasks.english import english_of
+from eai.tasks.prompts.prompt import Belief, GoalSection
 from eai.tasks.source import once_per_store
+from eai.tasks.task import Task
+from eai.tasks.wording import ObjectName, Wording, declared_name
 
 _NOTATION = BehaviorGoals()
 

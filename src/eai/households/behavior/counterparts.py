@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from eai.abilities.task import Task
 from eai.households.behavior.notation import BehaviorGoals
 from eai.households.counterparts import Counterpart, translate
 from eai.pddl.execute import PlanStep
+from eai.tasks.task import Task
 from eai.world.action import Action
 
 _CLEANING = (

@@ -14,11 +14,9 @@ from dataclasses import replace
 from functools import cache
 from typing import ClassVar
 
-from eai.abilities.lexicon import FormulaLexicon
 from eai.abilities.notation.goals import Alternatives, JsonGoals, Word
 from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output
-from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
 from eai.households.behavior import domain as behavior
 from eai.households.behavior import predicates as p
@@ -27,6 +25,8 @@ from eai.households.behavior.tasks import BehaviorTask
 from eai.logic.choice import AllOf, AnyOf, Choice, Leaf, Literal
 from eai.logic.formula import Atom, Constant, Not
 from eai.logic.signature import Signature
+from eai.tasks.lexicon import FormulaLexicon
+from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.state import Scene
 

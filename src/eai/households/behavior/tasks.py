@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from eai.abilities.task import Goal, GoalKind, Task
 from eai.benchmark.packs import open_pack
 from eai.households.behavior import predicates as p
 from eai.households.behavior.evidence import GroundRelation, UnpublishedFacts, load_evidence
@@ -17,6 +16,7 @@ from eai.logic.formula import And, Formula, operands
 from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import predicates_of
 from eai.tasks.source import Source, TaskSet
+from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.state import Fact, Scene, State, WorldObject
 

@@ -6,17 +6,17 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 
-from eai.abilities.operator_task import TransitionTask, declared_tasks
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Category, Task
-from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark
-from eai.english import English, english_of
 from eai.households.behavior_1k import predicates as p
 from eai.households.behavior_1k.conventions import conventions, describe_situation
 from eai.households.behavior_1k.operators import declared
 from eai.households.behavior_1k.tasks import open_tasks, subsets
+from eai.tasks.english import English, english_of
+from eai.tasks.operator_task import TransitionTask, declared_tasks
 from eai.tasks.source import Source, TaskSet, once_per_store
+from eai.tasks.task import Category, Task
+from eai.tasks.wording import Wording
 
 NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
 CHALLENGE, OF_100 = "behavior-1k-challenge-2025", "behavior-1k-behavior-100"

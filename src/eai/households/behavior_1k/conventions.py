@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import reduce
 from operator import or_
 
-from eai.abilities.task import Task
 from eai.households.behavior_1k import predicates as p
+from eai.tasks.task import Task
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate

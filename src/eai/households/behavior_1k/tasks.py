@@ -11,15 +11,15 @@ from functools import cache
 from importlib.resources import files
 
 import eai.logic.formula as f
-from eai.abilities.task import Task, goal
 from eai.base.errors import InputError
 from eai.base.files import parse_toml
 from eai.benchmark.packs import open_pack
-from eai.english import NUMBERS, English, plural, sentences_of, turned
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import READING
 from eai.households.behavior_1k.scene import RECIPE, SetUp, scenes
+from eai.tasks.english import NUMBERS, English, plural, sentences_of, turned
 from eai.tasks.source import Source, TaskSet
+from eai.tasks.task import Task, goal
 from eai.world.action import Action
 
 _EVIDENCE = "evidence.toml"

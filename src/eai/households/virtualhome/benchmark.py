@@ -16,16 +16,13 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
-from eai.abilities.task import GoalKind, Task
 from eai.base.source import open_bundle
 from eai.base.store import Report, Store, silent
 from eai.benchmark.benchmark import Benchmark, Figure, formats_of
 from eai.benchmark.errata import errata_of
 from eai.benchmark.packs import open_pack
 from eai.benchmark.registry import TITLES
-from eai.english import english_of
 from eai.households import packs
 from eai.households.published import official_prompts, open_virtualhome
 from eai.households.virtualhome.domain import as_meant, with_either_hand
@@ -37,12 +34,15 @@ from eai.households.virtualhome.records import open_virtualhome as open_records
 from eai.households.virtualhome.tasks import VirtualHomeTask, build_tasks
 from eai.households.virtualhome.tasks import open_tasks as open_virtualhome_tasks
 from eai.logic.formula import Atom, Formula
-from eai.prompts.prompt import Belief, GoalSection
+from eai.tasks.english import english_of
+from eai.tasks.goal_test import alternatives
+from eai.tasks.prompts.prompt import Belief, GoalSection
 from eai.tasks.source import Source, TaskSet, once_per_store
+from eai.tasks.task import GoalKind, Task
 from eai.world.relation import bits
 
 if TYPE_CHECKING:
-    from eai.abilities.wording import Wording
+    from eai.tasks.wording import Wording
 
 _LINE = "-----------------"
 _HEADING_OF_ACTIONS = (
@@ -208,7 +208,7 @@ def _find_surroundings(task: Task) -> Iterator[int]:
 
 def wording(ability: Ability) -> Wording:
     """As declared; but goal interpretation speaks of classes, and names relations as scene graphs do."""
-    from eai.abilities.wording import Wording
+    from eai.tasks.wording import Wording
 
     said = Wording.of(as_meant()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:

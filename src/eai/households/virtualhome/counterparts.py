@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from eai.abilities.task import Task
 from eai.households.counterparts import Counterpart, translate
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
 from eai.pddl.execute import PlanStep
+from eai.tasks.task import Task
 from eai.world.action import Action
 
 _OF_ONE_OBJECT: Mapping[str, str] = {

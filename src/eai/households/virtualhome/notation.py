@@ -10,7 +10,6 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.answer_text import Pairs, read_json
-from eai.abilities.lexicon import FormulaLexicon, objects_and_classes
 from eai.abilities.notation.goals import (
     SECTIONS,
     GoalNotation,
@@ -22,11 +21,12 @@ from eai.abilities.notation.goals import (
     sections_form,
 )
 from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output
-from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.logic.signature import Signature
+from eai.tasks.lexicon import FormulaLexicon, objects_and_classes
+from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.state import Scene
 

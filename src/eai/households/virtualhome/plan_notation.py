@@ -29,8 +29,8 @@ from eai.abilities.notation.plan_form import (
     plan_form,
 )
 from eai.abilities.notation.plans import PlanNotation, plan_of
-from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.state import Scene

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
 
-from eai.abilities.task import Goal, GoalKind, Task
 from eai.base.errors import DataError
 from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION, VOCABULARY
 from eai.households.virtualhome.records import (
@@ -20,6 +19,7 @@ from eai.households.virtualhome.records import (
 )
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.tasks.source import Source, TaskSet
+from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.relation import Matrix, Relation
 from eai.world.state import Draft, Scene, State, WorldObject

@@ -28,14 +28,14 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TypeAlias
 
-from eai.abilities.options import Options
-from eai.abilities.task import Goal, GoalKind, Task
 from eai.base.errors import InputError, did_you_mean, located
 from eai.base.files import write_whole
 from eai.base.grouping import grouped
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.logic.ltl_printer import print_ltl
+from eai.tasks.options import Options
 from eai.tasks.source import Finding
+from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.execution import execute
 from eai.world.state import Fact, Scene, State

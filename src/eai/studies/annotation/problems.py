@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
-from eai.abilities.task import GoalKind, Task
 from eai.benchmark.benchmark import Benchmark
 from eai.logic.choice import count_options, options
 from eai.logic.formula import Formula
@@ -18,6 +17,7 @@ from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import write_domain, write_problem
 from eai.planning.role import spatial_predicates
+from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.relation import bits
 

@@ -17,13 +17,13 @@ from pathlib import Path
 from statistics import fmean, pvariance
 from typing import TYPE_CHECKING, TypeAlias, cast
 
-from eai.abilities.options import Options
 from eai.base.errors import InputError
 from eai.base.files import content_of
 from eai.base.grouping import grouped
 from eai.results.plots import ACCENT, INK, clipped, sheet
 from eai.results.table import Row, Table, table_of
 from eai.studies.study import Analysis, Figures, Study
+from eai.tasks.options import Options
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

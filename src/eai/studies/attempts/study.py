@@ -19,7 +19,6 @@ from typing_extensions import Self
 
 from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, Until, World
-from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import file_name
@@ -36,6 +35,7 @@ from eai.scoring.runs import RunKey, as_counted_in_paper
 from eai.studies.records import Records, by_place
 from eai.studies.study import Analysis, Figures, Study, of_run, paper_remarks
 from eai.studies.variation import Variation
+from eai.tasks.options import Options
 from eai.world.fault import FaultKind, Notice
 
 if TYPE_CHECKING:

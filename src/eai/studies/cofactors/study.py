@@ -16,8 +16,6 @@ from typing import TYPE_CHECKING, TypeAlias
 from pydantic import Field
 
 from eai.abilities.explanation import EXECUTED
-from eai.abilities.options import Options
-from eai.abilities.share import Share
 from eai.abilities.verdict import of_all
 from eai.base.grouping import grouped
 from eai.benchmark.features import Features
@@ -44,6 +42,8 @@ from eai.results.tidy import Tables
 from eai.studies.cofactors.effects import fit_logit, rank_correlation
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
+from eai.tasks.options import Options
+from eai.tasks.share import Share
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

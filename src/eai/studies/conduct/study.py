@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from statistics import fmean
 
-from eai.abilities.options import Options
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
@@ -19,6 +18,7 @@ from eai.results.table import Cell, Estimate, Row, table_of
 from eai.scoring.runs import Run
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
+from eai.tasks.options import Options
 from eai.tasks.task_files import lines_in
 from eai.tasks.task_lines import read_line
 

@@ -12,8 +12,6 @@ from collections.abc import Hashable, Iterator, Sequence
 from typing import TypeAlias
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.options import Options
-from eai.abilities.share import Share
 from eai.abilities.verdict import PlanVerdict, of_all
 from eai.base.errors import InputError
 from eai.results.certainty import Case
@@ -23,6 +21,8 @@ from eai.results.table import Estimate, Row, table_of
 from eai.scoring.runs import Run
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
+from eai.tasks.options import Options
+from eai.tasks.share import Share
 
 STEPS = (4, 8, 12, 20)
 """Strata of plan lengths: up to so many steps of the data set's or the certificate's plan, or more."""

@@ -12,8 +12,6 @@ from urllib.parse import quote, urlencode
 from pydantic import Field
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.options import Options
-from eai.abilities.share import Share
 from eai.abilities.verdict import of_all
 from eai.base.errors import InputError
 from eai.base.grouping import grouped
@@ -47,6 +45,8 @@ from eai.results.table import Cell, Estimate, Label, Row, Table, table_of
 from eai.studies.errors.overview import draw_flows, flow_table
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
+from eai.tasks.options import Options
+from eai.tasks.share import Share
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

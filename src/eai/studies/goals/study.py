@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import get_args
 
-from eai.abilities.options import Options
 from eai.abilities.verdict import of_all
 from eai.base.grouping import grouped
 from eai.results.certainty import Case
@@ -15,6 +14,7 @@ from eai.results.plots import draw_matrix, draw_names, rows_of
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
+from eai.tasks.options import Options
 
 MATCHED, WRONG, MISSING = "matched", "wrong", "missing"
 _VERDICTS = (MATCHED, WRONG, MISSING)

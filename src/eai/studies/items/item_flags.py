@@ -7,9 +7,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import AnswerBook, open_answer_book, open_planned_book
@@ -21,7 +19,9 @@ from eai.planning.planner import planner_of
 from eai.planning.search import SearchEnd, SearchResult
 from eai.results.lines import SuiteKey
 from eai.studies.items.flag import Flag, TellsFlags
+from eai.tasks.planning import find_plan
 from eai.tasks.source import Source
+from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 
 

@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.options import Options
 from eai.base.errors import InputError
 from eai.base.grouping import grouped
 from eai.results.certainty import LEVEL, two_sided_quantile
@@ -22,6 +21,7 @@ from eai.studies.items.flag import Flag, TellsFlags
 from eai.studies.items.rasch import Rasch, fit_rasch, item_rest, reliability
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
+from eai.tasks.options import Options
 
 if TYPE_CHECKING:
     import numpy as np

@@ -12,13 +12,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
-from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.errata import NO_ERRATA
 from eai.logic.traversal import objects
 from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
 from eai.tasks.source import Source, TaskSet
+from eai.tasks.task import Task
+from eai.tasks.wording import subjects
 from eai.world.state import Fact, Scene, State, WorldObject
 
 UNSEEN = "(unseen)"

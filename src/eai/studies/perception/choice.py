@@ -9,13 +9,13 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Self
 
-from eai.abilities.options import Arguments
 from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.base.errors import InputError
 from eai.base.files import file_name
 from eai.pictures.picture import Clutter
 from eai.studies.perception.noise import Noise, noise_of
 from eai.studies.variation import Variation
+from eai.tasks.options import Arguments
 
 Showing: TypeAlias = Literal["text", "image", "both", "predicted", "noisy", "rendered", "numbered", "pointed"]
 """How a question shows the scene (paper, appendix on vision models: experiments 0, 1, 2 and 5).

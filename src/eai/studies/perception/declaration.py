@@ -17,15 +17,15 @@ from eai.abilities.declaration import (
     label_of,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share
 from eai.abilities.verdict import add, confusion_shares, of_all
 from eai.results.record import Perceived
 from eai.studies.perception.verdict import SceneGraphVerdict
+from eai.tasks.share import Share
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
-    from eai.abilities.task import Task
     from eai.pictures.scene_graph import SceneWords
+    from eai.tasks.task import Task
 
 
 def perception_shares(perceived: Perceived) -> dict[str, Share]:

@@ -10,8 +10,6 @@ from typing import Any
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import SCENE_GRAPH
-from eai.abilities.task import Task
-from eai.abilities.wording import subjects
 from eai.base.errors import InputError
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
@@ -19,14 +17,16 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.pictures.picture import Clutter, drawn_images, images_in, others_in_view
 from eai.pictures.rendered import photographed, places_of
 from eai.pictures.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph
-from eai.prompts.prompt import TOLD, Belief, Image
-from eai.prompts.template import Templates
 from eai.scoring.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
 from eai.studies.perception.choice import Perception, Showing
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import perceive
 from eai.studies.variation import Endpoint, Stage
+from eai.tasks.prompts.prompt import TOLD, Belief, Image
+from eai.tasks.prompts.template import Templates
+from eai.tasks.task import Task
+from eai.tasks.wording import subjects
 from eai.world.state import Fact
 
 

@@ -14,8 +14,6 @@ from functools import cached_property, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
-from eai.abilities.options import Options
-from eai.abilities.share import Share
 from eai.base.errors import InputError
 from eai.base.files import file_name
 from eai.base.grouping import grouped
@@ -32,6 +30,8 @@ from eai.studies.perception.steps import mean_steps
 from eai.studies.records import Records, by_place
 from eai.studies.study import Analysis, Figures, Study, metric_of, of_run
 from eai.studies.variation import Ask, Stage
+from eai.tasks.options import Options
+from eai.tasks.share import Share
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,7 +13,6 @@ from functools import cache
 from typing import TypeAlias
 
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
-from eai.abilities.task import GoalKind
 from eai.abilities.transition_modeling.extraction import Memory, Readings, extract
 from eai.abilities.transition_modeling.rules import gold_steps
 from eai.abilities.transition_modeling.scorer import TransitionModeling
@@ -34,6 +33,7 @@ from eai.scoring.runs import Run, RunKey
 from eai.studies.records import Records
 from eai.studies.study import Analysis
 from eai.tasks.source import Source
+from eai.tasks.task import GoalKind
 
 ChainEnd: TypeAlias = tuple[str, str]
 """The end of a chain: the link that breaks, or `NOWHERE`, and the kind of break.

@@ -22,7 +22,6 @@ from eai.base.files import file_name, files_below
 from eai.base.grouping import grouped
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.prompts.prompt import Belief
 from eai.results.answer_files import files_of_suite
 from eai.results.codec import sha256_of
 from eai.results.record import Stated
@@ -30,6 +29,7 @@ from eai.results.responses import read_responses
 from eai.scoring.epochs import STATED, SUBGOALS, Believed
 from eai.scoring.records import RECORDS, read_records
 from eai.studies.variation import Endpoint, Stage
+from eai.tasks.prompts.prompt import Belief
 from eai.tasks.source import Source
 
 STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import model_validator
 from typing_extensions import Self
 
-from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability
 from eai.base.errors import InputError
 from eai.studies.study import Analysis, Study
 from eai.studies.variation import Ask, Stage, Variation
+from eai.tasks.options import Options
 
 if TYPE_CHECKING:
     from eai.benchmark.prompt_library import Library

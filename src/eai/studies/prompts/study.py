@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from itertools import combinations, product
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.options import Options
 from eai.base.errors import InputError
 from eai.base.files import file_name
 from eai.base.grouping import grouped
@@ -29,6 +28,7 @@ from eai.results.table import Cell, Estimate, Row, Table, table_of
 from eai.scoring.runs import Run
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, metric_of
+from eai.tasks.options import Options
 
 _ROUNDING = 1e-9
 

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from statistics import median
 
-from eai.abilities.options import Options
 from eai.abilities.repair import Repair
 from eai.base.errors import InputError
 from eai.results.lines import MODEL, SUITE
@@ -16,6 +15,7 @@ from eai.results.table import Estimate, Row, table_of
 from eai.scoring.runs import Run, RunKey
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
+from eai.tasks.options import Options
 
 _FAR = 5
 """Distances from here on are counted together."""

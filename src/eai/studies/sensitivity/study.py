@@ -16,9 +16,7 @@ from typing import Annotated, get_args
 
 from pydantic import BeforeValidator
 
-from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Category
 from eai.abilities.transition_modeling.rules import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
@@ -35,7 +33,9 @@ from eai.results.table import Estimate, Row, Table, table_of
 from eai.results.tidy import beginning_of
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite, several
+from eai.tasks.options import Options
 from eai.tasks.source import Source
+from eai.tasks.task import Category
 
 OVERALL = "overall"
 """The category of all tasks."""

@@ -2,10 +2,10 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.goal_text import make_task
 from eai.base.errors import InputError
 from eai.logic.formula import Atom, Constant, Exists, ForAll, Formula, ForPairs, Occurs, Variable
 from eai.logic.ltl import parse
+from eai.tasks.goal_text import make_task
 from eai.world.frame import AGENT
 from eai.world.state import Scene
 from world import toy

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from eai.base.errors import InputError
-from eai.prompts.prompt import Prompt, PromptFiles, read_prompt_file, read_system_file
+from eai.tasks.prompts.prompt import Prompt, PromptFiles, read_prompt_file, read_system_file
 
 
 def test_digest_covers_both_messages_and_where_they_meet() -> None:

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.task import Goal, GoalKind, Task
-from eai.abilities.wording import Wording
 from eai.base.store import Store
 from eai.logic.formula import Constant, Exists, Occurs, Or, Variable
-from eai.prompts.own import Questions, render
-from eai.prompts.template import Templates
+from eai.tasks.prompts.own import Questions, render
+from eai.tasks.prompts.template import Templates
+from eai.tasks.task import Goal, GoalKind, Task
+from eai.tasks.wording import Wording
 from suites import official_prompts, own_prompts
 from world import toy
 

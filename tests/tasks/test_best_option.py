@@ -10,9 +10,9 @@ from random import Random
 import pytest
 
 import eai.logic.formula as f
-from eai.logic import best_option
 from eai.logic.choice import Choice, choice_options, count_choice_options, ground
 from eai.logic.ltl import parse
+from eai.tasks import best_option
 from logic.random_goals import objects, random_goal
 from sweeps import every
 

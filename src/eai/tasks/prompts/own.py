@@ -14,14 +14,14 @@ from string import Template
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.abilities.operator_task import TransitionTask
-from eai.abilities.task import GoalKind, Task
-from eai.abilities.wording import Wording
 from eai.logic.traversal import predicates_of, walk
 from eai.pddl.model import PddlDomain
 from eai.pddl.writer import write_domain, write_problem
-from eai.prompts.prompt import Belief, Prompt
-from eai.prompts.template import Templates
+from eai.tasks.operator_task import TransitionTask
+from eai.tasks.prompts.prompt import Belief, Prompt
+from eai.tasks.prompts.template import Templates
+from eai.tasks.task import GoalKind, Task
+from eai.tasks.wording import Wording
 from eai.world.vocabulary import parameters
 
 MOST_TYPES = 300

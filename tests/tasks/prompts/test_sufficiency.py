@@ -11,10 +11,7 @@ from typing import TypeAlias
 import pytest
 
 from by_path import ROOT, TESTS
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.base.store import Store
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
@@ -28,15 +25,18 @@ from eai.households.behavior_1k.benchmark import UNTOLD
 from eai.households.behavior_1k.conventions import HEADING, conventions
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.prompts.prompt import VARIANTS, Prompt, PromptSet
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.planning import find_plan
+from eai.tasks.prompts.prompt import VARIANTS, Prompt, PromptSet
 from eai.tasks.source import Source, given
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.execution import execute
 from generator.worlds import generator
-from prompts.official_readers import official_reader_of
-from prompts.readers import reader_of
-from prompts.sufficiency import insufficiency
 from sweeps import every, swept
+from tasks.prompts.official_readers import official_reader_of
+from tasks.prompts.readers import reader_of
+from tasks.prompts.sufficiency import insufficiency
 
 PromptOf: TypeAlias = Callable[[Benchmark, Task], str]
 PLANS = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from eai.abilities.goal_test import alternatives
-from eai.abilities.task import GoalKind, Task
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.possible import out_of_reach
 from eai.planning.search import Limits, SearchEnd, SearchResult
+from eai.tasks.goal_test import alternatives
+from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.obfuscated import UNCHANGING, plain_name
-from prompts.sufficiency import ListingReader, Reader, Statement, Told
+from eai.tasks.task import Task
+from tasks.prompts.sufficiency import ListingReader, Reader, Statement, Told
 
 _SUPPORTS = ("ontop", "attached", "overlaid", "draped")
 """Relations to what a thing rests on; a thing that rests on something is in other things only with that."""

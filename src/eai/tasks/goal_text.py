@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import eai.logic.formula as f
-from eai.abilities.lexicon import FormulaLexicon, declared_lexicon
-from eai.abilities.task import Task, goal
 from eai.base.errors import InputError, did_you_mean, located
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_in_time
 from eai.logic.signature import takes
 from eai.logic.traversal import bound_by, free_variables, is_state_formula, objects, walk
+from eai.tasks.lexicon import FormulaLexicon, declared_lexicon
+from eai.tasks.task import Task, goal
 from eai.world.domain import Domain
 from eai.world.frame import AGENT
 from eai.world.state import Scene, State

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeAlias
 
-from eai.abilities.goal_text import formula_text
-from eai.abilities.rules import Rules, how_to_read, titled
-from eai.abilities.task import Task
 from eai.logic.rewriting import rename_objects
+from eai.tasks.goal_text import formula_text
+from eai.tasks.rules import Rules, how_to_read, titled
+from eai.tasks.task import Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.listing import Listing, listing

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
-from eai.abilities.goal_test import GoalTest
-from eai.abilities.task import Task
 from eai.envs.listed import spelled_out
 from eai.logic.ltl_printer import print_ltl
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import eai.world as w
-from eai.abilities.rules import Rules
+from eai.tasks.rules import Rules
 
 x = w.Variable("x")
 lit, used = w.Predicate("lit", 1), w.Predicate("used", 1, visible=False)

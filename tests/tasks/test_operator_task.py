@@ -2,8 +2,6 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.operator_task import TransitionTask, declared_tasks
-from eai.abilities.task import Category, Goal, GoalKind, Task
 from eai.abilities.transition_modeling.rules import PaperRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
@@ -11,6 +9,8 @@ from eai.logic.formula import Constant, Exists, Formula, Occurs, Variable
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner
+from eai.tasks.operator_task import TransitionTask, declared_tasks
+from eai.tasks.task import Category, Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.derived import Defined, is_a
 from eai.world.domain import Domain

@@ -11,18 +11,18 @@ import pytest
 
 from by_path import TESTS
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.task import Task
-from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rules import TRAINING
-from eai.prompts.own import Questions, render
-from eai.prompts.template import Templates
 from eai.tasks.problem_world import open_pddl
+from eai.tasks.prompts.own import Questions, render
+from eai.tasks.prompts.template import Templates
 from eai.tasks.source import Source, given
+from eai.tasks.task import Task
+from eai.tasks.wording import Wording
 from eai.world.domain import Domain
 from eai.world.operator import Operator
 from eai.world.state import Fact, Scene

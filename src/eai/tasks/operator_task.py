@@ -14,8 +14,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from typing import TypeAlias
 
-from eai.abilities.planning import find_plan
-from eai.abilities.task import Category, Goal, GoalKind, Task
 from eai.logic.formula import Atom
 from eai.logic.traversal import walk
 from eai.pddl.execute import PlanStep
@@ -24,6 +22,8 @@ from eai.pddl.model import OperatorText, PddlAction, PddlDomain, PddlProblem, ef
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import operator_text, write_problem
 from eai.planning.planner import Planner
+from eai.tasks.planning import find_plan
+from eai.tasks.task import Category, Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from eai.abilities.options import Options, misfit
+from eai.tasks.options import Options, misfit
 
 
 class Shape(BaseModel):

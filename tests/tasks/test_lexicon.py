@@ -3,11 +3,11 @@ from __future__ import annotations
 import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
-from eai.abilities.lexicon import FormulaLexicon
 from eai.base.errors import InputError
 from eai.logic.formula import Atom, Constant, Equals, Exists, Not, Occurs, Variable
 from eai.logic.signature import Signature
 from eai.planning.subgoal import GroundAtom
+from eai.tasks.lexicon import FormulaLexicon
 from eai.world.action import Action
 from world import toy
 

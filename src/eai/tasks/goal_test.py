@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from functools import cached_property
 from operator import mul
 
-from eai.abilities.share import GoalTallies, Share
-from eai.abilities.task import Goal, GoalKind, Task
 from eai.base.errors import InputError
-from eai.logic.best_option import best_option
 from eai.logic.choice import Choice, ground
 from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable, operands
 from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk
+from eai.tasks.best_option import best_option
+from eai.tasks.share import GoalTallies, Share
+from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.condition import Conditions
 from eai.world.domain import Domain

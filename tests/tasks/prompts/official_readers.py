@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from ast import literal_eval
 
-from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
-from prompts.readers import STORED
-from prompts.sufficiency import Reader, Told
+from eai.tasks.task import Task
+from tasks.prompts.readers import STORED
+from tasks.prompts.sufficiency import Reader, Told
 
 _HOUSE = "house.0"
 _OBJECT = re.compile(r"([\w-]+), id: (\d+), properties: (\[.*\])")

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from eai.base.errors import InputError
-from eai.prompts.template import Templates
+from eai.tasks.prompts.template import Templates
 
 
 def test_braces_and_percent_signs_mean_themselves(tmp_path: Path) -> None:

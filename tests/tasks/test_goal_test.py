@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.goal_test import GoalTest, longest_run
-from eai.abilities.share import GoalTallies, Share
-from eai.abilities.task import Goal, GoalKind, Task
 from eai.logic.formula import And, Atom, Constant, Exists, ForAll, Formula, Not, Occurs, Or, Variable
+from eai.tasks.goal_test import GoalTest, longest_run
+from eai.tasks.share import GoalTallies, Share
+from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.execution import execute
 from world import toy

@@ -20,10 +20,10 @@ from typing import Literal, NamedTuple, TypeAlias, TypeVar
 from pydantic import TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
-from eai.abilities.options import misfit
-from eai.abilities.task import Task
 from eai.base.errors import InputError
 from eai.base.files import content_of
+from eai.tasks.options import misfit
+from eai.tasks.task import Task
 
 Shape = TypeVar("Shape")
 

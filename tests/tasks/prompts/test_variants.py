@@ -13,9 +13,9 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.prompts.prompt import VARIANTS, PromptSet
-from eai.prompts.template import Templates
 from eai.run.spec import read_spec
+from eai.tasks.prompts.prompt import VARIANTS, PromptSet
+from eai.tasks.prompts.template import Templates
 from eai.tasks.source import Source
 from envs.switches import SWITCHES
 

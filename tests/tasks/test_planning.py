@@ -1,13 +1,13 @@
 from __future__ import annotations
 
 from benchmark.plan_scorers import virtualhome_scorer
-from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.protocol import Protocol
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import SearchEnd
+from eai.tasks.planning import find_plan, planning_goal
 from households.virtualhome.household import make_task
 from sweeps import every
 
