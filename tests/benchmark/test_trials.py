@@ -13,6 +13,7 @@ import pytest
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment, World
+from eai.abilities.feedback import Asker
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.trial import Trial
@@ -21,7 +22,6 @@ from eai.benchmark.gold_answers import corrupted_versions, heeding_answer, noisy
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.households.virtualhome.plan_notation import Identified
-from eai.prompts.feedback import Asker
 from eai.scoring.trials import Trials, begin_trial, open_trials, replay
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source

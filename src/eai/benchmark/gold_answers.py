@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.declaration import declaration_of
+from eai.abilities.feedback import REASONS
 from eai.abilities.notation.goal_lexicon import read_stated, write_goals
 from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.protocol import Ability
@@ -21,7 +22,6 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.errata import NO_ERRATA
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.prompts.feedback import REASONS
 from eai.tasks.goal_test import remaining_goals
 from eai.tasks.planning import FindPlan, find_plan, why_no_plan
 from eai.tasks.source import USUAL, Source, TaskSet

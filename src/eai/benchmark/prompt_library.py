@@ -14,6 +14,7 @@ from pathlib import Path
 
 from eai.abilities.answer_schema import Schema, fits
 from eai.abilities.declaration import Pose, declaration_of
+from eai.abilities.feedback import Asker, Look
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.base.errors import InputError
 from eai.base.files import files_below
@@ -21,7 +22,6 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.names import suite_name
 from eai.benchmark.registry import registered
-from eai.prompts.feedback import Asker, Look
 from eai.tasks.prompts.own import Questions, operator_prompts, render, render_task, samples
 from eai.tasks.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
 from eai.tasks.prompts.template import Templates, template_names

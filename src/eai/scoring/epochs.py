@@ -18,13 +18,13 @@ from eai.abilities.answer_text import ANY_VALUE, Pairs, Reading, read_json
 from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.declaration import SingleTurn, declaration_of
 from eai.abilities.experiment import Experiment
+from eai.abilities.feedback import Look
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Verdict
 from eai.base.grouping import grouped
 from eai.base.json_value import Json
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite
-from eai.prompts.feedback import Look
 from eai.results.certainty import Cases
 from eai.results.codec import dataclass_to_json, sha256_of
 from eai.results.cost import per_success, per_success_to_json

@@ -9,13 +9,13 @@ from typing import TypeAlias
 
 from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.experiment import Experiment
+from eai.abilities.feedback import Asker
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.trial import Trial
 from eai.base.errors import InputError
 from eai.benchmark.protocols import preset
 from eai.benchmark.suite import Suite
-from eai.prompts.feedback import Asker
 from eai.results.record import Record
 from eai.scoring.records import record_of
 from eai.tasks.prompts.prompt import Prompt

@@ -14,11 +14,11 @@ import pytest
 import eai.logic.formula as w
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
+from eai.abilities.feedback import REASONS, Asker
 from eai.abilities.protocol import Ability
 from eai.abilities.trial import Trial
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
-from eai.prompts.feedback import REASONS, Asker
 from eai.tasks.prompts.prompt import Belief, Prompt
 from eai.tasks.task import Task, goal
 from eai.tasks.wording import Wording
