@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple, get_args
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.registry import FIRST, find_benchmark
+from eai.benchmarks.registry import FIRST, find_benchmark
 from eai.envs.agents import AGENTS, NULLS, Agent
 from eai.envs.command import DONE
 from eai.envs.game import Game

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import answers
-from eai.benchmark.packs import fetch, registered_packs
-from eai.benchmark.registry import of_the_paper
+from eai.benchmarks.packs import fetch, registered_packs
+from eai.benchmarks.registry import of_the_paper
 from reference import (
     CACHE,
     REFERENCE,

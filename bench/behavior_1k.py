@@ -25,12 +25,12 @@ from typing import Any, NamedTuple, TypeAlias
 import eai.logic.formula as f
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.suite import open_suite
-from eai.households.behavior_1k import predicates as p
-from eai.households.behavior_1k.benchmark import behavior_1k
-from eai.households.behavior_1k.kinds import lemma
-from eai.households.behavior_1k.scene import ANY_OTHER
+from eai.benchmarks.behavior_1k import predicates as p
+from eai.benchmarks.behavior_1k.benchmark import behavior_1k
+from eai.benchmarks.behavior_1k.kinds import lemma
+from eai.benchmarks.behavior_1k.scene import ANY_OTHER
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import open_suite
 from eai.logic.traversal import walk
 from eai.pddl.export import export
 from eai.pddl.val import VALID, installed_val, val_verdict

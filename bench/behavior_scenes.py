@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from eai.households.behavior.evidence import GroundRelation, load_evidence
-from eai.households.behavior.tasks import BehaviorTask, initial_relations, initial_states
+from eai.benchmarks.behavior.evidence import GroundRelation, load_evidence
+from eai.benchmarks.behavior.tasks import BehaviorTask, initial_relations, initial_states
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
 from eai.reference.behavior_quirks import truncated_options

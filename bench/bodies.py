@@ -20,8 +20,8 @@ from typing import NamedTuple
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
-from eai.benchmark.gold_answers import open_planned_book
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.gold_answers import open_planned_book
+from eai.benchmarks.suite import Suite, open_suite
 from eai.bodies.camera import Camera, View
 from eai.bodies.scene import BodyScene
 from eai.pictures.scene_graph import SceneGraph, graph_of

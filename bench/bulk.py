@@ -22,8 +22,8 @@ from pathlib import Path
 from statistics import quantiles
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.gold_answers import noisy_answer, open_answer_book
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
+from eai.benchmarks.suite import Suite, open_suite
 from eai.results.responses import find_response_files, read_responses
 from eai.scoring.batch import Scoring
 from eai.scoring.collector import collect_seldom

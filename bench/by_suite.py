@@ -28,8 +28,8 @@ from typing import NamedTuple
 
 import reference
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.benchmark.registry import FIRST
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.registry import FIRST
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.collector import collect_seldom
 from eai.tasks.source import Source

@@ -3,7 +3,7 @@
     python bench/code_lines.py [MODULE ...]
 
 Of all packages, or of what somebody reads who follows every import of the package's own from these modules
-on. How a plan is scored: eai.abilities.action_sequencing.scorer eai.households.virtualhome.plan_notation
+on. How a plan is scored: eai.abilities.action_sequencing.scorer eai.benchmarks.virtualhome.plan_notation
 """
 
 from __future__ import annotations

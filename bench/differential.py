@@ -32,8 +32,8 @@ from behavior_scenes import ALSO_IMPORTED, described
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.verdict import Verdict
-from eai.benchmark.suite import Suite, open_suite
-from eai.households.behavior.tasks import listed_relations, open_tasks
+from eai.benchmarks.behavior.tasks import listed_relations, open_tasks
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.reference.protocol import open_virtualhome
 from eai.tasks.source import Source

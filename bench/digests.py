@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.planning.planner import Planner
 from eai.results.codec import fields_of

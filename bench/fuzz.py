@@ -28,7 +28,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import fields_of
 from eai.scoring.collector import collect_seldom

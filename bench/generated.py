@@ -22,13 +22,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from eai.base.errors import DataError
-from eai.benchmark.registry import FIRST, find_benchmark
+from eai.benchmarks.generator.census import prior_of
+from eai.benchmarks.generator.generator import Generator, generate
+from eai.benchmarks.generator.prior import Prior, kinds_of
+from eai.benchmarks.generator.sets import fingerprint_of, seeds_of
+from eai.benchmarks.generator.spec import Generated, Spec, TaskKind, Tier
+from eai.benchmarks.registry import FIRST, find_benchmark
 from eai.cli.generate import verdict_of_val
-from eai.generator.census import prior_of
-from eai.generator.generator import Generator, generate
-from eai.generator.prior import Prior, kinds_of
-from eai.generator.sets import fingerprint_of, seeds_of
-from eai.generator.spec import Generated, Spec, TaskKind, Tier
 from eai.pddl.val import installed_val
 from eai.tasks.goal_test import solves
 from eai.tasks.source import Source

@@ -22,8 +22,8 @@ from typing import NamedTuple
 import eai.world as w
 from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
-from eai.benchmark.gold_answers import noisy_answer, open_answer_book
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
+from eai.benchmarks.suite import open_suite
 from eai.results.plots import LINES, styled
 from eai.results.responses import read_responses
 from eai.scoring.batch import Scoring

@@ -31,9 +31,9 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.acting.setting import ACTING
 from eai.base.json_value import Json
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import open_suite
 from eai.run.job import Job, Pace
 from eai.run.tasks import obtain_answers
 from eai.scoring.epochs import Believed, settle

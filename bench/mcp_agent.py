@@ -26,7 +26,7 @@ from typing import Any
 
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.suite import Suite, open_suite
 from eai.results.responses import read_responses
 
 AGENT = Path(__file__).parents[1] / "examples/mcp/openai_agents.py"

@@ -7,12 +7,12 @@ from functools import partial
 from typing import TypeAlias
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.gold_answers import AnswerBook, open_answer_book
-from eai.benchmark.registry import find_benchmark
-from eai.households.behavior import tasks as behavior
-from eai.households.behavior.notation import BehaviorSubgoals
-from eai.households.virtualhome import tasks as virtualhome
-from eai.households.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
+from eai.benchmarks.behavior import tasks as behavior
+from eai.benchmarks.behavior.notation import BehaviorSubgoals
+from eai.benchmarks.gold_answers import AnswerBook, open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.virtualhome import tasks as virtualhome
+from eai.benchmarks.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
 from eai.world.state import Scene
 from mutated_goals import behavior_goals, virtualhome_goals
 from mutated_operators import operators

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import TypeAlias
 
-from eai.households.behavior import domain as behavior
-from eai.households.behavior.tasks import BehaviorTask
-from eai.households.virtualhome import domain as virtualhome
-from eai.households.virtualhome.tasks import VirtualHomeTask
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from mutations import Dice, rearranged, slightly_corrupted
 
 Step: TypeAlias = "tuple[str, list[object]]"

@@ -18,8 +18,8 @@ from pathlib import Path
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.planning import find_plan

@@ -21,8 +21,8 @@ from pathlib import Path
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rules import Rules

@@ -17,13 +17,13 @@ from statistics import mean
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
-from eai.benchmark.errata import errata_of
-from eai.households.packs import task_id_of
-from eai.households.virtualhome import domain as virtualhome
-from eai.households.virtualhome.operators import declared_operators
-from eai.households.virtualhome.plan_notation import VirtualHomePlans
-from eai.households.virtualhome.predicates import VOCABULARY
-from eai.households.virtualhome.tasks import VirtualHomeTask, open_tasks
+from eai.benchmarks.errata import errata_of
+from eai.benchmarks.reference_wheel import task_id_of
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.operators import declared_operators
+from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
+from eai.benchmarks.virtualhome.predicates import VOCABULARY
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, open_tasks
 from eai.reference import virtualhome_quirks
 from eai.reference.virtualhome_plans import (
     LIST_IS_NOT_JSON,

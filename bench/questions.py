@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import time
 
-from eai.benchmark.registry import FIRST, find_benchmark
+from eai.benchmarks.registry import FIRST, find_benchmark
 from eai.questions.question import Form, Kind
 from eai.questions.shortcuts import best_chance, chances_of, entropy_of, guesses_of
 from eai.questions.writer import Writer

@@ -35,8 +35,8 @@ from eai.acting.server import server_of
 from eai.acting.setting import ACTING, AGENT, STANDARD
 from eai.acting.verdict import ActingVerdict
 from eai.acting.worlds import journal_in, opened
-from eai.benchmark.registry import FIRST
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.registry import FIRST
+from eai.benchmarks.suite import Suite, open_suite
 from eai.envs import TextEnvironment, make
 from eai.envs.agents import NULLS
 from eai.envs.command import DONE, LOOK

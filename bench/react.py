@@ -21,7 +21,7 @@ from collections.abc import Sequence
 
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING, Setting
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.suite import Suite, open_suite
 from eai.envs.agents import random_agent
 from eai.envs.command import DONE
 from mcp_agent import model

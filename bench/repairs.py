@@ -20,8 +20,8 @@ from typing import NamedTuple
 import eai
 from eai.abilities.repair import EFFORT
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.benchmark.registry import FIRST
-from eai.benchmark.suite import Suite
+from eai.benchmarks.registry import FIRST
+from eai.benchmarks.suite import Suite
 from eai.scoring.collector import collect_seldom
 from oracle_answers import model_files, oracle_answers, require_oracle
 

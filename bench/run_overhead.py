@@ -26,9 +26,9 @@ import inspect_ai
 from inspect_ai.solver import generate
 
 from eai.abilities.protocol import FOUR
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import record_to_json
 from eai.results.responses import Response

@@ -19,7 +19,7 @@ def main(path: Path) -> None:
     rows = [(row["identifier"], row["llm_output"]) for row in json.loads(path.read_text(encoding="utf-8"))]
     clock = [0.0]
     from eai.abilities.verdict import PlanVerdict
-    from eai.households.virtualhome.tasks import open_tasks
+    from eai.benchmarks.virtualhome.tasks import open_tasks
     from eai.reference.virtualhome_plans import VirtualHomeActionSequencing
 
     clock.append(time.process_time())

@@ -30,7 +30,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.results.responses import Row, read_responses
 from eai.scoring.batch import Scoring
 from eai.scoring.options import ScoringOptions

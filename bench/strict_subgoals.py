@@ -15,7 +15,7 @@ import json
 import time
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.scoring.collector import collect_seldom
 from oracle_answers import OracleAnswer, model_files, oracle_answers, require_oracle
 

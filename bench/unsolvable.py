@@ -17,7 +17,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import eai.logic.formula as f
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.planning.exclusion import Exclusion, ExclusionRules
 from eai.planning.possible import Possible
 from eai.planning.subgoal import GroundAtom, Subgoal, conjuncts

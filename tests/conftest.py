@@ -13,22 +13,22 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from hypothesis import settings
 
+from benchmarks.published import index, packs, store, wheel
 from browsing import quiet_page, started_browser
 from command_line import eai
 from eai.base.errors import DataError
 from eai.base.store import VARIABLE, Store
-from eai.benchmark.packs import fetch, registered_packs
-from eai.benchmark.registry import of_the_paper
+from eai.benchmarks.packs import fetch, registered_packs
+from eai.benchmarks.registry import of_the_paper
 from eai.scoring.collector import collect_seldom
 from eai.tasks.source import Source
-from households.published import index, packs, store, wheel
 from memory_limits import limit_writable_memory, pytest_runtest_call, pytest_runtest_setup
 from oracle import DETAIL, Oracle, read_oracle
 from sweeps import FEW, THOROUGH
 
 if TYPE_CHECKING:
-    from eai.households.behavior.tasks import BehaviorTasks
-    from eai.households.virtualhome.tasks import VirtualHomeTasks
+    from eai.benchmarks.behavior.tasks import BehaviorTasks
+    from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 
 __all__ = ["eai", "index", "packs", "pytest_runtest_call", "pytest_runtest_setup", "store", "wheel"]
 """The command line, the fixtures of the made-up data set, and the hooks that measure each test's memory."""
@@ -133,7 +133,7 @@ def _store_with(name: str, fetch_errors: Mapping[str, DataError]) -> Store:
 @pytest.fixture(scope="session")
 def virtualhome_tasks(data_store: Store) -> VirtualHomeTasks:
     """The real VirtualHome tasks."""
-    from eai.households.virtualhome.tasks import open_tasks
+    from eai.benchmarks.virtualhome.tasks import open_tasks
 
     return open_tasks(Source(data_store))
 
@@ -141,7 +141,7 @@ def virtualhome_tasks(data_store: Store) -> VirtualHomeTasks:
 @pytest.fixture(scope="session")
 def behavior_tasks(data_store: Store) -> BehaviorTasks:
     """The real BEHAVIOR tasks."""
-    from eai.households.behavior.tasks import open_tasks
+    from eai.benchmarks.behavior.tasks import open_tasks
 
     return open_tasks(Source(data_store))
 

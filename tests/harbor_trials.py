@@ -19,8 +19,8 @@ from boxes import Box
 from eai.abilities.protocol import Ability
 from eai.base.files import parse_toml
 from eai.base.store import Store
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import Suite, open_suite
 from eai.harbor.folders import IMAGE, write_task_folders
 from eai.tasks.prompts.prompt import Prompt
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmark.gold_answers import chance, noisy_answer
-from eai.benchmark.random_answers import open_random_answers
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.gold_answers import chance, noisy_answer
+from eai.benchmarks.random_answers import open_random_answers
+from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from suites import answer_book
 

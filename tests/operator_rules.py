@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.rules import PaperRules, Rules
-from eai.benchmark.gold_answers import join_operators
+from eai.benchmarks.gold_answers import join_operators
 from eai.pddl.planning import PddlPlanner
 from eai.tasks.operator_task import TransitionTask
 from protocols import of_reference

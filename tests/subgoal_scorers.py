@@ -9,11 +9,11 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
-from eai.households.behavior import domain as behavior
-from eai.households.behavior.notation import BehaviorSubgoals
-from eai.households.behavior.tasks import BehaviorTask
-from eai.households.virtualhome import domain as virtualhome
-from eai.households.virtualhome.notation import VirtualHomeSubgoals
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.notation import BehaviorSubgoals
+from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.notation import VirtualHomeSubgoals
 from eai.tasks.task import Task
 from protocols import of_reference
 

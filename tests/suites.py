@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from eai.abilities.protocol import FOUR, Ability
 from eai.base.store import Store
-from eai.benchmark.gold_answers import AnswerBook, open_answer_book, open_planned_book
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark, of_the_paper
+from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark, of_the_paper
 from eai.tasks.prompts.prompt import Prompt, PromptFiles
 from eai.tasks.source import ErrataChoice, Source
 

@@ -173,7 +173,7 @@ def test_checker_finds(tmp_path: Path, place: str, text: str, found: str) -> Non
         ("world/good.py", "from eai.logic import formula\nfrom . import other\nimport json"),
         ("studies/good.py", "from eai.results import rate"),
         ("run/good.py", "import inspect_ai"),
-        ("envs/good.py", "import gymnasium\nfrom eai.benchmark import registry"),
+        ("envs/good.py", "import gymnasium\nfrom eai.benchmarks import registry"),
         ("cli/good.py", "from eai import __version__, run, world"),
     ],
 )

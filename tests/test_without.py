@@ -49,7 +49,7 @@ def test_all_that_is_left_is_imported(without: tuple[str, Path]) -> None:
 
 def test_benchmarks_and_packs_are_those_that_are_left(without: tuple[str, Path]) -> None:
     folder, place = without
-    asked = "import eai; from eai.benchmark.packs import registered_packs as packs; "
+    asked = "import eai; from eai.benchmarks.packs import registered_packs as packs; "
     asked += "print([*eai.registered()], [pack.name for pack in packs()])"
     left = run(place, asked)
     assert (left.returncode, whole(asked).returncode) == (0, 0), left.stderr
@@ -104,7 +104,7 @@ def test_a_protocol_that_is_not_there_is_refused_in_a_line(without: tuple[str, P
 
 def test_tests_about_a_folder_are_known_also_by_what_they_import(tmp_path: Path) -> None:
     for name, text in {
-        "a": "from eai.households import behavior",
+        "a": "from eai.benchmarks import behavior",
         "b": "import a",
         "c": "import eai",
     }.items():

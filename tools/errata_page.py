@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from eai.benchmark.errata import _Erratum, published_errata
-from eai.benchmark.registry import title_of
+from eai.benchmarks.errata import _Erratum, published_errata
+from eai.benchmarks.registry import title_of
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "errata.md"
 BEGIN, END = "<!-- errata: tools/errata_page.py -->\n", "<!-- end -->\n"

@@ -20,7 +20,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.cli import app
 from eai.pictures.rendered import photographs_of
 

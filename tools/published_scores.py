@@ -30,11 +30,11 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.copied_answers import open_copy_book, open_empty_book, open_lookup_book
-from eai.benchmark.random_answers import open_random_answers
-from eai.benchmark.registry import FIRST
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
+from eai.benchmarks.random_answers import open_random_answers
+from eai.benchmarks.registry import FIRST
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import sha256_of
 from eai.results.paper_tables import (

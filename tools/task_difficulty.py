@@ -1,7 +1,7 @@
 """Fits how difficult tasks are expected to be by plan and goals: `python tools/task_difficulty.py`.
 
 A ridge regression of the public tasks' difficulties in action sequencing, written to ``difficulty.json`` of
-``eai.benchmark``. R squared, rank correlation and error are those of each title by the others alone,
+``eai.benchmarks``. R squared, rank correlation and error are those of each title by the others alone,
 as tasks of one title are near copies.
 """
 
@@ -16,8 +16,8 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.registry import FIRST, find_benchmark
-from eai.generator.measures import FEATURES, FILE, features_of
+from eai.benchmarks.generator.measures import FEATURES, FILE, features_of
+from eai.benchmarks.registry import FIRST, find_benchmark
 from eai.tasks.adaptive import item_difficulties
 from eai.tasks.source import Source
 

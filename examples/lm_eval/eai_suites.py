@@ -17,7 +17,7 @@ import datasets
 import eai
 from eai import Ability, Suite
 from eai.abilities.declaration import declaration_of
-from eai.benchmark.prompt_library import Library
+from eai.benchmarks.prompt_library import Library
 from eai.results.summary import contributions
 
 

@@ -22,7 +22,7 @@ import httpx
 from openenv import GenericEnvClient
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_answer_book
 from eai.scoring.reward import suite_of
 
 PORT = 8765

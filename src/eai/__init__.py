@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from eai.abilities.protocol import Ability, Protocol
     from eai.base.errors import DataError, DomainError, EaiError, InputError, ParseError
-    from eai.benchmark.benchmark import Benchmark
-    from eai.benchmark.registry import find_benchmark, registered
-    from eai.benchmark.suite import Suite
+    from eai.benchmarks.benchmark import Benchmark
+    from eai.benchmarks.registry import find_benchmark, registered
+    from eai.benchmarks.suite import Suite
     from eai.scoring.batch import Scoring
     from eai.scoring.reward import Grade, Reward, Shaping, reward
     from eai.tasks.goal_text import make_task
@@ -33,9 +33,9 @@ _PLACES = {
         "eai.abilities.protocol": "Ability Protocol",
         "eai.tasks.goal_text": "make_task",
         "eai.tasks.task": "Goal GoalKind Task goal",
-        "eai.benchmark.benchmark": "Benchmark",
-        "eai.benchmark.registry": "find_benchmark registered",
-        "eai.benchmark.suite": "Suite",
+        "eai.benchmarks.benchmark": "Benchmark",
+        "eai.benchmarks.registry": "find_benchmark registered",
+        "eai.benchmarks.suite": "Suite",
         "eai.base.errors": "DataError DomainError EaiError InputError ParseError",
         "eai.scoring.batch": "Scoring",
         "eai.scoring.reward": "Grade Reward Shaping reward",
@@ -94,7 +94,7 @@ def open(
         DataError: the data cannot be had.
     """
     from eai.abilities.protocol import Ability, Protocol
-    from eai.benchmark.suite import open_suite
+    from eai.benchmarks.suite import open_suite
 
     return open_suite(benchmark, Ability.named(ability), Protocol.named(protocol), source=source)
 

@@ -4,11 +4,11 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
-from eai.households.behavior.notation import BehaviorSubgoals
-from eai.households.behavior.tasks import BehaviorTasks, open_tasks
+from eai.benchmarks.behavior.notation import BehaviorSubgoals
+from eai.benchmarks.behavior.tasks import BehaviorTasks, open_tasks
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.tasks.source import Source
 from subgoal_scorers import behavior_subgoals
 

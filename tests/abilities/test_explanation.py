@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from benchmark.plan_scorers import virtualhome_scorer
+from benchmarks.plan_scorers import virtualhome_scorer
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.explanation import (
     Explanation,
     GoalReport,
@@ -25,7 +26,6 @@ from eai.tasks.goal_text import formula_text
 from eai.tasks.task import Task
 from eai.world import Action, Episode, Luck
 from eai.world.execution import execute
-from households.virtualhome.household import make_task
 from logic.bddl_text import read_condition
 
 BOTH = pytest.mark.parametrize("protocol", list(Protocol.known()), ids=lambda protocol: protocol.value)

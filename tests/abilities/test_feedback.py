@@ -17,8 +17,8 @@ from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.feedback import REASONS, Asker
 from eai.abilities.protocol import Ability
 from eai.abilities.trial import Trial
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import open_suite
 from eai.tasks.prompts.prompt import Belief, Prompt
 from eai.tasks.task import Task, goal
 from eai.tasks.wording import Wording

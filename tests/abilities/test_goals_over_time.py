@@ -14,8 +14,8 @@ from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rules import Rules

@@ -14,7 +14,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.logic.choice import Literal, count_options, options
 from eai.logic.formula import (
     Always,

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import pytest
 
-from benchmark.plan_scorers import behavior_scorer
+from benchmarks.plan_scorers import behavior_scorer
 from eai.abilities.protocol import Protocol
-from eai.households.behavior import domain as behavior
-from eai.households.behavior.notation import BehaviorSubgoals
-from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.notation import BehaviorSubgoals
+from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
 from eai.tasks.planning import find_plan

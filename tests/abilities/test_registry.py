@@ -15,7 +15,7 @@ from by_path import TESTS
 from eai.abilities import declaration, protocol
 from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.base.errors import InputError
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.scoring.reward import Reward
 from eai.tasks.source import Source
 from envs.switches import SWITCHES

@@ -15,7 +15,7 @@ from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import RAISED, Verdict
 from eai.acting.setting import ACTING
 from eai.base.errors import DataError, InputError
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.responses import Response
 from eai.results.summary import outcome

@@ -14,7 +14,7 @@ from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment, World
 from eai.abilities.protocol import Ability
 from eai.abilities.trial import Trial
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.tasks.task import GoalKind
 from eai.world.episode import Luck
 from envs.switches import SWITCHES

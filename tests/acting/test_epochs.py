@@ -13,7 +13,7 @@ from eai.acting.declaration import averaged, contributions
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING
 from eai.acting.verdict import ActingVerdict
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.results.certainty import certainty_of_rate
 from eai.results.comparison import compare
 from eai.results.rate import Rate

@@ -18,7 +18,7 @@ from eai.acting.play import OVER, Arena, Play
 from eai.acting.setting import ACTING, Setting
 from eai.acting.verdict import ActingVerdict
 from eai.base.errors import InputError
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.results.codec import sha256_of
 from envs.switches import SWITCHES
 

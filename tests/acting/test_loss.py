@@ -11,7 +11,7 @@ from eai import Benchmark, given, make_task
 from eai.acting.declaration import contributions
 from eai.acting.setting import ACTING
 from eai.acting.verdict import ActingVerdict, Outlook, outlook_text
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant, Eventually
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.responses import Response, ResponseFile

@@ -7,7 +7,7 @@ import pytest
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING, Setting
 from eai.acting.tools import tools_of
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from envs.switches import DOMAIN, SWITCHES
 
 TASK = open_suite(SWITCHES, ACTING).tasks["both"]

@@ -8,8 +8,8 @@ from eai import Benchmark
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING, Setting
 from eai.base.store import Store
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
 from eai.envs.agents import blind_agent, random_agent
 from eai.results.responses import Response
 from eai.scoring.batch import Scoring

@@ -16,7 +16,7 @@ from eai.acting.play import RULE_NAMES, Arena, Episode, Play, read_episode, rule
 from eai.acting.setting import ACTING, STANDARD, Setting
 from eai.acting.worlds import opened
 from eai.base.store import Store
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.envs.reference import staged
 from eai.envs.rules import Rules
 from eai.results.responses import Response, ResponseFile, read_responses

@@ -16,8 +16,8 @@ from eai.acting.play import Arena, Play
 from eai.acting.scorer import NO_REFERENCE
 from eai.acting.setting import ACTING, Setting
 from eai.acting.verdict import ActingVerdict, Turn
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
 from eai.envs.game import Game
 from eai.envs.reference import reference_of, staged
 from eai.envs.rules import STANDARD, Rules

@@ -32,7 +32,7 @@ from eai.acting.setting import ACTING, Setting
 from eai.acting.verdict import ActingVerdict
 from eai.acting.worlds import Worlds, journal_in, opened
 from eai.base.errors import InputError
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.results.responses import read_responses
 from eai.tasks.prompts.prompt import Image
 from envs.switches import SWITCHES

@@ -13,7 +13,7 @@ from by_path import ROOT
 from eai.abilities.protocol import GROUP, Ability
 from eai.base import entry_points as module
 from eai.base.errors import InputError
-from eai.benchmark.registry import registered
+from eai.benchmarks.registry import registered
 
 PYPROJECT = ROOT / "pyproject.toml"
 GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.packs", "eai.protocols", "eai.studies")

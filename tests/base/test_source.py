@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from benchmark.synthetic import build_sdist
+from benchmarks.synthetic import build_sdist
 from eai.base import source
 from eai.base.errors import DataError
 from eai.base.source import Archive, download, find, installer, open_bundle
 from eai.base.store import silent
-from eai.households.packs import EAI_EVAL
+from eai.benchmarks.reference_wheel import EAI_EVAL
 
 PIP = (sys.executable, "-m", "pip")
 

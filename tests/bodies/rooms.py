@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eai.households.behavior.predicates import VOCABULARY
+from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.tasks.task import Task
 from eai.world.state import Scene, State
 

@@ -12,10 +12,10 @@ from PIL import Image
 from bodies import installed  # noqa: F401 - skips all of this where MuJoCo is not installed
 from bodies.rooms import SCENE, kitchen, task_of
 from eai.base.errors import EaiError
+from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.bodies.camera import Camera
 from eai.bodies.pictures import film, photographs, places
 from eai.bodies.scene import BodyScene
-from eai.households.behavior.predicates import VOCABULARY
 from eai.world.state import Scene
 
 PLATE, COUNTER = (SCENE.index[name] for name in ("plate_6", "countertop_1"))

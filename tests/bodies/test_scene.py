@@ -11,9 +11,9 @@ from bodies import installed  # noqa: F401 - skips all of this where MuJoCo is n
 from bodies.rooms import SCENE, kitchen, task_of
 from eai.base.errors import InputError
 from eai.base.store import Store
+from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.bodies import geometry
 from eai.bodies.scene import BodyScene
-from eai.households.behavior.tasks import BehaviorTasks
 
 MILK, APPLE, PLATE, BASKET = (SCENE.index[n] for n in ("milk_7", "apple_5", "plate_6", "basket_4"))
 FRIDGE, TABLE, COUNTER = (SCENE.index[n] for n in ("fridge_2", "breakfast_table_3", "countertop_1"))
@@ -87,8 +87,8 @@ def test_a_thing_without_a_body_is_refused() -> None:
 
 
 def test_what_is_yet_to_be_made_is_not_there() -> None:
-    from eai.households.behavior_1k import predicates as p
-    from eai.households.behavior_1k.predicates import VOCABULARY
+    from eai.benchmarks.behavior_1k import predicates as p
+    from eai.benchmarks.behavior_1k.predicates import VOCABULARY
     from eai.world.state import Scene
 
     names = {

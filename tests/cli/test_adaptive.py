@@ -17,8 +17,8 @@ from eai.acting.play import Arena
 from eai.acting.setting import ACTING
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.run import _Order
 from eai.results.record import Record
 from eai.run.spec import RunSpec

@@ -10,7 +10,7 @@ import pytest
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
 from report.samples import action_run, goal_run, operator_run, write_runs

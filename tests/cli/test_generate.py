@@ -9,11 +9,11 @@ import pytest
 
 from by_path import ROOT
 from command_line import Command
-from eai.benchmark.benchmark import Benchmark
-from eai.generator.census import prior_of
-from eai.generator.generator import Generator
-from eai.generator.prior import Prior
-from eai.generator.spec import Outcome
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator.census import prior_of
+from eai.benchmarks.generator.generator import Generator
+from eai.benchmarks.generator.prior import Prior
+from eai.benchmarks.generator.spec import Outcome
 from eai.pddl.val import VALID
 from eai.tasks.task import Task
 
@@ -37,7 +37,7 @@ def counted_once(priors: dict[str, Prior], monkeypatch: pytest.MonkeyPatch) -> N
             priors[benchmark.name] = prior_of(benchmark, tasks)
         return priors[benchmark.name]
 
-    monkeypatch.setattr("eai.generator.generator.prior_of", prior)
+    monkeypatch.setattr("eai.benchmarks.generator.generator.prior_of", prior)
 
 
 def made(eai: Command, out: Path, *options: object, n: int = 3) -> list[dict[str, object]]:
@@ -121,7 +121,7 @@ def test_compressed_files_hold_the_same(eai: Command, tmp_path: Path) -> None:
 def test_a_world_that_has_no_more_tasks_says_so(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("eai.generator.generator._FAILURES", FEW)
+    monkeypatch.setattr("eai.benchmarks.generator.generator._FAILURES", FEW)
     monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     outcome = eai("generate", "--like", "lamps:lamps", "--n", 1000, "--out", tmp_path)
     assert outcome.status == 2

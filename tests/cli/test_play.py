@@ -20,8 +20,8 @@ from by_path import TESTS
 from command_line import Command, Outcome
 from eai.acting.play import Arena, commands_of
 from eai.acting.setting import ACTING
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from envs.switches import WON
 
 DOMAIN = "envs.switches:SWITCHES"

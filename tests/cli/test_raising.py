@@ -14,8 +14,8 @@ from eai import Reward
 from eai.abilities.protocol import Ability
 from eai.acting.setting import ACTING
 from eai.acting.worlds import opened
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.suite import open_suite
 from eai.envs.rewards import TrlHousehold, TrlReward
 from eai.harbor.verify import rewards
 from eai.tasks.source import Source

@@ -16,7 +16,7 @@ from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError
 from eai.base.store import Store
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.pictures.rendered import photographs_of
 from eai.results.codec import record_from_json
 from eai.studies.perception.choice import Perception

@@ -16,7 +16,7 @@ from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.files import sole_run
 from eai.base.store import Store
-from eai.households.virtualhome.records import open_virtualhome
+from eai.benchmarks.virtualhome.records import open_virtualhome
 from eai.pddl.fast_downward import FastDownward
 from eai.tasks.source import Source
 from made_answers import made_answers

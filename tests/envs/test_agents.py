@@ -11,7 +11,7 @@ import eai.world as w
 from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.envs.agents import AGENTS, NULLS
 from eai.envs.command import DONE
 from eai.envs.game import Game

@@ -15,7 +15,7 @@ from eai.acting.play import Arena, rules_of
 from eai.acting.setting import Setting
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.benchmark import Benchmark
+from eai.benchmarks.benchmark import Benchmark
 from eai.envs import TextEnvironment, make
 from eai.envs.game import Game
 from eai.envs.listed import spelled_out

@@ -15,7 +15,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict, Unreadable, gain
 from eai.base.store import Store
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.envs import TextEnvironment, make
 from eai.envs.listed import spelled_out
 from eai.envs.reference import staged

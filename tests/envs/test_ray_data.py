@@ -15,8 +15,8 @@ import eai
 from by_path import ROOT
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.suite import Suite
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.suite import Suite
 from eai.envs.ray_data import ADDED, Scores
 from eai.results.responses import Response
 from eai.scoring.batch import Scoring

@@ -12,7 +12,7 @@ import eai
 from by_path import TESTS
 from eai.base.errors import EaiError, InputError
 from eai.base.store import Store
-from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_answer_book
 from eai.results.responses import Response
 from eai.scoring.batch import Scoring
 from scoring.work import Dying, deadly, failing, squares

@@ -18,7 +18,7 @@ import eai
 from eai import Ability
 from eai.abilities.protocol import FOUR
 from eai.base.store import Store
-from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_answer_book
 from eai.envs.rewards import (
     SkyRlTask,
     TrlHousehold,

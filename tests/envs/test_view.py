@@ -8,7 +8,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.envs.game import Game
 from eai.envs.listed import spelled_out
 from eai.envs.observation import Observer

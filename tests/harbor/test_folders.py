@@ -14,8 +14,8 @@ from eai.acting.worlds import opened
 from eai.base.errors import InputError
 from eai.base.files import parse_toml
 from eai.base.store import Store
-from eai.benchmark.names import TaskReference
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.names import TaskReference
+from eai.benchmarks.registry import find_benchmark
 from eai.harbor.folders import FREE, IMAGE, NO_SOLUTION, write_task_folders
 from eai.harbor.verify import rewards_of_episode
 from eai.tasks.source import Source

@@ -14,7 +14,7 @@ from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
 from eai.acting.journal import key_in
 from eai.acting.worlds import journal_in, opened
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.suite import Suite, open_suite
 from eai.harbor.verify import answer_in, rewards, rewards_of_episode
 from eai.logic.formula import Atom, Constant, Not
 from eai.scoring.reward import LIMIT

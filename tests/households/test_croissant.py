@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from eai.base.store import Store
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.households.croissant import identifier, operator_rows, task_rows, write_croissant
 from eai.tasks.source import Source
 

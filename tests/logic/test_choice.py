@@ -40,7 +40,7 @@ from protocols import of_reference
 from sweeps import examples
 
 if TYPE_CHECKING:
-    from eai.households.behavior.tasks import BehaviorTasks
+    from eai.benchmarks.behavior.tasks import BehaviorTasks
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ from logic.random_formulas import formulas
 from sweeps import examples
 
 if TYPE_CHECKING:
-    from eai.households.behavior.tasks import BehaviorTasks
+    from eai.benchmarks.behavior.tasks import BehaviorTasks
 
 PROBLEM = """(define (problem Sorting_0)   ; a comment with (brackets
     (:domain igibson)

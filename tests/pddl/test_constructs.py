@@ -8,8 +8,8 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.planning.planner import Planner
 from eai.tasks.planning import find_plan
 

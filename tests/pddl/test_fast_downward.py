@@ -16,7 +16,7 @@ import pytest
 
 from eai.base.errors import DataError
 from eai.base.store import Store
-from eai.households.published import open_behavior, open_virtualhome
+from eai.benchmarks.published import open_behavior, open_virtualhome
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
 from eai.pddl.execute import PlanStep

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from eai.base.errors import InputError
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.pddl.files import domain_in, is_domain_file, problem_in, read_problem_file, read_text
 from eai.tasks.source import Source
 from eai.tasks.task_files import task_files_in

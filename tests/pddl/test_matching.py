@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.base.store import Store
-from eai.households.published import open_behavior, open_virtualhome
+from eai.benchmarks.published import open_behavior, open_virtualhome
 from eai.pddl.matching import (
     SideMatch,
     condition_clause,

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.base.store import Store
-from eai.households.packs import BEHAVIOR_PDDL, RESOURCES
+from eai.benchmarks.reference_wheel import BEHAVIOR_PDDL, RESOURCES
 from eai.logic.formula import TRUE, And, Atom, Constant, Exists, ForAll, Formula, Not, Variable
 from eai.pddl.check import Offence, PddlError
 from eai.pddl.model import NO_EFFECT, Add, Delete, PddlDomain, PddlProblem, TypedName, WhenEffect

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from eai.base.store import Store
-from eai.households.published import open_behavior, open_virtualhome
+from eai.benchmarks.published import open_behavior, open_virtualhome
 from eai.logic.formula import TRUE
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.grounding import Grounder, GroundProblem

@@ -9,7 +9,7 @@ import pytest
 
 from eai.base.errors import DataError
 from eai.base.store import Store
-from eai.households.published import open_behavior, open_virtualhome
+from eai.benchmarks.published import open_behavior, open_virtualhome
 from eai.pddl.check import check_problem
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlanningTask

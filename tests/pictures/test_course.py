@@ -13,9 +13,9 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.acting.setting import ACTING
 from eai.base.store import Store
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pictures.course import Course, course_of, courses, states_along
 from eai.pictures.picture import picture_words
 from eai.results.record import Record

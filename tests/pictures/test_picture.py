@@ -12,7 +12,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.pictures.drawing import WIDTH, Drawing, _Rectangle, _Text, png, svg, text_width
 from eai.pictures.picture import Clutter, images_in, picture_of, picture_words
 from eai.pictures.scene_graph import SceneGraph

@@ -7,17 +7,17 @@ import random
 import pytest
 
 import eai.logic.formula as f
+from benchmarks.generator.worlds import generator
 from by_path import ROOT
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.random_answers import random_walk
-from eai.benchmark.registry import find_benchmark
-from eai.generator.spec import Generated
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator.spec import Generated
+from eai.benchmarks.random_answers import random_walk
+from eai.benchmarks.registry import find_benchmark
 from eai.planning.possible import Possible, out_of_reach
 from eai.tasks.source import Source
 from eai.world.state import Fact
-from generator.worlds import generator
 from sweeps import swept
 
 INSIDE, LIT = f.Atom("inside", (f.Constant("ball"), f.Constant("box"))), f.Atom("lit", (f.Constant("box"),))

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.logic.formula import Variable
 from eai.planning.role import role_of, spatial_predicates
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach

@@ -14,7 +14,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT
 from eai.abilities.verdict import PlanVerdict
 from eai.acting.scorer import Moment, loss
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.pddl.execute import DerivedPredicates
 from eai.pddl.search import search
 from eai.planning.exclusion import Exclusion, ExclusionRules

@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 from by_path import ROOT
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
 
 LAMPS = ROOT / "examples" / "lamps"
 

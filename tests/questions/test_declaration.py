@@ -7,8 +7,8 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.questions.declaration import _QuestionVerdict, open_questions
 from eai.questions.question import Form, Kind, Question, questions_content
 from eai.questions.shortcuts import entropy_of

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from eai.base.store import Store
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.questions.question import Form, Kind, Question, questions_content
 from eai.questions.writer import Writer
 from golden_files import assert_golden

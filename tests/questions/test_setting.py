@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 import eai.world as w
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.planning.planner import Planner
 from eai.questions import setting as settings
 from eai.questions.setting import Setting, exhaust, listed, numbered, open_setting, some, with_counterparts

@@ -10,8 +10,8 @@ from dataclasses import replace
 import pytest
 
 from eai.base.store import Store
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.planning.planner import Planner
 from eai.questions.question import Form, Kind, Question
 from eai.questions.setting import Item, open_setting, with_counterparts

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from eai.base.store import Store
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.cli.questions import questions as command
 from eai.questions.question import Form, Kind, questions_content
 from eai.questions.shortcuts import entropy_of

@@ -8,7 +8,7 @@ import pytest
 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.verdict import Confusion
-from eai.households.behavior.tasks import BehaviorTasks
+from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.reference.behavior_goals import ByFirstOption
 from oracle import MODELS, Oracle, read_shared
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from benchmark.plan_scorers import behavior_scorer
+from benchmarks.plan_scorers import behavior_scorer
 from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.households.behavior.tasks import BehaviorTasks
+from eai.benchmarks.behavior.tasks import BehaviorTasks
 from oracle import MODELS, Oracle, read_shared
 
 SETS = (*MODELS, "gt", "perturb")

@@ -5,8 +5,9 @@ from typing import Any
 
 import pytest
 
-from eai.households.behavior import domain as behavior
-from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
+from benchmarks.behavior.kitchen import actions, make_task
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.logic.choice import count_options, options
 from eai.logic.formula import Atom, Formula, Not
 from eai.reference.behavior_quirks import behavior_goal_test, truncated_options
@@ -14,7 +15,6 @@ from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import Share
 from eai.world.execution import execute
 from eai.world.state import State
-from households.behavior.kitchen import actions, make_task
 from logic.activities import as_list, records, universe
 from logic.bddl_text import read_condition
 from oracle import read_shared

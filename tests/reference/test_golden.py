@@ -15,8 +15,8 @@ from typing import Any
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
-from eai.benchmark.gold_answers import chance, noisy_answer
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.gold_answers import chance, noisy_answer
+from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import fields_of
 from eai.tasks.source import Source

@@ -14,7 +14,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import Counted, PlanVerdict
 from eai.base.errors import InputError
-from eai.benchmark.protocols import preset_experiment
+from eai.benchmarks.protocols import preset_experiment
 from eai.reference.protocol import EAI_1_0_5, TASK
 from eai.results.paper_tables import PaperColumn, paper_models, paper_table
 from eai.results.record import Record

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import pytest
 
-from benchmark.plan_scorers import virtualhome_scorer
+from benchmarks.behavior import kitchen
+from benchmarks.plan_scorers import virtualhome_scorer
+from benchmarks.virtualhome import household
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Verdict
 from eai.world.fault import FaultKind
-from households.behavior import kitchen
-from households.virtualhome import household
 from subgoal_scorers import behavior_subgoals, virtualhome_subgoals
 
 HOME = replace(household.make_task(), temporal_goal="OPEN(fridge.10)")

@@ -9,8 +9,8 @@ import pytest
 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.verdict import Verdict
-from eai.households.virtualhome import domain
-from eai.households.virtualhome.tasks import VirtualHomeTasks
+from eai.benchmarks.virtualhome import domain
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.reference.virtualhome_goals import ByLargestId
 from oracle import MODELS, Oracle
 

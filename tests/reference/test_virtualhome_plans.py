@@ -4,7 +4,8 @@ import time
 
 import pytest
 
-from benchmark.plan_scorers import virtualhome_scorer
+from benchmarks.plan_scorers import virtualhome_scorer
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Protocol
@@ -13,7 +14,6 @@ from eai.reference.virtualhome_plans import LIST_IS_NOT_JSON, _GoalTest, read_pl
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import GoalTallies, Share
 from eai.tasks.task import Task
-from households.virtualhome.household import make_task
 
 Steps = list[tuple[str, tuple[object, ...]]]
 

@@ -13,7 +13,7 @@ from by_path import ROOT
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.base.store import Store
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.reference.virtualhome_quirks import QUIRKS
 from eai.results.rate import Rate
 from eai.results.summary import summarise

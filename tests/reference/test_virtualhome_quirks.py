@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import pytest
 
-from eai.households.virtualhome.domain import as_meant
+from benchmarks.virtualhome.test_conformance import problems
+from eai.benchmarks.virtualhome.domain import as_meant
 from eai.reference.virtualhome_quirks import QUIRKS
 from eai.world.domain import Domain
-from households.virtualhome.test_conformance import problems
 
 
 @pytest.mark.parametrize(

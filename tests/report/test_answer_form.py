@@ -7,7 +7,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.report.answer_form import FIRST, PREDICATE, SECOND, form_html, goal_pattern
 from eai.tasks.source import Source
 from suites import official_prompts

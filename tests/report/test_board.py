@@ -15,9 +15,9 @@ from by_path import ROOT
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.tasks.source import Source
 
 DESCRIPTION = 'model = "{model}"\ndate = 2026-11-26\n'

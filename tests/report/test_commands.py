@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.suite import open_suite
 from eai.cli import app
 from eai.results.responses import Response, ResponseFile
 from eai.scoring.batch import Scoring

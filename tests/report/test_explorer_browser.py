@@ -11,7 +11,7 @@ from browsing import needs_browser
 from eai.abilities.protocol import Ability
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.pictures.course import Course, course_of
 from eai.pictures.tiles import Tile
 from eai.report.explorer import Background, ExplorerData, explorer_html

@@ -11,7 +11,7 @@ import pytest
 from eai.abilities.experiment import Experiment
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING, REACT, TEXT, Setting
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.cli.table import print_results
 from eai.report.rankings import rankings
 from eai.report.run_summary import plain_runs, summary_of

@@ -9,7 +9,7 @@ import pytest
 
 from by_path import ROOT
 from command_line import Command
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.questions.question import gold_text, questions_content
 from eai.questions.writer import Writer
 

@@ -16,7 +16,7 @@ from eai.abilities.transition_modeling.verdict import (
     clause_content,
 )
 from eai.abilities.verdict import Confusion, PlanVerdict
-from eai.households.behavior.tasks import BehaviorTasks
+from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case

@@ -7,7 +7,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmark.errata import ErrataUse
+from eai.benchmarks.errata import ErrataUse
 from eai.results.coverage import Coverage, together
 from eai.results.record import NOT_ANSWERED, Record
 from eai.results.totals import Totals

@@ -8,12 +8,12 @@ from dataclasses import replace
 import pytest
 
 from eai.base.store import Store
-from eai.benchmark.benchmark import Benchmark, Figure
-from eai.benchmark.packs import Pack, fetch
-from eai.benchmark.registry import find_benchmark
-from eai.households.virtualhome.benchmark import count_annotated
-from eai.households.virtualhome.records import PACK as VIRTUALHOME
-from eai.households.virtualhome.records import VirtualHome, open_virtualhome
+from eai.benchmarks.benchmark import Benchmark, Figure
+from eai.benchmarks.packs import Pack, fetch
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.virtualhome.benchmark import count_annotated
+from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
+from eai.benchmarks.virtualhome.records import VirtualHome, open_virtualhome
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
 from eai.report.distributions import distributions
 from eai.results.data_set import profiles_of, table_of

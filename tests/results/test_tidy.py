@@ -9,8 +9,8 @@ from eai.abilities.explanation import names_in, read_statement
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
-from eai.benchmark.gold_answers import noisy_answer, open_answer_book
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
+from eai.benchmarks.suite import open_suite
 from eai.pddl.matching import predicates_in
 from eai.pddl.planning import PlannerChoice
 from eai.results.lines import AnswerLine

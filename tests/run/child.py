@@ -13,7 +13,7 @@ from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.json_value import Json
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.rate import Rate
 from eai.results.record import Record

@@ -18,7 +18,7 @@ from eai.acting.play import Arena, in_setting
 from eai.acting.setting import ACTING, Setting
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.run.acting import command_in
 from eai.run.registry import TASKS
 from eai.run.tasks import read_answers

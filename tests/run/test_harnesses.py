@@ -14,8 +14,8 @@ from by_path import ROOT
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR
 from eai.base.store import Store
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.registry import of_the_paper
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import of_the_paper
 from eai.run.registry import TASKS
 
 EXAMPLE = ROOT / "examples/lm_eval"

@@ -11,7 +11,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError, InputError
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.run.job import Decoding, Job, Pace
 from eai.scoring.epochs import Obtained
 from eai.studies.variation import Endpoint

@@ -10,9 +10,9 @@ import pytest
 from eai.abilities.protocol import FOUR, Ability
 from eai.acting.setting import ACTING
 from eai.base.errors import InputError
-from eai.benchmark.copied_answers import open_copy_book, open_empty_book, open_lookup_book
-from eai.benchmark.gold_answers import open_planned_book
-from eai.benchmark.random_answers import open_random_answers
+from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
+from eai.benchmarks.gold_answers import open_planned_book
+from eai.benchmarks.random_answers import open_random_answers
 from eai.run.job import EXPLORERS, answers
 from worlds.warehouse import warehouse
 

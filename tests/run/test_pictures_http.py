@@ -11,7 +11,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.pictures.drawing import png
 from eai.pictures.picture import picture_of, picture_words
 from eai.studies.perception.belief import scene_words

@@ -9,7 +9,7 @@ import pytest
 
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.questions.question import Kind, questions_content
 from eai.questions.writer import Writer
 from eai.run.registry import TASKS

@@ -18,9 +18,9 @@ from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.feedback import REASONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
-from eai.benchmark.gold_answers import heeding_answer, noisy_answer
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.gold_answers import heeding_answer, noisy_answer
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import open_suite
 from eai.results.codec import record_to_json
 from eai.results.record import Record
 from eai.scoring.records import read_records

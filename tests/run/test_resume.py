@@ -14,8 +14,8 @@ from inspect_ai.log import read_eval_log
 from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError
 from eai.base.store import Store
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.questions.question import questions_content
 from eai.questions.writer import Writer
 from eai.run.job import Job

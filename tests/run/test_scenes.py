@@ -13,7 +13,7 @@ from inspect_ai.model import ContentImage
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.results.codec import record_from_json
 from eai.run.registry import TASKS
 from eai.studies.perception.belief import scene_words

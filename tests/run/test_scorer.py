@@ -17,10 +17,10 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.acting.setting import ACTING
 from eai.base.files import file_name
 from eai.base.store import Store
-from eai.benchmark.errata import published_errata
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.errata import published_errata
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import record_from_json
 from eai.results.rate import Rate
 from eai.results.responses import Response, read_responses

@@ -12,7 +12,7 @@ import pytest
 
 from by_path import ROOT
 from eai.abilities.protocol import FOUR, Ability
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.run.job import Decoding, Job
 from eai.studies.variation import Endpoint
 from eai.tasks.prompts.prompt import Prompt

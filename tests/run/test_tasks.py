@@ -9,7 +9,7 @@ from inspect_ai.util import registry_info
 from eai.abilities.protocol import FOUR, Ability, registered_abilities
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.registry import registered
+from eai.benchmarks.registry import registered
 from eai.run.registry import TASKS
 from suites import official_prompts
 

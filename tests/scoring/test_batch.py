@@ -9,7 +9,7 @@ from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import RAISED, PlanVerdict
 from eai.acting.setting import ACTING
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.suite import Suite, open_suite
 from eai.results.record import NOT_ANSWERED, Record
 from eai.results.responses import Response, ResponseFile
 from eai.scoring.batch import Scoring, score_run

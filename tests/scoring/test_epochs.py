@@ -10,7 +10,7 @@ import pytest
 
 from eai.abilities.attempt import Usage
 from eai.abilities.protocol import FOUR, Ability
-from eai.benchmark.errata import ErrataUse
+from eai.benchmarks.errata import ErrataUse
 from eai.cli.console import counted, dollars
 from eai.cli.table import result_json
 from eai.results.totals import Totals

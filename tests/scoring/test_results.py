@@ -11,7 +11,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.benchmark.errata import ErrataUse
+from eai.benchmarks.errata import ErrataUse
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.summary import by_attempt, summarise

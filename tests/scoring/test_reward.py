@@ -19,8 +19,8 @@ from eai import Ability, Benchmark, InputError, Suite, Task, given, make_task
 from eai.abilities.protocol import FOUR
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.names import TaskReference
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.names import TaskReference
 from eai.logic.formula import And, Or
 from eai.pddl.planning import PlannerOutcome
 from eai.planning.successor_generator import applicable_actions

@@ -9,7 +9,7 @@ import pytest
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
-from eai.benchmark.errata import ErrataUse
+from eai.benchmarks.errata import ErrataUse
 from eai.results.record import Record
 from eai.results.totals import Totals
 from eai.scoring.records import Shard, find_shards, merge_shards, part_of, read_records, write_shard

@@ -13,8 +13,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Confusion
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import record_from_json, record_to_json, sha256_of
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile

@@ -16,7 +16,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.json_value import Json
 from eai.base.store import Store
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.record import Origin, Record
 from eai.results.responses import Response, ResponseFile

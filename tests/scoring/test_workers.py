@@ -17,7 +17,7 @@ import pytest
 import eai
 from eai.base.errors import EaiError
 from eai.base.store import Store
-from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_answer_book
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Reward
 from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers, _Batch, _remove, _Worker, batches

@@ -14,8 +14,8 @@ from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite
 from eai.tasks.source import TaskSet
 
 TASK_IDS = tuple(f"{number}_1" for number in range(7))

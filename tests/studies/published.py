@@ -6,7 +6,7 @@ from functools import cache
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.responses import Response, ResponseFile
 from eai.results.tidy import Tables

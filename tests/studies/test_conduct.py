@@ -11,7 +11,7 @@ import pytest
 import eai
 from eai import Benchmark, InputError, Task, given, make_task
 from eai.abilities.notation.plans import QUESTION, refusal
-from eai.generator.spec import SHUT_LAST
+from eai.benchmarks.generator.spec import SHUT_LAST
 from eai.results.responses import Response, ResponseFile
 from eai.results.table import Estimate, Table
 from eai.scoring.batch import score_run

@@ -118,7 +118,7 @@ def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
 
 
 def test_eight_tasks_ask_for_two_lights_of_one_name(data_store: Store) -> None:
-    from eai.benchmark.registry import find_benchmark
+    from eai.benchmarks.registry import find_benchmark
 
     flags = item_flags(Source(data_store))
     tasks = find_benchmark("virtualhome").tasks(Source(data_store))

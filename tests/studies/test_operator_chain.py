@@ -12,7 +12,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.studies.pipeline.operator_chain import (
     CONDITIONS_MISSED,

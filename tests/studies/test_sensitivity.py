@@ -11,7 +11,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.rules import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.base.store import Store
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.pddl.reader import read_domain

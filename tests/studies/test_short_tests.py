@@ -9,8 +9,8 @@ import pytest
 from by_path import module_at
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.studies.items.study import Scores, scores_of
 from eai.tasks.adaptive import short_test
 from eai.tasks.source import Source

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.tasks.adaptive import (
     ability_of,
     item_difficulties,

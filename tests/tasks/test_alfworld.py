@@ -11,9 +11,9 @@ from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.base.errors import InputError
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rules import Rules

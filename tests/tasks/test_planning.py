@@ -1,14 +1,14 @@
 from __future__ import annotations
 
-from benchmark.plan_scorers import virtualhome_scorer
+from benchmarks.plan_scorers import virtualhome_scorer
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.protocol import Protocol
-from eai.households.virtualhome import domain as virtualhome
-from eai.households.virtualhome.tasks import VirtualHomeTasks
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import SearchEnd
 from eai.tasks.planning import find_plan, planning_goal
-from households.virtualhome.household import make_task
 from sweeps import every
 
 UNREACHABLE = {"688_1"}

@@ -10,8 +10,8 @@ import pytest
 from by_path import TESTS
 from eai.abilities.protocol import Ability
 from eai.base.errors import DataError, InputError
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.export import export
 from eai.pddl.fast_downward import FastDownward

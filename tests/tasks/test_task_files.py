@@ -14,11 +14,11 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import open_answer_book, open_planned_book
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import open_answer_book, open_planned_book
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.envs.environment import make
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source

@@ -5,8 +5,8 @@ from itertools import cycle
 
 import pytest
 
-from eai.households.virtualhome import domain as virtualhome
-from eai.households.virtualhome.tasks import VirtualHomeTasks
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import TRUE, Atom, Formula, Variable
 from eai.world.conformance import check
 from eai.world.derived import Computed

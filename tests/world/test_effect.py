@@ -6,8 +6,8 @@ from collections.abc import Callable
 import pytest
 
 from eai.base.errors import DomainError
-from eai.households.virtualhome import domain as virtualhome
-from eai.households.virtualhome.tasks import VirtualHomeTasks
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Variable
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain

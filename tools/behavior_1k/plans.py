@@ -16,11 +16,11 @@ from products import Products
 from ways import NoWayError, Scope, Way
 
 import eai.logic.formula as f
-from eai.benchmark.packs import open_pack
-from eai.households.behavior_1k import predicates as p
-from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
-from eai.households.behavior_1k.operators import declared
-from eai.households.behavior_1k.scene import SetUp, scenes
+from eai.benchmarks.behavior_1k import predicates as p
+from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
+from eai.benchmarks.behavior_1k.operators import declared
+from eai.benchmarks.behavior_1k.scene import SetUp, scenes
+from eai.benchmarks.packs import open_pack
 from eai.logic.traversal import walk
 from eai.planning.planner import needed_actions
 from eai.planning.successor_generator import PlanNode

@@ -7,7 +7,7 @@ from functools import partial
 
 from ways import NoWayError, Way, Ways
 
-from eai.households.behavior_1k import predicates as p
+from eai.benchmarks.behavior_1k import predicates as p
 from eai.world.vocabulary import Predicate
 
 

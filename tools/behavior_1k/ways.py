@@ -10,8 +10,8 @@ from functools import partial
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.households.behavior_1k import predicates as p
-from eai.households.behavior_1k.conventions import Facts
+from eai.benchmarks.behavior_1k import predicates as p
+from eai.benchmarks.behavior_1k.conventions import Facts
 from eai.world.action import Action
 from eai.world.condition import Readings
 from eai.world.domain import Domain

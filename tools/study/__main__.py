@@ -29,8 +29,8 @@ from page import page_of
 from published_scores import ANSWERS, find_answers
 
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.benchmark.registry import FIRST
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.registry import FIRST
+from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.paper_tables import paper_models, published_scores
 from eai.scoring.batch import NO_ROW, score_run

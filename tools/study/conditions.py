@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.registry import FIRST
+from eai.benchmarks.registry import FIRST
 from eai.results.paper_tables import PublishedSuite, published_scores
 
 _ABILITIES = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)

@@ -22,7 +22,7 @@ from evidence import (
     told,
 )
 
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.results.lines import AnswerLine, goals_of, score_of
 from eai.results.table import Estimate
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from claim import Claim, Finding, Row, Status, by_degree, fisher
 from evidence import GI, GPT_4O, NAMED, TM, B, Evidence, Suite, V
 
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.results.data_set import table_of
 from eai.results.paper_tables import PaperColumn, paper_models, paper_table
 from eai.results.rate import Rate

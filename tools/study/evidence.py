@@ -10,8 +10,8 @@ from typing import NamedTuple, TypeVar
 
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.scorer import TransitionModeling
-from eai.benchmark.suite import Suite as ScoredSuite
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import Suite as ScoredSuite
+from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.lines import AnswerLine, Line, case_of
 from eai.results.paper_tables import PublishedSuite, paper_models

@@ -20,10 +20,10 @@ from rates import (
 )
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmark.errata import published_errata
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.errata import published_errata
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.logic import formula as f
 from eai.logic.ltl import parse
 from eai.results.data_set import table_of

@@ -14,7 +14,7 @@ from measures_rates import STRONG
 from rates import all_of, if_so, most_of, rates_of
 
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.results.comparison import compare
 from eai.results.lines import AnswerLine, StepLine, goals_of
 from eai.results.paper_tables import paper_models

@@ -12,8 +12,8 @@ from rates import all_of, if_so
 
 from eai.abilities.explanation import StepReport
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.logic import formula as f
 from eai.results.lines import StepLine
 from eai.tasks.task import GoalKind, Task

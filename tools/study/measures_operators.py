@@ -11,7 +11,7 @@ from evidence import GPT_4O, NAMED, TM, B, Evidence, Suite, V, below_zero, told
 from rates import all_of, if_so
 
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.pddl.planning import PlannerOutcome
 from eai.results.rate import Rate
 from eai.studies.cofactors.effects import rank_correlation

@@ -13,9 +13,9 @@ from measures_rates import OPEN_WEIGHT
 from rates import all_of, if_so
 
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.results.model_cards import model_cards
 from eai.results.paper_tables import paper_models
 from eai.tasks.prompts.prompt import Belief, Prompt

@@ -47,7 +47,7 @@ from rates import (
     together,
 )
 
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.results.data_set import table_of
 from eai.results.paper_tables import paper_table
 

@@ -72,7 +72,7 @@ class Protocol(_Name):
     """The name of a named, versioned set of rules for scoring.
 
     `STRICT` is what the paper says, with the defects of its reference package mended. The others are found by
-    entry points of the group ``eai.protocols`` (`eai.benchmark.protocols`): ``eai-1.0.5`` gives the verdicts
+    entry points of the group ``eai.protocols`` (`eai.benchmarks.protocols`): ``eai-1.0.5`` gives the verdicts
     of that package, release 1.0.5, defect by defect.
     """
 

@@ -15,9 +15,9 @@ from eai.abilities.notation.plans import resolve
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.acting.setting import AGENT, REACT, STANDARD, TEXT, Setting
 from eai.base.errors import InputError
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import loaded
-from eai.benchmark.suite import Suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import loaded
+from eai.benchmarks.suite import Suite
 from eai.envs.agents import AGENTS
 from eai.envs.command import DONE, Commands, is_look
 from eai.envs.game import Game

@@ -21,7 +21,7 @@ from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, Unreadable
 from eai.acting.play import Arena, Episode, read_episode, rules_of
 from eai.acting.setting import STANDARD
 from eai.acting.verdict import ActingVerdict, Outlook, Turn
-from eai.benchmark.benchmark import Benchmark
+from eai.benchmarks.benchmark import Benchmark
 from eai.envs.command import DONE
 from eai.envs.game import Game
 from eai.envs.reference import staged

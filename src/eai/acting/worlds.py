@@ -15,7 +15,7 @@ from eai.acting.setting import STANDARD, Setting
 from eai.base.errors import InputError
 from eai.base.files import file_name, sole_run, write_whole, writing_to
 from eai.base.grouping import grouped
-from eai.benchmark.suite import Suite
+from eai.benchmarks.suite import Suite
 from eai.envs.command import LOOK
 from eai.results.responses import COLUMNS, LINES
 from eai.scoring.trials import Place

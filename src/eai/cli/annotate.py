@@ -15,8 +15,8 @@ from eai.abilities.reports import fact_text
 from eai.base.errors import InputError, InterruptError, did_you_mean
 from eai.base.files import file_name, write_whole
 from eai.base.json_value import Json
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.cli.console import counted, note, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, flag, opened_source
 from eai.cli.progress import scoring_progress

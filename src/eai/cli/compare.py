@@ -156,7 +156,7 @@ def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
 
     An ability that is asked of files of its own has one run whatever the file is called.
     """
-    from eai.benchmark.obfuscated import plain_name
+    from eai.benchmarks.obfuscated import plain_name
 
     places = {}
     for place, run in runs.items():

@@ -16,12 +16,12 @@ from rich.segment import Segment
 from eai.abilities.protocol import Ability
 from eai.base.errors import how_to_install, needing
 from eai.base.files import printable
-from eai.benchmark.registry import REFERENCES
+from eai.benchmarks.registry import REFERENCES
 
 if TYPE_CHECKING:
     from eai.base.json_value import Json
-    from eai.benchmark.benchmark import Benchmark
-    from eai.benchmark.suite import Suite
+    from eai.benchmarks.benchmark import Benchmark
+    from eai.benchmarks.suite import Suite
     from eai.tasks.source import Finding
 
 DOMAIN_HELP = f"A benchmark: {REFERENCES}."

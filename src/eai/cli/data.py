@@ -10,12 +10,12 @@ from typing import Annotated
 import typer
 
 from eai.base.json_value import Json
-from eai.benchmark.benchmark import Benchmark, Figure
-from eai.benchmark.check import check_annotations
-from eai.benchmark.packs import fetch as fetch_packs
-from eai.benchmark.packs import info as info_on
-from eai.benchmark.packs import registered_packs, validate
-from eai.benchmark.registry import find_benchmark, of_the_paper
+from eai.benchmarks.benchmark import Benchmark, Figure
+from eai.benchmarks.check import check_annotations
+from eai.benchmarks.packs import fetch as fetch_packs
+from eai.benchmarks.packs import info as info_on
+from eai.benchmarks.packs import registered_packs, validate
+from eai.benchmarks.registry import find_benchmark, of_the_paper
 from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, Errata, flag, opened_source, store
 from eai.cli.progress import data_progress

@@ -25,11 +25,11 @@ from eai.acting.verdict import ActingVerdict, outlook_text
 from eai.base.errors import EaiError, InputError, did_you_mean, member
 from eai.base.files import write_whole
 from eai.base.store import Store
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.packs import is_at_hand
-from eai.benchmark.registry import registered
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.packs import is_at_hand
+from eai.benchmarks.registry import registered
+from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import counted, output, print_json, say
 from eai.cli.options import AsJson, DataFolder, flag, store
 from eai.pictures.course import film_name, states_of

@@ -17,10 +17,10 @@ from eai.base.errors import InputError
 from eai.base.files import Content, write_whole
 from eai.base.grouping import grouped
 from eai.base.json_value import Json
-from eai.benchmark.names import suite_name
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark, registered
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.names import suite_name
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark, registered
+from eai.benchmarks.suite import open_suite
 from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, asked_by_default, counted, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, flag, opened_source

@@ -16,7 +16,7 @@ from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.base.errors import InputError, did_you_mean
 from eai.base.files import file_name, read_toml
 from eai.base.json_value import Json
-from eai.benchmark.suite import Suite
+from eai.benchmarks.suite import Suite
 from eai.cli import options
 from eai.cli.options import SETTING, setting
 from eai.results.answer_files import recorded_file

@@ -12,13 +12,23 @@ from rich.table import Table
 
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import writing_to
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.generator import sets
+from eai.benchmarks.generator.generator import Generator, generate
+from eai.benchmarks.generator.measures import Measure
+from eai.benchmarks.generator.spec import (
+    Forms,
+    Generated,
+    HeldOut,
+    Outcome,
+    Reason,
+    Spec,
+    Split,
+    TaskKind,
+    Tier,
+)
+from eai.benchmarks.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, counted, errors, output, tell
 from eai.cli.options import AsJson, DataFolder, Seed, flag, opened_source
-from eai.generator import sets
-from eai.generator.generator import Generator, generate
-from eai.generator.measures import Measure
-from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Reason, Spec, Split, TaskKind, Tier
 from eai.pddl.export import export
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.tasks.task import Task

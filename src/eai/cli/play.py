@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from eai.acting.setting import ACTING, PICTURES, Setting
 from eai.base.errors import InputError
-from eai.benchmark.suite import Suite
+from eai.benchmarks.suite import Suite
 from eai.cli.console import counted, note, say
 from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
 from eai.cli.progress import resumable

@@ -12,9 +12,9 @@ from eai.acting.setting import ACTING
 from eai.base.errors import InputError, did_you_mean
 from eai.base.files import write_whole
 from eai.base.json_value import Json
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import counted, tell
 from eai.cli.options import flag, listed, opened_source
 from eai.report.answer_form import form_html

@@ -12,7 +12,7 @@ from eai.base.errors import InputError
 from eai.base.files import write_whole
 from eai.base.grouping import grouped
 from eai.base.json_value import Json
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.cli.console import counted, output, tell
 from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, flag, opened_source
 from eai.cli.table import PERCENT

@@ -18,10 +18,10 @@ from eai.base.errors import EaiError, InputError
 from eai.base.files import write_whole, writing_to
 from eai.base.json_value import Json
 from eai.base.store import Store
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.packs import is_at_hand
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark, registered, title_of
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.packs import is_at_hand
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark, registered, title_of
 from eai.cli.console import counted, note, output, say, tell
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, listed, opened_source, store
 from eai.cli.progress import scoring_progress

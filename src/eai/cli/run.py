@@ -21,9 +21,9 @@ from eai.acting.setting import ACTING, STANDARD
 from eai.acting.verdict import ActingVerdict
 from eai.base.errors import InputError
 from eai.base.files import file_name, sole_run
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark, of_the_paper
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark, of_the_paper
+from eai.benchmarks.suite import Suite, open_suite
 from eai.cli import console, flags, options
 from eai.cli.flags import run_flag
 from eai.cli.options import OUTPUT, SCORING, AsJson, DataFolder, Wide, flag

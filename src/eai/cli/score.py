@@ -18,8 +18,8 @@ from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
 from eai.base.errors import InputError, InterruptError, needing
 from eai.base.files import sole_run
 from eai.base.json_value import Json
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
 from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, counted, inspect_needed, note, note_planner, print_json, say
 from eai.cli.options import ANSWERS, OUTPUT, SCORING, flag, scoring

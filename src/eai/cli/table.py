@@ -10,7 +10,7 @@ from pathlib import Path
 from eai.abilities.declaration import declaration_of
 from eai.base.grouping import grouped
 from eai.base.json_value import Json
-from eai.benchmark.registry import title_of
+from eai.benchmarks.registry import title_of
 from eai.cli.console import note, output, say
 from eai.results.coverage import Coverage
 from eai.results.table import Column, Estimate, NamedCells, Table

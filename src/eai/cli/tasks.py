@@ -11,13 +11,13 @@ import typer
 
 from eai.base.errors import InputError
 from eai.base.json_value import Json
-from eai.benchmark.check import check_benchmark
-from eai.benchmark.registry import PDDL, REFERENCES, find_benchmark, is_task_files, of_the_paper
+from eai.benchmarks.check import check_benchmark
+from eai.benchmarks.generator.problem_files import problem_files_in, read_problems
+from eai.benchmarks.generator.sets import overlap_of, unproven
+from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_task_files, of_the_paper
 from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, flag, opened_source
 from eai.cli.progress import scoring_progress
-from eai.generator.problem_files import problem_files_in, read_problems
-from eai.generator.sets import overlap_of, unproven
 from eai.households.croissant import write_croissant
 from eai.planning.search import SearchEnd
 from eai.tasks.source import Finding

@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import NoReturn
 
 from eai.base.errors import how_to_install
-from eai.benchmark.registry import CAPITALISED
+from eai.benchmarks.registry import CAPITALISED
 
 __all__ = ["ANY", "IDS", "AnyText", "TextEnvironment", "make"]
 

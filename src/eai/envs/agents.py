@@ -15,10 +15,10 @@ from typing import TypeAlias
 
 from eai.abilities.verdict import REFUSE
 from eai.base.errors import InputError
+from eai.benchmarks.generator.measures import lids, presence
 from eai.envs.command import DONE
 from eai.envs.game import Game
 from eai.envs.stage import Stage
-from eai.generator.measures import lids, presence
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.rewriting import rewrite, with_terms
 from eai.planning.greedy_search import GreedySearch

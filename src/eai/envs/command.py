@@ -9,7 +9,7 @@ from typing import TypeAlias
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import resolve
 from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.benchmark.benchmark import Benchmark
+from eai.benchmarks.benchmark import Benchmark
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain

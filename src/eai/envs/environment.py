@@ -13,8 +13,8 @@ from gymnasium.error import ResetNeeded
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.envs.command import MAX_LENGTH
 from eai.envs.game import Game
 from eai.envs.observation import manual

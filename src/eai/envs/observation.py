@@ -11,7 +11,7 @@ from operator import itemgetter
 from typing import NamedTuple, TypeAlias
 
 from eai.base.grouping import grouped
-from eai.benchmark.benchmark import Benchmark
+from eai.benchmarks.benchmark import Benchmark
 from eai.envs.listed import HOW_TO_READ, facts_in_short, in_short
 from eai.envs.rules import Feedback, Observe, Rules, View
 from eai.logic.formula import TRUE

@@ -7,7 +7,7 @@ from typing import Any
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.errors import InputError
-from eai.benchmark.suite import Suite
+from eai.benchmarks.suite import Suite
 from eai.results.record import Record
 from eai.results.responses import COLUMNS, Response
 from eai.results.summary import outcome as outcome_of

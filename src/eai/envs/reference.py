@@ -7,8 +7,8 @@ from functools import lru_cache
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.names import TaskReference
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.names import TaskReference
 from eai.envs.agents import AGENTS, Agent, refusal_of
 from eai.envs.command import DONE
 from eai.envs.game import Game

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 from eai.abilities.reasoning import split_reasoning
 from eai.base.errors import member
-from eai.benchmark.names import TaskReference
+from eai.benchmarks.names import TaskReference
 from eai.envs.game import Game
 from eai.envs.reference import stage_of
 from eai.envs.rules import TRAINING, Rules

@@ -9,7 +9,7 @@ from math import ceil
 from typing import TYPE_CHECKING, NamedTuple
 
 from eai.base.errors import InputError
-from eai.benchmark.benchmark import Benchmark
+from eai.benchmarks.benchmark import Benchmark
 from eai.envs.command import DONE, Commands
 from eai.envs.observation import Observer, task_text
 from eai.envs.rules import Rules

@@ -16,10 +16,10 @@ from eai import __version__
 from eai.acting.setting import ACTING
 from eai.base.errors import InputError
 from eai.base.files import content_of, files_below, write_whole
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.names import TaskReference
-from eai.benchmark.registry import PDDL, registered
-from eai.benchmark.suite import Suite
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.names import TaskReference
+from eai.benchmarks.registry import PDDL, registered
+from eai.benchmarks.suite import Suite
 from eai.envs.command import DONE
 from eai.harbor.verify import is_right
 from eai.tasks.prompts.prompt import Prompt

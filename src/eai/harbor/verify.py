@@ -17,8 +17,8 @@ from eai.acting.play import Arena, Play
 from eai.acting.setting import ACTING, STANDARD
 from eai.acting.worlds import HARNESS, journal_in
 from eai.base.errors import InputError
-from eai.benchmark.names import TaskReference
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.names import TaskReference
+from eai.benchmarks.suite import Suite, open_suite
 from eai.results.summary import summarise
 from eai.scoring.reward import LIMIT
 

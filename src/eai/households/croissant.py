@@ -16,8 +16,8 @@ from typing import Any
 from eai.abilities.reports import action_text, fact_text
 from eai.base.errors import EaiError, how_to_install
 from eai.base.files import write_whole
-from eai.benchmark.benchmark import Benchmark
-from eai.households.packs import EAI_EVAL, SCENE_PREFIX
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.reference_wheel import EAI_EVAL, SCENE_PREFIX
 from eai.tasks.source import Source
 from eai.tasks.task_lines import goal_texts
 

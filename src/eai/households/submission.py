@@ -13,8 +13,8 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, require_file, write_whole
 from eai.base.store import Store
-from eai.benchmark.registry import FIRST, find_benchmark
-from eai.households.packs import SCENE_PREFIX, task_id_of
+from eai.benchmarks.reference_wheel import SCENE_PREFIX, task_id_of
+from eai.benchmarks.registry import FIRST, find_benchmark
 from eai.results.answer_files import UNREADABLE, members_of
 from eai.results.responses import SUFFIX, find_response_files, read_responses
 from eai.tasks.prompts.prompt import read_prompt_file

@@ -14,8 +14,8 @@ from typing import TypeAlias, runtime_checkable
 from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.files import file_name
-from eai.benchmark.registry import registered
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.registry import registered
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pictures.picture import picture_words
 from eai.pictures.scene_graph import SceneWords
 from eai.pictures.tiles import Tile, tiles_of

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias
 from eai.base.errors import InputError
 from eai.base.files import content_of
 from eai.base.grouping import grouped
-from eai.benchmark.benchmark import Benchmark
+from eai.benchmarks.benchmark import Benchmark
 from eai.pictures.drawing import Drawing, draw, image_of, png
 from eai.pictures.scene_graph import SceneGraph, SceneWords
 from eai.pictures.tiles import tiles_of

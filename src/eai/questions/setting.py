@@ -17,7 +17,7 @@ from typing import TypeAlias, TypeVar
 import eai.logic.formula as f
 from eai.abilities.reports import action_text, fact_text
 from eai.base.grouping import grouped
-from eai.generator.scene import with_only
+from eai.benchmarks.generator.scene import with_only
 from eai.logic.traversal import objects
 from eai.planning.planner import Planner
 from eai.planning.search import Limits

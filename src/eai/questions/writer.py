@@ -11,7 +11,7 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.benchmark import Benchmark
+from eai.benchmarks.benchmark import Benchmark
 from eai.planning.planner import Planner
 from eai.questions import one_step, plans
 from eai.questions.question import Accept, Form, Kind, Question

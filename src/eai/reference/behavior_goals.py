@@ -14,8 +14,8 @@ from eai.abilities.goal_interpretation.scorer import wrong_goal_notes
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
-from eai.households.behavior.notation import RELATIONS, STATES
-from eai.households.behavior.tasks import BehaviorTask
+from eai.benchmarks.behavior.notation import RELATIONS, STATES
+from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.tasks.task import GoalKind
 from eai.world.fault import FaultKind
 

@@ -18,8 +18,8 @@ from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep, named
 from eai.abilities.notation.plans import CarryOut, Course, JsonPlans
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.households.behavior.domain import as_meant
-from eai.households.behavior.tasks import BehaviorTask
+from eai.benchmarks.behavior.domain import as_meant
+from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.reference import behavior_quirks
 from eai.reference.behavior_quirks import behavior_goal_test
 from eai.reference.plans import beside_strict

@@ -25,10 +25,10 @@ from typing_extensions import assert_never
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.households.behavior import operators as o
-from eai.households.behavior import predicates as p
-from eai.households.behavior.domain import as_declared
-from eai.households.behavior.predicates import X, Y
+from eai.benchmarks.behavior import operators as o
+from eai.benchmarks.behavior import predicates as p
+from eai.benchmarks.behavior.domain import as_declared
+from eai.benchmarks.behavior.predicates import X, Y
 from eai.logic.choice import Objects, Option, value_of
 from eai.logic.formula import FALSE, Exists
 from eai.logic.rewriting import map_leaves

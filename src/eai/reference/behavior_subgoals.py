@@ -22,8 +22,8 @@ from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, P
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.verdict import ErrorReport
-from eai.households.behavior import predicates as p
-from eai.households.behavior.notation import (
+from eai.benchmarks.behavior import predicates as p
+from eai.benchmarks.behavior.notation import (
     ACTIONS,
     ARITIES,
     BehaviorSubgoals,
@@ -31,7 +31,7 @@ from eai.households.behavior.notation import (
     meant,
     published_names,
 )
-from eai.households.behavior.tasks import BehaviorTask
+from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.signature import Signature, takes
 from eai.logic.traversal import walk

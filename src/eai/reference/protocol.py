@@ -23,9 +23,9 @@ from eai.abilities.scorer import Scorer
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Verdict
 from eai.base.errors import InputError
-from eai.benchmark.benchmark import Benchmark, Opener
-from eai.benchmark.names import TaskReference
-from eai.benchmark.protocols import Implementation
+from eai.benchmarks.benchmark import Benchmark, Opener
+from eai.benchmarks.names import TaskReference
+from eai.benchmarks.protocols import Implementation
 from eai.tasks.share import Share
 from eai.tasks.source import Source, TaskSet
 from eai.world.action import Action, Fault
@@ -47,7 +47,7 @@ def open_virtualhome(
         source: where the data comes from.
         with_ids: whether answers to plans have ids: all, or none; None looks at each.
     """
-    from eai.households.virtualhome.benchmark import open_tasks
+    from eai.benchmarks.virtualhome.benchmark import open_tasks
 
     tasks, task_ids = open_tasks(source), benchmark.tasks_for(ability, source)
     match ability:
@@ -79,7 +79,7 @@ def read_together(benchmark: Benchmark, ability: Ability, answers: Iterable[str]
 
 def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
     """A suite of BEHAVIOR."""
-    from eai.households.behavior.benchmark import open_tasks
+    from eai.benchmarks.behavior.benchmark import open_tasks
 
     tasks = open_tasks(source)
     match ability:

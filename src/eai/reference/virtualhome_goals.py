@@ -13,8 +13,8 @@ from eai.abilities.goal_interpretation.scorer import GoalInterpretation, ill_for
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goals import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.verdict import ALL, Confusion, Unreadable
-from eai.households.virtualhome.notation import FIELDS, VirtualHomeGoals, goal_of
-from eai.households.virtualhome.predicates import object_id
+from eai.benchmarks.virtualhome.notation import FIELDS, VirtualHomeGoals, goal_of
+from eai.benchmarks.virtualhome.predicates import object_id
 from eai.logic.choice import choice_options
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain

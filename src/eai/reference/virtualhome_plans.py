@@ -24,15 +24,15 @@ from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import CarryOut, Course
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
-from eai.households.virtualhome.domain import as_meant
-from eai.households.virtualhome.plan_notation import (
+from eai.benchmarks.virtualhome.domain import as_meant
+from eai.benchmarks.virtualhome.plan_notation import (
     Identified,
     VirtualHomePlans,
     has_ids,
     identified,
     index_of,
 )
-from eai.households.virtualhome.tasks import VirtualHomeTask
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.reference import virtualhome_quirks
 from eai.reference.plans import beside_strict
 from eai.reference.virtualhome_quirks import relevant_objects

@@ -11,11 +11,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, reduce, wraps
 
-from eai.households.virtualhome import operators as o
-from eai.households.virtualhome import predicates as p
-from eai.households.virtualhome.domain import as_declared
-from eai.households.virtualhome.predicates import R, X, Y
-from eai.households.virtualhome.tasks import VirtualHomeTask
+from eai.benchmarks.virtualhome import operators as o
+from eai.benchmarks.virtualhome import predicates as p
+from eai.benchmarks.virtualhome.domain import as_declared
+from eai.benchmarks.virtualhome.predicates import R, X, Y
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.logic.formula import FALSE, Exists, Formula
 from eai.world.derived import Lookup, Values
 from eai.world.domain import Domain

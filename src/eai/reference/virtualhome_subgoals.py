@@ -15,7 +15,7 @@ from random import Random
 
 from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected, unparseable
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits, GoalProgress, Outcome
-from eai.households.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
+from eai.benchmarks.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl

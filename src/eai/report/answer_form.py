@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.protocol import Ability
 from eai.base.json_value import Json
-from eai.benchmark.benchmark import Benchmark
+from eai.benchmarks.benchmark import Benchmark
 from eai.results.page import build_page, for_script
 from eai.results.responses import SUFFIX
 from eai.tasks.prompts.prompt import Prompt

@@ -25,10 +25,10 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, files_below, read_toml
 from eai.base.grouping import grouped
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark, title_of
-from eai.benchmark.suite import Suite, open_suite
-from eai.generator.sets import MANIFEST, file_of_set, set_of, unproven
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator.sets import MANIFEST, file_of_set, set_of, unproven
+from eai.benchmarks.registry import find_benchmark, title_of
+from eai.benchmarks.suite import Suite, open_suite
 from eai.report.rankings import RankedModel, Ranking, Score, rankings
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.answer_files import ZIP, suite_files, unpacked

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.features import Features
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.features import Features
 from eai.results.data_set import profiles_of
 from eai.results.plots import ACCENT, INK, RULE, clipped, sheet, styled, write
 from eai.tasks.source import Source

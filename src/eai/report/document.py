@@ -11,7 +11,7 @@ from operator import itemgetter
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.base.grouping import grouped
-from eai.benchmark.registry import title_of
+from eai.benchmarks.registry import title_of
 from eai.report.rankings import Ranking
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table_specs import suite_title

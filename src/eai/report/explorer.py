@@ -20,7 +20,7 @@ from eai.abilities.repair import repair_lines
 from eai.abilities.verdict import PlanVerdict, SpanKind, Verdict
 from eai.acting.verdict import ActingVerdict
 from eai.base.json_value import Json
-from eai.benchmark.registry import title_of
+from eai.benchmarks.registry import title_of
 from eai.pictures.course import Course
 from eai.pictures.tiles import Tile
 from eai.results.page import build_page, for_script

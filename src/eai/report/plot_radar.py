@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability, place_of
 from eai.base.grouping import grouped
-from eai.benchmark.registry import title_of
+from eai.benchmarks.registry import title_of
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table_specs import ability_title
 from eai.results.plots import INK, LINES, MUTED, PAGE, RULE, SOFT, clipped, sheet

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.grouping import grouped
-from eai.benchmark.registry import title_of
+from eai.benchmarks.registry import title_of
 from eai.report.rankings import RankedModel, Ranking
 from eai.report.table_specs import ability_title
 from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped, sheet

@@ -18,7 +18,7 @@ from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.abilities.protocol import Ability
 from eai.base.files import file_name, write_whole
 from eai.base.grouping import grouped
-from eai.benchmark.registry import title_of
+from eai.benchmarks.registry import title_of
 from eai.report import plot_summary
 from eai.report.plot_radar import draw_radar
 from eai.report.rankings import Ranking

@@ -22,8 +22,8 @@ from eai import __version__
 from eai.abilities.declaration import declaration_of, label_of
 from eai.base.grouping import grouped
 from eai.base.json_value import Json
-from eai.benchmark.names import suite_name
-from eai.benchmark.registry import of_the_paper
+from eai.benchmarks.names import suite_name
+from eai.benchmarks.registry import of_the_paper
 from eai.report.run_summary import RunSummary
 from eai.tasks.options import Options
 

@@ -21,7 +21,7 @@ from eai.abilities.declaration import MetricColumn
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.grouping import grouped
-from eai.benchmark.registry import title_of
+from eai.benchmarks.registry import title_of
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import (
     TableSpec,

@@ -8,7 +8,7 @@ from functools import cache
 
 from eai.abilities.declaration import OVERALL, PLANNER, SATISFIED, MetricColumn, declaration_of, label_of
 from eai.abilities.protocol import FOUR, Ability, place_of
-from eai.benchmark.registry import title_of
+from eai.benchmarks.registry import title_of
 from eai.results.paper_tables import PaperColumn
 from eai.results.summary import AVERAGE
 from eai.tasks.task import CATEGORIES

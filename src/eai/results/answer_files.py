@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING
 from eai.abilities.protocol import Ability, place_of, registered_abilities
 from eai.base.errors import EaiError, InputError
 from eai.base.files import MAX_UNPACKED, UNPACKED_PER_BYTE, read_toml
-from eai.benchmark.registry import find_benchmark, registered
+from eai.benchmarks.registry import find_benchmark, registered
 from eai.results.responses import ENDINGS, SUFFIX, attempt_name, find_response_files, model_name
 
 if TYPE_CHECKING:
-    from eai.benchmark.benchmark import Benchmark
+    from eai.benchmarks.benchmark import Benchmark
 
 _RUN, _ABOVE = "run*.toml", 4
 """How the files are called that say what runs were of, and how many folders above records they may be."""

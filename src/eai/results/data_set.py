@@ -15,8 +15,8 @@ from statistics import fmean, median
 
 from eai.abilities.protocol import FOUR, Ability
 from eai.base.files import parse_toml
-from eai.benchmark.benchmark import Benchmark, Figure
-from eai.benchmark.features import Features, features_of
+from eai.benchmarks.benchmark import Benchmark, Figure
+from eai.benchmarks.features import Features, features_of
 from eai.logic.traversal import predicates_of
 from eai.pddl.model import effect_atoms, effect_conditions
 from eai.pddl.reader import read_action

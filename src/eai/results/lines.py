@@ -53,7 +53,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AnswerLine(Line):
-    """One answer, or the lack of one, and what its task is like (`eai.benchmark.features`).
+    """One answer, or the lack of one, and what its task is like (`eai.benchmarks.features`).
 
     Attributes:
         outcome: what it came to: ``success``, ``goal_missed``, a kind of error, ``excluded``, ...

@@ -13,8 +13,8 @@ from functools import cache, cached_property
 from itertools import product, takewhile
 
 from eai.abilities.explanation import Statement
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.features import features_of
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.features import features_of
 from eai.logic.formula import Atom, Constant
 from eai.results.lines import Reason
 from eai.tasks.goal_test import alternatives

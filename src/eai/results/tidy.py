@@ -11,7 +11,7 @@ from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import read_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import NOTHING, PlanVerdict, Shares
-from eai.benchmark.registry import find_benchmark, registered
+from eai.benchmarks.registry import find_benchmark, registered
 from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
 from eai.results.record import Record
 from eai.results.summary import goals_of, name_of, outcome, shares_by_task, steps_of

@@ -24,9 +24,9 @@ from eai.abilities.attempt import Usage
 from eai.acting.play import Arena, Play
 from eai.acting.setting import ACTING, REACT, TEXT, Setting
 from eai.acting.tools import command_of, tools_of
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark, loaded
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark, loaded
+from eai.benchmarks.suite import open_suite
 from eai.envs.command import DONE
 from eai.run.job import ERRATA, PROVIDER
 from eai.run.journal import Desk

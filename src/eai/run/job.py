@@ -16,8 +16,8 @@ from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
 from eai.acting.setting import ACTING, AGENT
 from eai.base.errors import InputError, did_you_mean
 from eai.base.json_value import Json
-from eai.benchmark.prompt_library import answer_form
-from eai.benchmark.suite import Suite
+from eai.benchmarks.prompt_library import answer_form
+from eai.benchmarks.suite import Suite
 from eai.pictures.scene_graph import SCENE
 from eai.results.codec import sha256_of
 from eai.scoring.trials import Inquiry, Trials

@@ -22,9 +22,9 @@ from eai.abilities.protocol import Ability
 from eai.acting.play import Arena, commands_of
 from eai.acting.setting import ACTING, STANDARD, Setting
 from eai.base.errors import InputError
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.copied_answers import open_copy_book, open_empty_book, open_lookup_book
-from eai.benchmark.gold_answers import (
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
+from eai.benchmarks.gold_answers import (
     AnswerBook,
     WrittenAnswer,
     believing,
@@ -36,8 +36,8 @@ from eai.benchmark.gold_answers import (
     open_answer_book,
     open_planned_book,
 )
-from eai.benchmark.random_answers import open_random_answers
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.random_answers import open_random_answers
+from eai.benchmarks.registry import find_benchmark
 from eai.envs.agents import AGENTS
 from eai.envs.command import DONE
 from eai.pictures.scene_graph import SCENE, read_scene_graph

@@ -5,7 +5,7 @@ An ability that is asked of files has one task, which ``-T domain=FILE`` names t
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import registered_abilities
-from eai.benchmark.registry import registered
+from eai.benchmarks.registry import registered
 from eai.run import provider
 from eai.run.acting import player
 from eai.run.scorer import SCORERS, paper_metrics

@@ -37,9 +37,9 @@ from eai.abilities.verdict import Verdict
 from eai.acting.setting import ACTING
 from eai.base.files import file_name
 from eai.base.grouping import grouped
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.pictures.scene_graph import SCENE
 from eai.results.codec import experiment_from_json, record_from_json, record_to_json

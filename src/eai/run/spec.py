@@ -21,7 +21,7 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.acting.setting import STANDARD, Setting
 from eai.base.errors import InputError, did_you_mean
 from eai.base.files import write_whole
-from eai.benchmark.registry import REFERENCES
+from eai.benchmarks.registry import REFERENCES
 from eai.run.job import Decoding, Pace
 from eai.scoring.options import ScoringOptions
 from eai.studies.registry import studies_of_runs

@@ -38,11 +38,11 @@ from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import file_name, require_file, writing_to
 from eai.base.grouping import grouped
 from eai.base.json_value import Json
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.names import suite_name
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.names import suite_name
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import experiment_to_json
 from eai.results.record import Record

@@ -16,7 +16,7 @@ from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
-from eai.benchmark.suite import Suite
+from eai.benchmarks.suite import Suite
 from eai.results.record import NOT_ANSWERED, Record
 from eai.results.responses import Response, ResponseFile, Row, response_of
 from eai.scoring.options import ScoringOptions

@@ -23,8 +23,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Verdict
 from eai.base.grouping import grouped
 from eai.base.json_value import Json
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.suite import Suite
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import Suite
 from eai.results.certainty import Cases
 from eai.results.codec import dataclass_to_json, sha256_of
 from eai.results.cost import per_success, per_success_to_json

@@ -24,7 +24,7 @@ from eai.results.record import Record
 from eai.results.totals import Totals
 
 if TYPE_CHECKING:
-    from eai.benchmark.suite import Suite
+    from eai.benchmarks.suite import Suite
 
 
 def record_of(suite: Suite, model: str, task_id: str, response: str, verdict: Verdict, **more: Any) -> Record:

@@ -24,8 +24,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer, exception_text
 from eai.abilities.verdict import ErrorReport, Merit, PlanVerdict, Verdict, gain_of_conditions
 from eai.base.errors import EaiError, InputError, member
-from eai.benchmark.names import TaskReference
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.names import TaskReference
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import Share

@@ -16,9 +16,9 @@ from eai.abilities.protocol import Ability, Protocol, place_of
 from eai.base.errors import InputError
 from eai.base.files import content_of, files_below, write_whole
 from eai.base.grouping import grouped
-from eai.benchmark.names import TaskReference
-from eai.benchmark.protocols import implementation_of
-from eai.benchmark.registry import registered
+from eai.benchmarks.names import TaskReference
+from eai.benchmarks.protocols import implementation_of
+from eai.benchmarks.registry import registered
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_setting
 from eai.results.record import Record

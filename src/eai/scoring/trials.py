@@ -14,8 +14,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.trial import Trial
 from eai.base.errors import InputError
-from eai.benchmark.protocols import preset
-from eai.benchmark.suite import Suite
+from eai.benchmarks.protocols import preset
+from eai.benchmarks.suite import Suite
 from eai.results.record import Record
 from eai.scoring.records import record_of
 from eai.tasks.prompts.prompt import Prompt

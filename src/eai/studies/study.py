@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.base.errors import InputError
-from eai.benchmark.registry import title_of
+from eai.benchmarks.registry import title_of
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import PaperTable, paper_setting
 from eai.results.plots import clipped, entitle

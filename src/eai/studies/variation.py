@@ -16,8 +16,8 @@ from eai.base.json_value import Json
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
-    from eai.benchmark.prompt_library import Library
-    from eai.benchmark.suite import Suite
+    from eai.benchmarks.prompt_library import Library
+    from eai.benchmarks.suite import Suite
     from eai.scoring.epochs import Believed, SuiteResult
     from eai.tasks.prompts.prompt import Prompt
 

@@ -191,7 +191,7 @@ def written(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | N
 
     Args:
         task: the task.
-        base: the benchmark whose world it is, as `eai.benchmark.registry.find_benchmark` takes it.
+        base: the benchmark whose world it is, as `eai.benchmarks.registry.find_benchmark` takes it.
         domain: its declaration.
         about: what else is known of the task.
     """

@@ -11,7 +11,7 @@ from eai import Benchmark, Reward, Shaping, Suite, Task, given, make_task
 from eai.abilities.notation.plans import QUESTION, reason_of, refusal
 from eai.abilities.repair import EFFORT
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_answer_book
 from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rules import TRAINING

@@ -8,9 +8,9 @@ import pytest
 
 from eai.abilities.notation.goal_lexicon import _StatedGoals, read_stated, write_goals
 from eai.abilities.notation.goals import JsonGoals
-from eai.benchmark.registry import find_benchmark
-from eai.households.behavior.tasks import BehaviorTasks
-from eai.households.virtualhome.tasks import VirtualHomeTasks
+from eai.benchmarks.behavior.tasks import BehaviorTasks
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Constant
 from eai.tasks.goal_test import alternatives
 from eai.tasks.goal_text import formula_text, make_task

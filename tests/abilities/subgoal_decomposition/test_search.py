@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.virtualhome import flat
 from eai.abilities.subgoal_decomposition.program import Do, Found, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits, GoalProgress, Outcome, search
 from eai.base.errors import InputError
-from eai.households.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.logic import semantics
 from eai.logic.formula import FALSE, TRUE, Constant, Equals, Formula, Leaf, Term, Then, Variable
 from eai.logic.ltl import parse, read_formula
@@ -24,7 +25,6 @@ from eai.world.fault import FaultKind
 from eai.world.operator import missing
 from eai.world.state import Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
-from households.virtualhome import flat
 from logic.naive import Facts
 from logic.random_formulas import PREDICATES, formulas, traces
 from logic.random_formulas import SCENE as OBJECTS_OF_SCENE

@@ -14,9 +14,9 @@ from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVe
 from eai.abilities.verdict import Confusion, Verdict
 from eai.base.errors import DataError
 from eai.base.store import Store
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
-from eai.households.published import TransitionTasks, open_behavior, open_virtualhome
+from eai.benchmarks.published import TransitionTasks, open_behavior, open_virtualhome
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.pddl.matching import SideMatch
 from eai.pddl.planners import make_planner
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome

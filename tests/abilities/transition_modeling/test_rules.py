@@ -12,7 +12,7 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
-from eai.households.published import TransitionTasks, open_behavior, open_virtualhome
+from eai.benchmarks.published import TransitionTasks, open_behavior, open_virtualhome
 from eai.pddl.model import PddlPredicate, type_of
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import eai.world as w
-from eai.benchmark.benchmark import Benchmark
+from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import Constant
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import given

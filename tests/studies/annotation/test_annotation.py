@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from eai.base.errors import InputError
-from eai.benchmark.check import check_annotations
+from eai.benchmarks.check import check_annotations
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.planning import PlannerChoice
 from eai.studies.annotation.decisions import (

@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import pytest
 
 from eai.base.store import Store
-from eai.benchmark.registry import find_benchmark
-from eai.households.behavior.activities import problem_of
-from eai.households.behavior.tasks import BehaviorTasks
-from eai.households.virtualhome.benchmark import open_demonstrations
-from eai.households.virtualhome.domain import as_meant
-from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
-from eai.households.virtualhome.tasks import VirtualHomeTasks
+from eai.benchmarks.behavior.activities import problem_of
+from eai.benchmarks.behavior.tasks import BehaviorTasks
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.virtualhome.benchmark import open_demonstrations
+from eai.benchmarks.virtualhome.domain import as_meant
+from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import And
 from eai.logic.rewriting import rename_objects
 from eai.studies.annotation.decisions import (

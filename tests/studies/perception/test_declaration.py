@@ -10,9 +10,9 @@ import pytest
 from command_line import Command
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.store import Store
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.responses import Response
 from eai.results.summary import outcome, summarise
@@ -49,7 +49,7 @@ def test_a_question_shows_a_picture_and_takes_a_template_of_the_users(
     data_store: Store, tmp_path: Path
 ) -> None:
     pytest.importorskip("matplotlib")
-    from eai.benchmark.prompt_library import Library
+    from eai.benchmarks.prompt_library import Library
 
     benchmark = find_benchmark("behavior")
     (tmp_path / "scene_graph.txt").write_text("Look at $objects", encoding="utf-8")

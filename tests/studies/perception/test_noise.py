@@ -12,9 +12,9 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.pictures.scene_graph import Supports
 from eai.planning.planner import Planner
 from eai.planning.search import Limits

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from ast import literal_eval
 
-from eai.benchmark.benchmark import Benchmark
-from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.tasks.task import Task
 from tasks.prompts.readers import STORED
 from tasks.prompts.sufficiency import Reader, Told

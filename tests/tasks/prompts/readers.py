@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.obfuscated import UNCHANGING, plain_name
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.obfuscated import UNCHANGING, plain_name
 from eai.tasks.task import Task
 from tasks.prompts.sufficiency import ListingReader, Reader, Statement, Told
 

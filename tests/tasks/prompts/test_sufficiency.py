@@ -10,19 +10,20 @@ from typing import TypeAlias
 
 import pytest
 
+from benchmarks.generator.worlds import generator
 from by_path import ROOT, TESTS
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark, with_tasks
+from eai.benchmarks.behavior_1k.benchmark import UNTOLD
+from eai.benchmarks.behavior_1k.conventions import HEADING, conventions
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator.sets import seeds_of
+from eai.benchmarks.generator.spec import Generated, TaskKind
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark, with_tasks
 from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rules import Rules, View
-from eai.generator.sets import seeds_of
-from eai.generator.spec import Generated, TaskKind
-from eai.households.behavior_1k.benchmark import UNTOLD
-from eai.households.behavior_1k.conventions import HEADING, conventions
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import GoalTest
@@ -32,7 +33,6 @@ from eai.tasks.source import Source, given
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.execution import execute
-from generator.worlds import generator
 from sweeps import every, swept
 from tasks.prompts.official_readers import official_reader_of
 from tasks.prompts.readers import reader_of

@@ -11,9 +11,9 @@ import pytest
 
 from by_path import TESTS
 from eai.abilities.protocol import FOUR, Ability
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
 from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rules import TRAINING

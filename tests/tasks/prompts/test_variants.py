@@ -11,8 +11,8 @@ import pytest
 from eai.abilities.protocol import FOUR, Ability
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
 from eai.run.spec import read_spec
 from eai.tasks.prompts.prompt import VARIANTS, PromptSet
 from eai.tasks.prompts.template import Templates

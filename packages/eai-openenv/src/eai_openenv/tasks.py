@@ -8,8 +8,8 @@ from itertools import combinations
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.benchmark.names import TaskReference
-from eai.generator.sets import SHARES, fingerprint_of
+from eai.benchmarks.generator.sets import SHARES, fingerprint_of
+from eai.benchmarks.names import TaskReference
 from eai.scoring.reward import suite_of
 from eai.tasks.task import Task
 

@@ -9,12 +9,12 @@ from itertools import islice
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark, with_tasks
-from eai.benchmark.suite import Suite, open_suite
-from eai.generator.generator import Generator, generate
-from eai.generator.sets import seeds_of
-from eai.generator.spec import Generated, Spec, Split, Tier
+from eai.benchmarks.generator.generator import Generator, generate
+from eai.benchmarks.generator.sets import seeds_of
+from eai.benchmarks.generator.spec import Generated, Spec, Split, Tier
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark, with_tasks
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.reward import suite_of
 from eai.tasks.prompts.prompt import Prompt, PromptSet

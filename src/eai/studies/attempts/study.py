@@ -23,7 +23,7 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import file_name
 from eai.base.grouping import grouped
-from eai.benchmark.protocols import preset_experiment
+from eai.benchmarks.protocols import preset_experiment
 from eai.results.certainty import Case
 from eai.results.paper_tables import PaperTable, paper_table
 from eai.results.plots import LINES, MUTED, RULE, clipped, draw_line, sheet

@@ -18,7 +18,7 @@ from pydantic import Field
 from eai.abilities.explanation import EXECUTED
 from eai.abilities.verdict import of_all
 from eai.base.grouping import grouped
-from eai.benchmark.features import Features
+from eai.benchmarks.features import Features
 from eai.results.certainty import Case
 from eai.results.lines import (
     MEASURES,

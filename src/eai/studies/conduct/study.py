@@ -10,7 +10,7 @@ from statistics import fmean
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
-from eai.generator.spec import SHUT_LAST
+from eai.benchmarks.generator.spec import SHUT_LAST
 from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.summary import share_of

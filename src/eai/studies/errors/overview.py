@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar
 from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.abilities.protocol import Ability, place_of
 from eai.base.grouping import grouped
-from eai.benchmark.registry import title_of
+from eai.benchmarks.registry import title_of
 from eai.results.lines import AnswerLine
 from eai.results.plots import INK, MUTED, OUTCOME_COLORS, PAGE, SOFT, draw_band, sheet
 from eai.results.table import Row, Table, table_of

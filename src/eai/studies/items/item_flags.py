@@ -9,10 +9,10 @@ from functools import cache
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import AnswerBook, open_answer_book, open_planned_book
-from eai.benchmark.registry import find_benchmark, registered
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
+from eai.benchmarks.registry import find_benchmark, registered
+from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects
 from eai.planning.planner import planner_of

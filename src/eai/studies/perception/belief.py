@@ -12,8 +12,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.errata import NO_ERRATA
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.errata import NO_ERRATA
 from eai.logic.traversal import objects
 from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
 from eai.tasks.source import Source, TaskSet

@@ -11,9 +11,9 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import SCENE_GRAPH
 from eai.base.errors import InputError
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.prompt_library import Library
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pictures.picture import Clutter, drawn_images, images_in, others_in_view
 from eai.pictures.rendered import photographed, places_of
 from eai.pictures.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph

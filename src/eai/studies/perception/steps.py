@@ -7,8 +7,8 @@ from statistics import fmean
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark, registered
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark, registered
 from eai.results.record import Record
 
 

@@ -36,7 +36,7 @@ from eai.tasks.share import Share
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from eai.benchmark.prompt_library import Library
+    from eai.benchmarks.prompt_library import Library
     from eai.scoring.runs import RunKey
 
 

@@ -21,10 +21,10 @@ from eai.abilities.verdict import of_all
 from eai.base.errors import InputError
 from eai.base.files import file_name
 from eai.base.grouping import grouped
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import believing, open_planned_book
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import believing, open_planned_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
 from eai.planning.search import Limits
 from eai.results.certainty import Case, Cases
 from eai.results.comparison import compare

@@ -19,9 +19,9 @@ from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict, Unreadable, of_all
 from eai.base.errors import InputError
-from eai.benchmark.gold_answers import AnswerBook, open_answer_book
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.gold_answers import AnswerBook, open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case

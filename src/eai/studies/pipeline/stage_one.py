@@ -20,8 +20,8 @@ from eai.abilities.verdict import ALL, Confusion, Unreadable
 from eai.base.errors import InputError
 from eai.base.files import file_name, files_below
 from eai.base.grouping import grouped
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.suite import Suite, open_suite
 from eai.results.answer_files import files_of_suite
 from eai.results.codec import sha256_of
 from eai.results.record import Stated

@@ -17,7 +17,7 @@ from eai.studies.variation import Ask, Stage, Variation
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
-    from eai.benchmark.prompt_library import Library
+    from eai.benchmarks.prompt_library import Library
     from eai.studies.records import Records
 
 

@@ -23,7 +23,7 @@ from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import of_all
 from eai.base.errors import InputError
 from eai.base.grouping import grouped
-from eai.benchmark.suite import open_suite
+from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE, Line, by_model, by_suite, case_of

@@ -1,0 +1,157 @@
+"""BEHAVIOR's own problem files: activities in BDDL as scenes, and planning problems made of them.
+
+What a file of an activity states holds. What none states is as in the data set: what objects are good for and
+how large they are goes by their category; furniture stands on the floor of its room; cartons are open. The
+objects of a problem that has the name of one of the data set are those of that.
+
+Planning problems are parts of activities, with other spellings of their names. Their objects are those of
+their goals, those of the categories that bring such goals about, and all that an initial condition about one
+of them names.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
+
+import eai.logic.formula as f
+from eai.base.grouping import grouped
+from eai.benchmarks.behavior import predicates as p
+from eai.benchmarks.behavior.convert import AGENT_CATEGORY
+from eai.benchmarks.behavior.evidence import load_evidence
+from eai.benchmarks.behavior.records import STATE_OF_ABILITY, BehaviorObject, BehaviorRecord
+from eai.benchmarks.behavior.tasks import RELATIONS, BehaviorTask, build_task
+from eai.logic.rewriting import rename_objects, with_terms
+from eai.logic.traversal import objects, predicates_of
+from eai.pddl.model import PddlProblem, TypedName
+from eai.pddl.writer import write_problem
+from eai.tasks.problem_world import Meaning, ProblemWorld, header_of
+from eai.tasks.source import TaskSet
+from eai.tasks.task import Task
+from eai.world.state import State
+
+_ROOM = "inroom"
+
+
+_Kind: TypeAlias = tuple[str, str, tuple[str, ...]]
+"""The model, the synset and the abilities of an object."""
+
+
+def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
+    """How BDDL problems of activities are read, given the tasks of the data set: they may name its rooms."""
+    records = [task.record for task in tasks.values()]
+    things = [thing for record in records for thing in record.objects]
+    kinds = grouped((thing.category, (thing.model, thing.synset, thing.abilities)) for thing in things)
+    arities = {**dict.fromkeys(STATE_OF_ABILITY.values(), 1), **dict.fromkeys((*RELATIONS, _ROOM), 2)}
+    facts = [atom for record in records for atom in record.problem.initial]
+    rooms = {atom.arguments[1].name: "room" for atom in facts if atom.predicate == _ROOM}
+    known = {record.problem.name: record for record in records}
+    usual = {category: Counter(found).most_common(1)[0][0] for category, found in kinds.items()}
+    header = header_of("behavior", (*kinds, AGENT_CATEGORY, "room"), rooms, arities)
+    return header, lambda problem: _pose(problem, known.get(problem.name), usual)
+
+
+def _pose(
+    problem: PddlProblem, known: BehaviorRecord | None, usual: Mapping[str, _Kind]
+) -> tuple[State, Meaning]:
+    """A problem, which the data set may know, about objects as they usually are."""
+    same = {(thing.instance, thing.category): thing for thing in (() if known is None else known.objects)}
+    declared = [(item.name, item.type) for item in problem.objects if item.type != AGENT_CATEGORY]
+    things = [same.get((n, kind)) or BehaviorObject(n, n, kind, *usual[kind]) for n, kind in declared]
+    record = BehaviorRecord(
+        id=problem.name,
+        activity=problem.name,
+        definition=0,
+        scene="" if known is None else known.scene,
+        instruction="",
+        objects=tuple(things),
+        problem=problem,
+        plan=(),
+        goal_options=(),
+    )
+    names = {thing.instance: thing.name for thing in things}
+    return build_task(record, load_evidence()).initial, lambda formula: _meaning(formula, names)
+
+
+def _meaning(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
+    """The condition about objects by name; no state says anything of rooms."""
+    match formula:
+        case f.Atom(name) if name == _ROOM:
+            return f.TRUE
+        case f.Atom("onfloor", (thing, floor)) if thing.name not in names and floor.name in names:
+            return f.Atom(p.robot_on.name, (f.Constant(names[floor.name]),))
+        case f.Not(operand):
+            return f.Not(_meaning(operand, names))
+        case _:
+            return rename_objects(formula, names)
+
+
+_CLEANERS = (
+    "vacuum.n.04",
+    "scrub_brush.n.01",
+    "piece_of_cloth.n.01",
+    "towel.n.01",
+    "rag.n.01",
+    "dishwasher.n.01",
+    "dishtowel.n.01",
+    "hand_towel.n.01",
+)
+_HELPERS: Mapping[str, tuple[str, ...]] = {
+    "dusty": _CLEANERS,
+    "stained": (*_CLEANERS, "sink.n.01"),
+    "soaked": ("teapot.n.01", "sink.n.01"),
+    "sliced": ("carving_knife.n.01", "countertop.n.01", "knife.n.01"),
+    "frozen": ("electric_refrigerator.n.01",),
+    "cooked": ("pan.n.01",),
+}
+"""Predicate of a goal -> the categories of what may bring it about (``pddl_generator.py``)."""
+
+
+_AGENT = "agent"
+"""The category of the robot in planning problems."""
+
+_SAME = "same_obj"
+"""The predicate that holds of every object and itself; no state has it."""
+
+
+def problem_text(task: Task, goals: Sequence[f.Formula]) -> str:
+    """The problem of reaching some ground conditions of a task."""
+    if not isinstance(task, BehaviorTask):
+        raise TypeError(f"{task.id} is no task of BEHAVIOR")
+    instances = {each.name: each.instance for each in task.record.objects}
+    return write_problem(problem_of(task.record, [rename_objects(goal, instances) for goal in goals]))
+
+
+def problem_of(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProblem:
+    """The problem of reaching some ground conditions about the instances of a problem file."""
+    problem = record.problem
+    categories = {each.name: each.type for each in problem.objects}
+    asked = {name for goal in goals for name in objects(goal)}
+    helping = {category for name in predicates_of(*goals) for category in _HELPERS.get(name, ())}
+    asked |= {name for name, category in categories.items() if category in helping}
+
+    def kept(facts: Iterable[f.Atom]) -> list[f.Atom]:
+        """The facts about what is asked for, without those about rooms."""
+        about = ((fact, {*objects(fact)}) for fact in facts)
+        return [fact for fact, names in about if names & asked and names <= categories.keys()]
+
+    initial, denied = kept(problem.initial), kept(problem.denied)
+    named = asked.union(*map(objects, (*initial, *denied)))
+    initial += [f.Atom(_SAME, (f.Constant(name), f.Constant(name))) for name in sorted(named)]
+    pddl = {name: name.replace(".", "_") for name in categories}
+    named |= {name for name in categories if name.startswith(AGENT_CATEGORY)}
+    types = {AGENT_CATEGORY: _AGENT}
+    declared = [
+        TypedName(pddl[name], types.get(category, category.replace(".", "_")))
+        for name, category in categories.items()
+        if name in named
+    ]
+    return PddlProblem(
+        name=record.activity,
+        domain=problem.domain,
+        objects=tuple(declared),
+        initial=tuple([with_terms(fact, lambda term: f.Constant(pddl[term.name])) for fact in initial]),
+        denied=tuple([with_terms(fact, lambda term: f.Constant(pddl[term.name])) for fact in denied]),
+        goal=f.And(tuple(rename_objects(goal, pddl) for goal in goals)),
+    )

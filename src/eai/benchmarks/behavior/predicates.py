@@ -1,0 +1,176 @@
+"""The predicates of a BEHAVIOR scene.
+
+Two layers. The stored predicates say what is so of each object by itself: ``is_open``, ``lies_in``. The
+derived ones with BDDL's names (``open``, ``inside``) are what goals ask for: an object that has been sliced
+is what both of its halves are, and a thing in a bowl in a fridge is inside the fridge too.
+"""
+
+from __future__ import annotations
+
+import eai.logic.formula as f
+from eai.benchmarks import support
+from eai.world.derived import Defined, Lookup, Values
+from eai.world.relation import bits
+from eai.world.state import State
+from eai.world.vocabulary import Predicate, Vocabulary
+
+_SUPPORTS = ("lies_in", "lies_on")
+
+
+def targets(relation: str) -> Values:
+    """All that an object stands in a stored relation to."""
+
+    def values(state: State, arguments: tuple[int, ...]) -> int:
+        return state.relation(relation).row(arguments[0])
+
+    return values
+
+
+def as_its_parts(values: Values) -> Values:
+    """The relation as goals see it: an object that has been sliced is where both its parts are."""
+
+    def seen(state: State, arguments: tuple[int, ...]) -> int:
+        (x,) = arguments
+        parts = state.relation("part_of").column(x) if state.those("is_sliced") >> x & 1 else 0
+        if not parts:
+            return values(state, arguments)
+        common = state.scene.everything
+        for part in bits(parts):
+            common &= values(state, (part,))
+        return common
+
+    return seen
+
+
+def _standing_on(state: State, root: int) -> int:
+    """The floor on which an object stands that rests on nothing else."""
+    return state.relation("stands_on").row(root)
+
+
+X = f.Variable("x")
+Y = f.Variable("y")
+Z = f.Variable("z")
+P = f.Variable("p")
+
+# Abilities and kinds of an object. They never change.
+cookable = Predicate("cookable", 1, static=True)
+burnable = Predicate("burnable", 1, static=True)
+dustyable = Predicate("dustyable", 1, static=True)
+freezable = Predicate("freezable", 1, static=True)
+openable = Predicate("openable", 1, static=True)
+sliceable = Predicate("sliceable", 1, static=True)
+soakable = Predicate("soakable", 1, static=True)
+stainable = Predicate("stainable", 1, static=True)
+toggleable = Predicate("toggleable", 1, static=True)
+slicer = Predicate("slicer", 1, static=True)
+cleaning_tool = Predicate("cleaning_tool", 1, static=True)
+cold_source = Predicate("cold_source", 1, static=True)
+floor = Predicate("floor", 1, static=True)
+sink = Predicate("sink", 1, static=True)
+dishwasher = Predicate("dishwasher", 1, static=True)
+teapot = Predicate("teapot", 1, static=True)
+saucepan = Predicate("saucepan", 1, static=True)
+detergent = Predicate("detergent", 1, static=True)
+ungraspable = Predicate("ungraspable", 1, static=True, visible=False)  # by its volume
+
+# States of one object.
+is_cooked = Predicate("is_cooked", 1)
+is_burnt = Predicate("is_burnt", 1)
+is_dusty = Predicate("is_dusty", 1)
+is_frozen = Predicate("is_frozen", 1)
+is_open = Predicate("is_open", 1)
+is_sliced = Predicate("is_sliced", 1)
+is_soaked = Predicate("is_soaked", 1)
+is_stained = Predicate("is_stained", 1)
+is_toggled_on = Predicate("is_toggled_on", 1)
+
+# Where the robot is, and what it holds.
+in_left_hand = Predicate("in_left_hand", 1, single=True)
+in_right_hand = Predicate("in_right_hand", 1, single=True)
+robot_on = Predicate("robot_on", 1)
+
+# Pairs that never change; volumes are compared when a scene is loaded.
+part_of = Predicate("part_of", 2, static=True)
+larger = Predicate("larger", 2, static=True, visible=False)
+much_larger = Predicate("much_larger", 2, static=True, visible=False)
+
+# Where objects are. An object has at most one support: it lies in one, on one, or is free.
+lies_in = Predicate("lies_in", 2, single=True)
+lies_on = Predicate("lies_on", 2, single=True)
+stands_on = Predicate("stands_on", 2)
+stands_under = Predicate("stands_under", 2)
+stands_by = Predicate("stands_by", 2)
+
+LABELS = (stands_on, stands_under, stands_by)
+"""The relations besides support, in the order in which initial facts of them are entered."""
+
+STATES = (
+    (cookable, is_cooked),
+    (burnable, is_burnt),
+    (dustyable, is_dusty),
+    (freezable, is_frozen),
+    (openable, is_open),
+    (sliceable, is_sliced),
+    (soakable, is_soaked),
+    (stainable, is_stained),
+    (toggleable, is_toggled_on),
+)
+"""Each state with the ability that it takes."""
+
+# Derived.
+part = Defined("part", (X,), f.Exists(Y, part_of(X, Y)))
+cut_up = Defined("cut_up", (X,), is_sliced(X) & ~f.Exists(Y, part_of(X, Y)))
+halved = Defined("halved", (X,), is_sliced(X) & f.Exists(P, part_of(P, X)))
+held = Defined("held", (X,), in_left_hand(X) | in_right_hand(X))
+hands_full = Defined("hands_full", (), f.Exists(X, in_left_hand(X)) & f.Exists(X, in_right_hand(X)))
+closed = Defined("closed", (X,), openable(X) & ~is_open(X))
+labelled = Defined("labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LABELS)))
+carries, carried_by, within = support.carrying((lies_in, lies_on))
+shut_in = Defined("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
+floor_below = Lookup(
+    "floor_below",
+    2,
+    support.floors(_SUPPORTS, _standing_on),
+    (*_SUPPORTS, "floor", "stands_on"),
+    support.on_floor("floor_below", floor, carries, stands_on(X, Y)),
+)
+
+_OWN = tuple([each for each in globals().values() if isinstance(each, Defined | Lookup)])
+
+# Derived: what goals ask for.
+
+
+def _state_seen(name: str, own: Predicate) -> Defined:
+    """A state as goals see it."""
+    of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P)))
+    return Defined(name, (X,), (own(X) & ~halved(X)) | (halved(X) & of_parts))
+
+
+def _relation_seen(name: str, own: Predicate | Defined) -> Defined:
+    """A relation as goals see it."""
+    values = own.values if isinstance(own, Defined) else None
+    of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P, Y)))
+    seen = (own(X, Y) & ~halved(X)) | (halved(X) & of_parts)
+    return Defined(name, (X, Y), seen, as_its_parts(values or targets(own.name)))
+
+
+GOAL_STATES = tuple(_state_seen(own.name.removeprefix("is_"), own) for _, own in STATES)
+STORED = {
+    "inside": lies_in,
+    "ontop": lies_on,
+    "onfloor": stands_on,
+    "under": stands_under,
+    "nextto": stands_by,
+}
+"""The stored relation behind each relation of BDDL, in the order in which initial facts are entered."""
+
+GOAL_RELATIONS = tuple(
+    _relation_seen(name, within if own is lies_in else own) for name, own in STORED.items()
+)
+directly_inside = _relation_seen("directly_inside", lies_in)
+
+VOCABULARY = Vocabulary(
+    predicates=tuple([each for each in globals().values() if isinstance(each, Predicate)]),
+    derived=(*_OWN, *GOAL_STATES, *GOAL_RELATIONS, directly_inside),
+)
+"""The predicates of this module in the order in which they are declared."""

@@ -1,0 +1,223 @@
+"""BEHAVIOR tasks as states and goals, built from records and evidence on first use."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from eai.benchmarks.behavior import predicates as p
+from eai.benchmarks.behavior.evidence import GroundRelation, UnpublishedFacts, load_evidence
+from eai.benchmarks.behavior.predicates import VOCABULARY
+from eai.benchmarks.behavior.records import PACK, BehaviorRecord, read_records
+from eai.benchmarks.packs import open_pack
+from eai.logic.formula import And, Formula, operands
+from eai.logic.rewriting import rename_objects
+from eai.logic.traversal import predicates_of
+from eai.tasks.source import Source, TaskSet
+from eai.tasks.task import Goal, GoalKind, Task
+from eai.world.action import Action
+from eai.world.state import Fact, Scene, State, WorldObject
+
+MAX_GRASPABLE = 1.5
+"""The volume up to which an object can be grasped, in m3 (reference: ``evolving_graph.py`` grasp)."""
+
+MUCH = 5
+"""The ratio of volumes above which a thing falls off when its support is grasped (ibid.)."""
+
+_ABILITY_PREDICATES: Mapping[str, str] = {
+    **{ability.name: ability.name for ability, _ in p.STATES},
+    "slicer": p.slicer.name,
+    "cleaningTool": p.cleaning_tool.name,
+    "coldSource": p.cold_source.name,
+}
+"""Ability of the taxonomy -> predicate; the domain has no use for the others."""
+
+_MODEL_PREDICATES = {each.name for each in (p.sink, p.dishwasher, p.teapot, p.saucepan, p.detergent)}
+"""Model categories that actions ask for."""
+
+RELATIONS = frozenset(p.STORED)
+"""The relations of BDDL; every other predicate of it is a state of one object."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BehaviorTask(Task):
+    """A task of BEHAVIOR, with what its data set says besides.
+
+    Attributes:
+        record: the task as published; its problem names objects by instance, as in ``rag.n.01_1``.
+        initial_as_published: the initial state in which the published verdicts on subgoals come
+            out; that of the same scene, mostly `initial` itself.
+    """
+
+    record: BehaviorRecord
+    initial_as_published: State
+
+
+BehaviorTasks: TypeAlias = TaskSet[BehaviorTask]
+
+
+def build_tasks(records: TaskSet[BehaviorRecord], evidence: UnpublishedFacts) -> BehaviorTasks:
+    """The tasks of the records; their digest is that of the data and of the evidence."""
+    sha256 = hashlib.sha256(f"{records.sha256}{evidence.sha256}".encode()).hexdigest()
+    return TaskSet(records, lambda task_id: build_task(records[task_id], evidence), sha256)
+
+
+def build_task(record: BehaviorRecord, evidence: UnpublishedFacts) -> BehaviorTask:
+    """The task of a record.
+
+    Args:
+        record: what published files say.
+        evidence: what they do not say.
+    """
+    builder = _Builder(record, evidence)
+    initial = builder.state(initial_relations(record, evidence))
+    as_published = record.id in evidence.listed_relations_only
+    return BehaviorTask(
+        id=record.id,
+        title=record.activity,
+        instruction=record.instruction,
+        initial=initial,
+        annotated_final=None,
+        script=tuple(builder.script()),
+        goals=tuple(builder.goals()),
+        temporal_goal=None,
+        relevant=tuple(range(len(builder.scene.objects))),
+        record=record,
+        initial_as_published=builder.state(listed_relations(record)) if as_published else initial,
+    )
+
+
+def open_tasks(source: Source | None = None) -> BehaviorTasks:
+    """The BEHAVIOR tasks, fetched first when they are not there.
+
+    Raises:
+        DataError: they cannot be obtained, or the store is damaged.
+    """
+    return build_tasks(read_records(open_pack(PACK, source)), load_evidence())
+
+
+def initial_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:
+    """The relations of objects at the start, by name: as listed, as assumed, as found by evidence."""
+    listed = listed_relations(record)
+    removed = evidence.removed.get(record.id, ())
+    kept = tuple(relation for relation in listed if relation[:2] not in removed)
+    return (*kept, *standing_relations(record, evidence), *evidence.added.get(record.id, ()))
+
+
+def listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
+    """The relations of a problem file, by name; without those of the robot."""
+    name_of = {thing.instance: thing.name for thing in record.objects}
+    return tuple(
+        (fact.predicate, name_of[source.name], name_of[target.name])
+        for fact in record.problem.initial
+        if fact.predicate in RELATIONS
+        for source, target in (fact.arguments,)
+        if source.name in name_of and target.name in name_of
+    )
+
+
+def standing_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:
+    """For furniture that the problem file places nowhere: it stands on the floor of its room."""
+    stated = [fact for fact in record.problem.initial if fact.predicate == "inroom"]
+    rooms = {fact.arguments[0].name: fact.arguments[1].name for fact in stated}
+    floors = {rooms[o.instance]: o.name for o in record.objects if o.is_floor and o.instance in rooms}
+    listed = listed_relations(record)
+    placed = {source for predicate, source, _ in listed if predicate in ("inside", "ontop", "onfloor")}
+    return tuple(
+        ("onfloor", thing.name, floors[rooms[thing.instance]])
+        for thing in record.objects
+        if thing.model in evidence.standing
+        and thing.name not in placed
+        and rooms.get(thing.instance) in floors
+    )
+
+
+def initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> Iterator[tuple[str, str]]:
+    """State and name of each object that is in it at the start."""
+    name_of = {thing.instance: thing.name for thing in record.objects}
+    for fact in record.problem.initial:
+        if len(fact.arguments) == 1:
+            yield fact.predicate, name_of[fact.arguments[0].name]
+    for thing in record.objects:
+        if thing.model in evidence.initially_open and "open" in thing.states:
+            yield "open", thing.name
+
+
+class _Builder:
+    """Makes scene, state and goals of one task."""
+
+    def __init__(self, record: BehaviorRecord, evidence: UnpublishedFacts) -> None:
+        self._record = record
+        self._evidence = evidence
+        parts = (WorldObject(part, f"half_{thing.model}") for thing in record.objects for part in thing.parts)
+        whole = (WorldObject(thing.name, thing.category) for thing in record.objects)
+        self.scene = Scene(VOCABULARY, (*whole, *parts))
+        self._index = self.scene.index
+
+    def state(self, relations: Iterable[GroundRelation]) -> State:
+        """The state at the start, with these relations."""
+        return self.scene.state((*self._nature(), *self._sizes(), *self._situation(relations)))
+
+    def goals(self) -> Iterator[Goal]:
+        """The goals of the problem file, about objects by name."""
+        problem = self._record.problem
+        names = {thing.instance: thing.name for thing in self._record.objects}
+        for formula in operands(rename_objects(problem.goal, names), And):
+            yield Goal(_kind(formula), formula)
+
+    def script(self) -> Iterator[Action]:
+        """The human's plan; a misspelt action keeps its name."""
+        for action, objects in self._record.plan:
+            yield Action(action, tuple([self._index[name] for name in objects]))
+
+    def _nature(self) -> Iterator[Fact]:
+        """The category of each object."""
+        for thing in self._record.objects:
+            names = [_ABILITY_PREDICATES[a] for a in thing.abilities if a in _ABILITY_PREDICATES]
+            names += [thing.model] if thing.model in _MODEL_PREDICATES else []
+            names += [p.floor.name] if thing.is_floor else []
+            for each in (thing.name, *thing.parts):
+                yield from (Fact(name, (self._index[each],)) for name in names)
+            for part in thing.parts:
+                yield Fact(p.part_of.name, (self._index[part], self._index[thing.name]))
+
+    def _sizes(self) -> Iterator[Fact]:
+        """The comparisons of the volumes of the objects."""
+        known, scene = self._evidence.volumes, self._record.scene
+        volumes = [known.of(scene, thing.name, thing.model) for thing in self._record.objects]
+        for thing, volume in zip(self._record.objects, tuple(volumes), strict=True):
+            volumes += [known.part * volume] * len(thing.parts)
+        for i, mine in enumerate(volumes):
+            if mine > MAX_GRASPABLE:
+                yield Fact(p.ungraspable.name, (i,))
+            for j, other in enumerate(volumes):
+                if mine > other:
+                    yield Fact(p.larger.name, (i, j))
+                    if mine > MUCH * other:
+                        yield Fact(p.much_larger.name, (i, j))
+
+    def _situation(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
+        """States and places at the start."""
+        for state, name in initial_states(self._record, self._evidence):
+            yield Fact(f"is_{state}", (self._index[name],))
+        for predicate, source, target in relations:
+            pair = (self._index[source], self._index[target])
+            yield Fact(p.STORED[predicate].name, pair)
+            if predicate == "nextto":
+                yield Fact(p.STORED[predicate].name, pair[::-1])
+        yield from self._robot()
+
+    def _robot(self) -> Iterator[Fact]:
+        """The floor that the robot stands on."""
+        floors = {thing.instance: thing.name for thing in self._record.objects if thing.is_floor}
+        for fact in self._record.problem.initial:
+            source, *target = (term.name for term in fact.arguments)
+            if fact.predicate == "onfloor" and source.startswith("agent.") and target[0] in floors:
+                yield Fact(p.robot_on.name, (self._index[floors[target[0]]],))
+
+
+def _kind(formula: Formula) -> GoalKind:
+    """Relation if the goal speaks of any, else state."""
+    return GoalKind.STATE if RELATIONS.isdisjoint(predicates_of(formula)) else GoalKind.RELATION

@@ -1,0 +1,203 @@
+"""From the source distribution of ``bddl`` 3.6.0 to the pack `behavior_1k`; nothing of it is imported.
+
+It has the definitions of the activities, what kinds of objects can do, with parameters, and the rules by
+which kinds become others. Of the kinds and rules the pack has those that any activity can come to speak of.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from eai.base.errors import DataError
+from eai.base.source import Bundle
+from eai.base.store import Report
+from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, RULES
+
+_DEFINITION = re.compile(r"bddl/activity_definitions/(\w+)/problem0\.bddl")
+_SYNSET = re.compile(r"[\w'-]+\.n\.\d\d\b")
+_RULES = "bddl/generated_data/transition_map/tm_jsons"
+_ATTACHMENTS = re.compile(r"VALID_ATTACHMENTS = set\((\[.*?\])\)", re.DOTALL)
+
+MENDED: Mapping[str, tuple[str, str]] = {
+    "loading_the_car": (") ) (not (open ?car.n.01_1) ) )", ") (not (open ?car.n.01_1) ) ) )"),
+    "wash_a_baseball_cap": ("\\", ""),
+}
+"""Two slips of the pen and what is meant: a goal beside the conjunction, a stray backslash."""
+
+_PLAIN = {
+    *("openable", "toggleable", "slicer", "fillable", "cloth", "drapeable", "rope", "mixingTool"),
+    *("sceneObject", "substance", "liquid", "visualSubstance", "flammable", "freezable"),
+}
+"""Abilities of which only matters whether a kind has them."""
+
+_TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temperature", 40.0)}
+"""Abilities with the temperature from which on they show, and that of kinds which name none."""
+
+
+def convert_tasks(files: Bundle, report: Report) -> dict[str, bytes]:
+    """The members of the pack `behavior_1k`, of which there is no progress to report.
+
+    Raises:
+        DataError: a file is absent or not as expected.
+    """
+    texts = dict(_definitions(files))
+    rules = _read_rules(files)
+    known = set(_SYNSET.findall(json.dumps(rules))) | set(_SYNSET.findall(" ".join(texts.values())))
+    annotated = _read_json(files, "bddl/generated_data/propagated_annots_params.json")
+    kinds = {synset: dict(_abilities(annotated[synset])) for synset in sorted(known & annotated.keys())}
+    removers: list[object] = []
+    for abilities in kinds.values():
+        if "removes" in abilities:
+            abilities["removes"] = _number(removers, abilities["removes"])
+    values = {"kinds": kinds, "removers": removers}
+    lines = [f"{name}\t{text}\n" for name, text in texts.items()]
+    return {
+        ACTIVITIES: "".join(lines).encode(),
+        KINDS: _compact(values),
+        RULES: _compact(rules),
+    }
+
+
+def _compact(value: object) -> bytes:
+    return json.dumps(value, separators=(",", ":")).encode()
+
+
+def _number(known: list[object], value: object) -> int:
+    """The place of a value in a list; there are nine kinds of removers in all."""
+    if value not in known:
+        known.append(value)
+    return known.index(value)
+
+
+def _read_json(files: Bundle, path: str) -> Any:
+    try:
+        return json.loads(files.read(path))
+    except ValueError as error:
+        raise DataError(f"{path}: expected JSON ({error})") from error
+
+
+def _definitions(files: Bundle) -> Iterator[tuple[str, str]]:
+    """The definitions by name, each on one line, in alphabetical order."""
+    for path in sorted(files.names):
+        match = _DEFINITION.fullmatch(path)
+        if match is not None:
+            text = re.sub(r";[^\n]*", "", files.read(path).decode()).lower()
+            text = re.sub(r"\( ", "(", " ".join(text.split()))
+            wrong, meant = MENDED.get(match[1], ("", ""))
+            if wrong not in text:
+                raise DataError(f"{path}: expected the slip of the pen {wrong!r}")
+            yield match[1], text.replace(wrong, meant) if wrong else text
+
+
+def _abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
+    """The abilities of a kind that the domain asks for, with what they need."""
+    for name, parameters in annotated.items():
+        if name in _PLAIN:
+            yield name, True
+        elif name in _TEMPERATURES:
+            key, usual = _TEMPERATURES[name]
+            yield name, float((parameters or {}).get(key, usual))
+        elif name in ("heatSource", "coldSource"):
+            needs = [word for word in ("toggled_on", "closed", "inside") if parameters[f"requires_{word}"]]
+            yield name, {"temperature": parameters["temperature"], "needs": needs}
+        elif name in ("particleSource", "particleApplier"):
+            yield "gives", list(parameters["conditions"])
+        elif name == "particleSink":
+            yield "drains", True
+        elif name == "particleRemover":
+            yield "removes", _remover(parameters)
+
+
+def _remover(parameters: Mapping[str, Any]) -> Mapping[str, object] | None:
+    """By substance how a tool removes it: with what soaked in it, switched on, or just so; None for never.
+
+    A few kinds that stand for others have no conditions of their own; they remove what a rag does.
+    """
+    if not parameters:
+        return None
+    by_substance = {name: _manner(way) for name, way in parameters["conditions"].items()}
+    others = {
+        kind: _manner(parameters[f"default_{kind}_conditions"]) for kind in ("visual", "fluid", "non_fluid")
+    }
+    return {**by_substance, **others}
+
+
+def _manner(conditions: Sequence[Sequence[Any]] | None) -> str | list[str] | None:
+    match conditions:
+        case None:
+            return None
+        case []:
+            return []
+        case [["toggled_on", _]]:
+            return "toggled_on"
+    return [solvent for _, solvent in conditions]
+
+
+def _read_rules(files: Bundle) -> dict[str, object]:
+    """The rules by which things become others."""
+
+    def rules(name: str) -> Any:
+        return _read_json(files, f"{_RULES}/{name}.json")
+
+    def first(names: Iterable[str]) -> str:
+        return next(iter(names))
+
+    dice: dict[str, dict[str, str]] = {}
+    for rule in rules("dicing"):
+        whole = first(rule["input_synsets"])
+        cooked = bool(rule.get("input_states")) and rule["input_states"][whole][0][1]
+        dice.setdefault(whole, {})["cooked" if cooked else "raw"] = first(rule["output_synsets"])
+    match = _ATTACHMENTS.search(files.read("bddl/bddl_verification.py").decode())
+    if match is None:
+        raise DataError("bddl/bddl_verification.py: expected VALID_ATTACHMENTS")
+    mixed = [
+        *(("machine", rule) for rule in rules("single_toggleable_machine")),
+        *(("stirring", rule) for rule in rules("mixing_stick")),
+        *(("heat", rule) for rule in rules("heat_cook")),
+    ]
+    return {
+        "slice": {first(r["input_synsets"]): first(r["output_synsets"].items()) for r in rules("slicing")},
+        "dice": dice,
+        "melt": _pairs(rules("melting")),
+        "cook": _pairs(rules("substance_cooking")),
+        "cook_in_water": _pairs(rules("substance_watercooking")),
+        "wash": rules("washer"),
+        "fits": sorted(ast.literal_eval(match[1])),
+        "recipes": [_recipe(by, rule) for by, rule in mixed],
+    }
+
+
+def _pairs(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+    """Return the products by kind; boiled water, which some need besides, is no part of it."""
+    return {
+        next(name for name in rule["input_synsets"] if not name.startswith("cooked__")): next(
+            iter(rule["output_synsets"])
+        )
+        for rule in rules
+    }
+
+
+def _recipe(by: str, rule: Mapping[str, Any]) -> dict[str, object]:
+    """A recipe: what it takes, how and by what it is made, and what comes of it."""
+    states = rule.get("input_states") or {}
+    result = [state for each in (rule.get("output_states") or {}).values() for state, so in each if so]
+    toppings = {}
+    for pair, ((relation, _),) in states.items():
+        if "," in pair:
+            over, under = pair.split(",") if relation == "ontop" else pair.split(",")[::-1]
+            toppings[over] = under
+    return {
+        "name": rule["rule_name"],
+        "by": by,
+        "takes": rule["input_synsets"],
+        "cooked": {name: so for name, each in states.items() for state, so in each if state == "cooked"},
+        "toppings": toppings,
+        "vessel": next(iter(rule.get("container") or rule.get("machine") or {"": 0})),
+        "source": next(iter(rule.get("heat_source") or {"": 0})),
+        "makes": rule["output_synsets"],
+        "result": sorted(set(result)),
+    }

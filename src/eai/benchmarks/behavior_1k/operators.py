@@ -1,0 +1,596 @@
+"""The actions of BEHAVIOR-1K: what each one checks, in order, and what it does.
+
+OmniGibson decides by physics; this is a symbolic reading of it. Each action says below what it is read from:
+``primitives`` are ``action_primitives/symbolic_semantic_action_primitives.py``, ``rules``
+``transition_rules.py``, ``states`` ``object_states/``; what these leave open is decided in
+`docs/behavior-1k.md` (D1 to D11), frozen as `READING`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache
+
+from eai.benchmarks.behavior_1k import predicates as p
+from eai.benchmarks.behavior_1k.predicates import C, F, H, I, O, P, R, S, T, W, X, Y, Z
+from eai.logic.formula import Equals, Exists, Formula, Implies, Variable
+from eai.world.domain import Domain
+from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
+from eai.world.history import was_possible_before
+from eai.world.operator import Check, Operator, Role, additional, affordance, in_paper_order, missing
+from eai.world.vocabulary import Predicate
+
+READING = "b1k-1"
+"""The name of the decisions in force; a changed decision is another reading."""
+
+MOVABLE = affordance(~p.fixed(X), "{x} cannot be moved")
+HAND_FREE = missing(~p.hands_full(), "both hands are full")
+
+
+def exists(thing: Variable) -> Check:
+    """The thing has come to be, and is not used up."""
+    return missing(p.real(thing), f"{{{thing.name}}} does not exist now")
+
+
+def reachable(thing: Variable) -> Check:
+    """The thing is in nothing that is closed."""
+    shut = Exists(Z, p.closed(Z) & p.within(thing, Z))
+    return missing(~p.shut_in(thing), f"{{{thing.name}}} is inside something that is closed", witness=shut)
+
+
+def solid(thing: Variable) -> Check:
+    """The thing is an object."""
+    reason = f"{{{thing.name}}} is a substance: only what holds it can be handled"
+    return affordance(~p.substance(thing) & ~p.recipe(thing), reason)
+
+
+def in_hand(thing: Variable) -> Check:
+    """The thing is in a hand."""
+    return missing(p.held(thing), f"{{{thing.name}}} is not in a hand")
+
+
+def apart(one: Variable, other: Variable) -> Check:
+    """The things are two."""
+    return affordance(~Equals(one, other), f"{{{one.name}}} cannot be used with itself")
+
+
+def is_able(thing: Variable, ability: Predicate, reason: str) -> Check:
+    """The thing is of a kind for this."""
+    return affordance(ability(thing), f"{{{thing.name}}} {reason}")
+
+
+def loose(thing: Variable) -> tuple[Effect, ...]:
+    """The thing leaves its place."""
+    places = (p.lies_in, p.lies_on, p.laid_over, p.draped_on, p.stands_under)
+    return (
+        *(Delete(place(thing, ANYTHING)) for place in places),
+        *both_ways(Delete, p.stands_by(thing, ANYTHING)),
+        Delete(p.stands_under(ANYTHING, thing)),
+    )
+
+
+def used_up(thing: Variable) -> tuple[Effect, ...]:
+    """The thing is no more."""
+    states = (p.is_cooked, p.is_frozen, p.is_hot, p.is_on_fire, p.present, p.held)
+    relations = (p.attached_to, p.has_cover, p.soaked_with)
+    return (
+        *loose(thing),
+        *(Delete(relation(thing, ANYTHING)) for relation in relations),
+        *(Delete(state(thing)) for state in states),
+    )
+
+
+def rests_with(thing: Variable, neighbour: Variable) -> tuple[Effect, ...]:
+    """The thing comes to rest where its neighbour does; beside what rests on nothing, on the floor there."""
+    return (
+        Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(thing, C)),)),
+        Let(C, p.lies_on(neighbour, C), (Add(p.lies_on(thing, C)),)),
+        When(
+            ~Exists(C, p.lies_in(neighbour, C) | p.lies_on(neighbour, C)),
+            (Let(F, p.floor_of(neighbour, F), (Add(p.lies_on(thing, F)),)),),
+        ),
+    )
+
+
+def _going_to(thing: Variable) -> Effect:
+    """The robot goes to where a thing is."""
+    return Let(F, p.floor_of(thing, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
+
+
+def navigate_to() -> Operator:
+    """From primitives NAVIGATE_TO."""
+    return Operator(
+        "NAVIGATE_TO", (X,), (exists(X),), (_going_to(X),), "go to the object", role=Role.MOVEMENT
+    )
+
+
+def grasp() -> Operator:
+    """From primitives GRASP; a hand has no name."""
+    checks = (
+        MOVABLE,
+        affordance(~p.floor(X), "{x} is a floor"),
+        additional(~p.held(X), "{x} is in a hand already"),
+        exists(X),
+        HAND_FREE,
+        missing(
+            ~Exists(Y, p.attached_to(X, Y)),
+            "{x} is attached to something",
+            witness=Exists(Y, p.attached_to(X, Y)),
+        ),
+        reachable(X),
+    )
+    text = "take the object, with all that is in or on it, into a free hand"
+    return Operator("GRASP", (X,), checks, (*loose(X), Add(p.held(X))), text, role=Role.TAKES)
+
+
+def release() -> Operator:
+    """From primitives RELEASE."""
+    effects = (Delete(p.held(X)), Let(F, p.robot_on(F), (Add(p.lies_on(X, F)),)))
+    text = "let go of the object in a hand; it comes to lie on the floor where the robot is"
+    return Operator("RELEASE", (X,), (in_hand(X),), effects, text, role=Role.RELEASES)
+
+
+def _places(
+    name: str, text: str, effects: tuple[Effect, ...], *checks: Check, others: tuple[Variable, ...] = (Y,)
+) -> Operator:
+    """Return an action that puts what is in a hand somewhere."""
+    needed = [in_hand(X)]
+    for other in others:
+        needed += [
+            apart(X, other),
+            exists(other),
+            missing(~p.carried_by(other, X), f"{{{other.name}}} is carried by {{x}}"),
+            reachable(other),
+        ]
+    return Operator(name, (X, *others), (*needed, *checks), (Delete(p.held(X)), *effects), text)
+
+
+def placing() -> Iterator[Operator]:
+    """From primitives PLACE_ON_TOP and PLACE_INSIDE, states next_to, under, overlaid, draped, attached_to."""
+    first, is_cloth = "the first object, which is in a hand,", is_able(X, p.cloth, "is no cloth")
+    inside = is_able(Y, p.container, "has no inside"), missing(~p.closed(Y), "{y} is closed")
+    fits = affordance(p.fits(X, Y), "{x} cannot be attached to {y}")
+    for name, relation, text, checks in (
+        ("PLACE_ONTOP", p.lies_on, f"put {first} onto the second", ()),
+        ("PLACE_INSIDE", p.lies_in, f"put {first} into the second", inside),
+        ("OVERLAY", p.laid_over, "spread the first object, a cloth in a hand, over the second", (is_cloth,)),
+        ("DRAPE", p.draped_on, "hang the first object, a cloth in a hand, over the second", (is_cloth,)),
+        ("ATTACH", p.attached_to, f"attach {first} to the second", (fits,)),
+    ):
+        yield _places(name, text, (Add(relation(X, Y)),), *checks)
+    beside, under = both_ways(Add, p.stands_by(X, Y)), Add(p.stands_under(X, Y))
+    yield _places("PLACE_UNDER", f"put {first} under the second", (under, *rests_with(X, Y)))
+    yield _places("PLACE_NEXTTO", f"put {first} next to the second", (*beside, *rests_with(X, Y)))
+    together = Exists(C, p.carries(C, Y) & p.carries(C, Z)) | Exists(F, p.floor_of(Y, F) & p.floor_of(Z, F))
+    yield _places(
+        "PLACE_BETWEEN",
+        f"put {first} next to both the second and the third",
+        (*beside, *both_ways(Add, p.stands_by(X, Z)), *rests_with(X, Y)),
+        apart(Y, Z),
+        missing(together, "{y} and {z} are not in one place"),
+        others=(Y, Z),
+    )
+
+
+def detach() -> Operator:
+    """From states attached_to."""
+    checks = (exists(X), missing(p.attached_to(X, Y), "{x} is not attached to {y}"), HAND_FREE, reachable(X))
+    effects = (Delete(p.attached_to(X, Y)), *loose(X), Add(p.held(X)))
+    text = "detach the first object from the second, into a free hand"
+    return Operator("DETACH", (X, Y), checks, effects, text, role=Role.TAKES)
+
+
+def _sets(
+    name: str,
+    ability: Predicate,
+    state: Predicate,
+    text: str,
+    *effects: Effect,
+    to: bool,
+    hand: Check = HAND_FREE,
+) -> Operator:
+    """An object is put into a state, or taken out of it."""
+    already = f"{{x}} is {'' if to else 'not '}{state.name.removeprefix('is_').replace('_', ' ')} already"
+    checks = (
+        is_able(X, ability, f"is not {ability.name}"),
+        additional(~state(X) if to else state(X), already.replace("not open already", "closed already")),
+        exists(X),
+        hand,
+        reachable(X),
+    )
+    return Operator(name, (X,), checks, (Add(state(X)) if to else Delete(state(X)), *effects), text)
+
+
+def setting() -> Iterator[Operator]:
+    """From primitives OPEN, CLOSE, TOGGLE_ON, TOGGLE_OFF; states folded."""
+    hand = missing(p.held(X) | ~p.hands_full(), "both hands are full", (~p.hands_full(),))
+    yield _sets("OPEN", p.openable, p.is_open, "open the object", to=True)
+    yield _sets("CLOSE", p.openable, p.is_open, "close the object", to=False)
+    yield _sets("TOGGLE_ON", p.toggleable, p.is_toggled_on, "switch the object on", to=True, hand=hand)
+    yield _sets("TOGGLE_OFF", p.toggleable, p.is_toggled_on, "switch the object off", to=False, hand=hand)
+    unfolded, folded = Delete(p.is_unfolded(X)), Delete(p.is_folded(X))
+    yield _sets("FOLD", p.foldable, p.is_folded, "fold the object", unfolded, to=True)
+    yield _sets("UNFOLD", p.foldable, p.is_unfolded, "unfold the object", folded, to=True)
+
+
+def slice_() -> Operator:
+    """From primitives CUT, rules SlicingRule: the halves take the place, states and covers of the whole."""
+    halves = p.part_of(P, X)
+    inherited = (
+        When(state(X), (ForEach(P, halves, (Add(state(P)),)),))
+        for state in (p.is_cooked, p.is_frozen, p.is_hot)
+    )
+    placed = (
+        Let(C, place(X, C), (ForEach(P, halves, (Add(place(P, C)),)),)) for place in (p.lies_in, p.lies_on)
+    )
+    covered = ForEach(S, p.has_cover(X, S), (ForEach(P, halves, (Add(p.has_cover(P, S)),)),))
+    effects = (ForEach(P, halves, (Add(p.present(P)),)), *placed, *inherited, covered, *used_up(X))
+    text = "cut the first object into halves with the second, which is in a hand"
+    return Operator("SLICE", (X, T), _cuts(p.sliceable, "cannot be sliced"), effects, text)
+
+
+def _cuts(ability: Predicate, reason: str) -> tuple[Check, ...]:
+    return (
+        is_able(X, ability, reason),
+        is_able(T, p.slicer, "cannot cut"),
+        exists(X),
+        in_hand(T),
+        missing(~p.held(X), "{x} is in a hand"),
+        reachable(X),
+    )
+
+
+def dice() -> Operator:
+    """From rules DicingRule: the dice are a substance, in what could be filled or on what the object lay."""
+    diced = (p.diced_as(X, S) & ~p.is_cooked(X)) | (p.diced_cooked_as(X, S) & p.is_cooked(X))
+
+    def dropped(place: Formula, *held_as: Predicate) -> Effect:
+        return ForEach(C, place, (ForEach(S, diced, tuple(Add(each(C, S)) for each in held_as)),))
+
+    effects = (
+        ForEach(S, diced, (Add(p.present(S)),)),
+        dropped(p.lies_in(X, C) & p.fillable(C), p.has_in, p.full_of),
+        dropped(p.lies_in(X, C) & ~p.fillable(C), p.has_cover),
+        dropped(p.lies_on(X, C), p.has_cover),
+        *used_up(X),
+    )
+    text = "cut the first object into dice with the second, which is in a hand"
+    return Operator("DICE", (X, T), _cuts(p.diceable, "cannot be diced"), effects, text)
+
+
+# What a thing can be poured from it: what is in it, what it gives, and what lies on it but a mere stain.
+HELD = p.has_in(X, S) | p.gives(X, S) | (p.has_cover(X, S) & ~p.visual(S))
+HOLDS_SOMETHING = missing(Exists(S, HELD), "{x} holds no substance")
+RUNNING = missing(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switched on")
+
+
+def fill() -> Operator:
+    """From states particle_source_or_sink."""
+    checks = (
+        is_able(X, p.fillable, "cannot be filled"),
+        affordance(p.fixed(Y) & Exists(S, p.gives(Y, S)), "{y} gives nothing"),
+        in_hand(X),
+        missing(~p.closed(X), "{x} is closed"),
+        RUNNING,
+    )
+    effects = (ForEach(S, p.gives(Y, S), (Add(p.has_in(X, S)), Add(p.full_of(X, S)), Add(p.present(S)))),)
+    return Operator(
+        "FILL", (X, Y), checks, effects, "fill the first object, which is in a hand, at the second"
+    )
+
+
+def _pours(*checks: Check) -> tuple[Check, ...]:
+    return MOVABLE, apart(X, Y), exists(Y), in_hand(X), *checks, reachable(Y)
+
+
+def pour() -> Operator:
+    """From states contains, filled; some stays behind (D3)."""
+    checks = _pours(
+        is_able(Y, p.fillable, "cannot be filled"), HOLDS_SOMETHING, missing(~p.closed(Y), "{y} is closed")
+    )
+    effects = (
+        ForEach(S, HELD, (Add(p.has_in(Y, S)), Add(p.present(S)))),
+        ForEach(S, p.full_of(X, S) | p.gives(X, S), (Add(p.full_of(Y, S)),)),
+    )
+    text = "pour some of what is in or on the first object, which is in a hand, into the second"
+    return Operator("POUR", (X, Y), checks, effects, text)
+
+
+def empty() -> Operator:
+    """From states particle_source_or_sink; nothing stays behind (D3)."""
+    spilt = p.has_in(X, S) | (p.has_cover(X, S) & ~p.visual(S))
+    things = p.lies_in(Z, X) | p.lies_on(Z, X)
+    checks = _pours(
+        affordance(p.container(Y) | p.fillable(Y) | p.floor(Y), "{y} takes nothing up"),
+        missing(~p.carried_by(Y, X), "{y} is carried by {x}"),
+        missing(Exists(S, p.has_in(X, S) | p.has_cover(X, S)) | Exists(Z, things), "{x} is empty"),
+        missing(~p.closed(Y), "{y} is closed"),
+    )
+    effects = (
+        ForEach(S, spilt & ~p.sink(Y), (Add(p.has_in(Y, S)),)),
+        ForEach(S, p.full_of(X, S) & ~p.sink(Y), (Add(p.full_of(Y, S)),)),
+        ForEach(S, spilt, (Delete(p.has_in(X, S)), Delete(p.full_of(X, S)), Delete(p.has_cover(X, S)))),
+        ForEach(Z, things, (Delete(p.lies_in(Z, X)), Delete(p.lies_on(Z, X)), Add(p.lies_in(Z, Y)))),
+    )
+    text = "empty all of the first object, which is in a hand, into the second; a sink swallows substances"
+    return Operator("EMPTY", (X, Y), checks, effects, text)
+
+
+def apply() -> Operator:
+    """From states particle_modifier (ParticleApplier); liquids soak what is absorbent (D10)."""
+    effects = (
+        ForEach(S, HELD, (Add(p.has_cover(Y, S)), Add(p.present(S)))),
+        ForEach(S, HELD & p.liquid(S) & p.absorbent(Y), (Add(p.soaked_with(Y, S)),)),
+    )
+    text = "cover the second object with what is in the first, which is in a hand: spray, spread, sprinkle"
+    return Operator("APPLY", (X, Y), _pours(HOLDS_SOMETHING), effects, text)
+
+
+COVERED = additional(Exists(S, p.has_cover(X, S)), "{x} is covered by nothing")
+
+
+def wipe() -> Operator:
+    """From primitives WIPE, states particle_modifier (ParticleRemover)."""
+    soaked = p.removes_soaked(T, S) & Exists(W, p.dissolved_by(S, W) & p.soaked_with(T, W))
+    off = p.has_cover(X, S) & (p.removes_dry(T, S) | soaked | (p.removes_running(T, S) & p.is_toggled_on(T)))
+    able = Exists(
+        S, p.has_cover(X, S) & (p.removes_dry(T, S) | p.removes_soaked(T, S) | p.removes_running(T, S))
+    )
+    checks = (
+        COVERED,
+        affordance(~Exists(S, p.has_cover(X, S)) | able, "{t} cannot remove what covers {x}"),
+        exists(X),
+        in_hand(T),
+        missing(Exists(S, off), "{t} is not soaked with, or does not run as, what removes what covers {x}"),
+        reachable(X),
+    )
+    text = "wipe the first object with the second, which is in a hand"
+    return Operator("WIPE", (X, T), checks, (ForEach(S, off, (Delete(p.has_cover(X, S)),)),), text)
+
+
+def soak() -> Operator:
+    """From primitives SOAK_UNDER and SOAK_INSIDE."""
+    fluid = (p.gives(Y, S) & (~p.toggleable(Y) | p.is_toggled_on(Y) | ~p.fixed(Y))) | p.has_in(Y, S)
+    checks = (
+        is_able(X, p.absorbent, "cannot soak anything up"),
+        apart(X, Y),
+        exists(Y),
+        in_hand(X),
+        missing(Exists(S, fluid), "{y} holds nothing, and is not switched on"),
+        reachable(Y),
+    )
+    text = "soak the first object, which is in a hand, with what the second gives or holds"
+    return Operator("SOAK", (X, Y), checks, (ForEach(S, fluid, (Add(p.soaked_with(X, S)),)),), text)
+
+
+def rinse() -> Operator:
+    """By the washer's table of what water washes off (D4)."""
+    solvent = Exists(W, p.dissolved_by(S, W) & (p.has_cover(X, W) | p.has_in(Y, W)))
+    off = p.has_cover(X, S) & (p.washes_off(Y, S) | solvent)
+    checks = (
+        affordance(p.sink(Y) & Exists(S, p.gives(Y, S)), "{y} is no sink with water"),
+        COVERED,
+        exists(X),
+        in_hand(X),
+        RUNNING,
+        missing(Exists(S, off), "water alone does not remove what covers {x}"),
+    )
+    text = "rinse the first object, which is in a hand, under the second, which runs"
+    return Operator("RINSE", (X, Y), checks, (ForEach(S, off, (Delete(p.has_cover(X, S)),)),), text)
+
+
+def made_in(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
+    """The products of the chosen recipes that are ready in a vessel come to be; what they took is gone."""
+    done = chosen & p.ready(R, vessel)
+    of_it = Exists(R, p.makes(R, O) & done)
+    taken = Exists(R, (p.ingredient(R, I) | p.topping(R, I)) & done)
+    return (
+        ForEach(
+            O,
+            p.product(O) & p.substance(O),
+            (When(of_it, (Add(p.has_in(vessel, O)), Add(p.full_of(vessel, O)), Add(p.present(O)))),),
+        ),
+        ForEach(
+            O, p.product(O) & ~p.substance(O), (When(of_it, (Add(p.lies_on(O, vessel)), Add(p.present(O)))),)
+        ),
+        ForEach(O, Exists(R, p.makes(R, O) & p.makes_cooked(R) & done), (Add(p.is_cooked(O)),)),
+        ForEach(O, Exists(R, p.makes(R, O) & p.makes_hot(R) & done), (Add(p.is_hot(O)),)),
+        ForEach(I, taken & p.substance(I), (Delete(p.has_in(vessel, I)), Delete(p.full_of(vessel, I)))),
+        ForEach(I, taken & ~p.substance(I), used_up(I)),
+    )
+
+
+def run() -> Operator:
+    """From rules ToggleableMachineRule; what else is in the machine must come out first (D6)."""
+    checks = (
+        exists(H),
+        is_able(H, p.mixer, "is no machine that makes anything of what is in it"),
+        missing(p.is_toggled_on(H), "{h} is not switched on"),
+        missing(
+            Exists(R, p.made_in(R, H) & p.ready(R, H)),
+            "{h} does not hold all that a recipe takes, and nothing else",
+        ),
+    )
+    text = "let the machine, which is switched on, mix what is in it"
+    return Operator("RUN", (H,), checks, made_in(H, p.made_in(R, H) & ~p.by_heat(R)), text)
+
+
+def stir() -> Operator:
+    """From rules MixingToolRule."""
+    checks = (
+        affordance(p.fillable(C), "{c} cannot be filled"),
+        is_able(T, p.mixing_tool, "is no tool for mixing"),
+        exists(C),
+        in_hand(T),
+        missing(
+            Exists(R, p.by_stirring(R) & p.ready(R, C)),
+            "{c} does not hold all that a recipe takes, and nothing else",
+        ),
+    )
+    text = "stir what is in the first object with the second, which is in a hand"
+    return Operator("STIR", (C, T), checks, made_in(C, p.by_stirring(R)), text)
+
+
+def _exposes(source: Predicate, reason: str) -> tuple[Check, ...]:
+    return (
+        is_able(H, source, reason),
+        exists(X),
+        exists(H),
+        missing(p.exposed_to(X, H), "{x} is not in or on {h}"),
+        missing(p.working(H), "{h} does not work: it must be switched on, and closed, if it can be"),
+    )
+
+
+def heat() -> Operator:
+    """From states heat_source_or_sink, cooked; rules CookingSystemRule, CookingObjectRule, MeltingRule."""
+
+    def warmed(thing: Variable, where: Formula) -> Iterator[Effect]:
+        yield ForEach(thing, where & p.heatable(thing), (Add(p.is_hot(thing)), Delete(p.is_frozen(thing))))
+        yield ForEach(thing, where & p.cooks(H, thing) & ~p.substance(thing), (Add(p.is_cooked(thing)),))
+
+    boils = Exists(W, p.boiled_water(W) & p.has_in(X, W))
+    becomes = p.cooks_to(S, O) & p.cooks(H, S)
+    softens = p.boils_to(S, O) & p.cooks(H, S)
+    molten = Exists(Z, p.melts_to(Z, O) & p.melts(H, Z) & p.carries(X, Z))
+    effects = (
+        When(p.heatable(X), (Add(p.is_hot(X)), Delete(p.is_frozen(X)))),
+        When(p.cooks(H, X) & ~p.substance(X), (Add(p.is_cooked(X)),)),
+        *warmed(Z, p.carried_by(Z, X)),
+        ForEach(
+            O,
+            p.substance(O),
+            (
+                When(Exists(S, becomes & p.has_in(X, S)), (Add(p.has_in(X, O)), Add(p.present(O)))),
+                When(Exists(S, becomes & p.full_of(X, S)), (Add(p.full_of(X, O)),)),
+                When(Exists(S, softens & p.has_in(X, S)) & boils, (Add(p.has_in(X, O)), Add(p.present(O)))),
+                When(Exists(S, softens & p.full_of(X, S)) & boils, (Add(p.full_of(X, O)),)),
+                When(molten & p.fillable(X), (Add(p.has_in(X, O)), Add(p.present(O)))),
+                When(molten & ~p.fillable(X), (Add(p.has_cover(X, O)), Add(p.present(O)))),
+            ),
+        ),
+        ForEach(
+            S,
+            p.has_in(X, S)
+            & p.cooks(H, S)
+            & (Exists(O, p.cooks_to(S, O)) | (Exists(O, p.boils_to(S, O)) & boils)),
+            (Delete(p.has_in(X, S)), Delete(p.full_of(X, S))),
+        ),
+        ForEach(Z, p.carries(X, Z) & p.melts(H, Z), used_up(Z)),
+        *made_in(X, p.made_in(R, X) & p.heated_by(R, H)),
+    )
+    text = "wait until the first object, in or on the working second, is hot with all that is in or on it"
+    return Operator("HEAT", (X, H), _exposes(p.heat_source, "heats nothing"), effects, text)
+
+
+def freeze() -> Operator:
+    """From states heat_source_or_sink, frozen; only by this action is anything frozen (D8)."""
+    effects = (
+        When(p.chills(H, X), (Add(p.is_frozen(X)),)),
+        Delete(p.is_hot(X)),
+        ForEach(Z, p.carried_by(Z, X) & p.chills(H, Z), (Add(p.is_frozen(Z)),)),
+        ForEach(Z, p.carried_by(Z, X), (Delete(p.is_hot(Z)),)),
+        *made_in(X, p.made_in(R, X) & p.heated_by(R, H)),
+    )
+    text = "wait until the first object, which is in the working second, is cold with all that is in or on it"
+    return Operator("FREEZE", (X, H), _exposes(p.cold_source, "cools nothing"), effects, text)
+
+
+def _machine(ability: Predicate, reason: str) -> tuple[Check, ...]:
+    return (
+        is_able(H, ability, reason),
+        exists(H),
+        missing(p.is_toggled_on(H), "{h} is not switched on"),
+        missing(~p.is_open(H), "{h} is open"),
+        missing(Exists(X, p.within(X, H)), "nothing is in {h}"),
+    )
+
+
+def wash() -> Operator:
+    """From rules WasherRule."""
+    solvent = Exists(W, p.dissolved_by(S, W) & p.has_in(H, W))
+    off = p.has_cover(X, S) & (p.washes_off(H, S) | solvent)
+    effects = (
+        ForEach(X, p.within(X, H), (ForEach(S, off, (Delete(p.has_cover(X, S)),)),)),
+        ForEach(X, p.within(X, H) & p.absorbent(X), (ForEach(W, p.water(W), (Add(p.soaked_with(X, W)),)),)),
+    )
+    text = "wait until the washer, which is closed and switched on, has washed what is in it"
+    return Operator("WASH", (H,), _machine(p.washer, "washes nothing"), effects, text)
+
+
+def dry() -> Operator:
+    """From rules DryerRule."""
+    inside = p.within(X, H)
+    effects = (
+        ForEach(X, inside, (ForEach(W, p.soaked_with(X, W) & p.liquid(W), (Delete(p.soaked_with(X, W)),)),)),
+        ForEach(X, inside, (ForEach(W, p.has_cover(X, W) & p.water(W), (Delete(p.has_cover(X, W)),)),)),
+    )
+    text = "wait until the dryer, which is closed and switched on, has dried what is in it"
+    return Operator("DRY", (H,), _machine(p.dryer, "dries nothing"), effects, text)
+
+
+def ignite() -> Operator:
+    """From states on_fire."""
+    checks = (
+        is_able(X, p.flammable, "does not burn"),
+        is_able(T, p.lighter, "lights nothing"),
+        additional(~p.is_on_fire(X), "{x} burns already"),
+        exists(X),
+        in_hand(T),
+        missing(p.is_toggled_on(T), "{t} is not switched on"),
+        reachable(X),
+    )
+    text = "set the first object on fire with the second, which is in a hand and switched on"
+    return Operator("IGNITE", (X, T), checks, (Add(p.is_on_fire(X)),), text)
+
+
+def wait() -> Operator:
+    """From states temperature, whose decay takes hours."""
+    kept_cold = Exists(Y, p.cold_source(Y) & p.working(Y) & p.exposed_to(X, Y))
+    effects = (
+        ForEach(X, p.is_frozen(X) & ~kept_cold, (Delete(p.is_frozen(X)),)),
+        ForEach(X, p.is_hot(X), (Delete(p.is_hot(X)),)),
+        ForEach(
+            X, p.real(X), (ForEach(W, p.soaked_with(X, W) & p.water(W), (Delete(p.soaked_with(X, W)),)),)
+        ),
+    )
+    text = "wait for hours: what is frozen thaws outside a freezer, what is hot cools down, what is wet dries"
+    return Operator("WAIT", (), (), effects, text)
+
+
+def completed(operator: Operator) -> Operator:
+    """The action, which is about objects and not substances; to do it the robot goes to its last one (D1)."""
+    checks, effects = (*map(solid, operator.parameters), *operator.checks), operator.effects
+    if operator.parameters and operator.role not in (Role.MOVEMENT, Role.RELEASES):
+        effects = (*effects, _going_to(operator.parameters[-1]))
+    return in_paper_order(replace(operator, checks=checks, effects=effects))
+
+
+_MAKERS: tuple[Callable[[], Operator], ...] = (
+    *(navigate_to, grasp, release, detach, slice_, dice, fill, pour, empty, apply, wipe, soak, rinse),
+    *(run, stir, heat, freeze, wash, dry, ignite, wait),
+)
+
+
+@cache
+def declared() -> Domain:
+    """The domain. The robot sees what it holds and, where it is, what is in nothing that is closed.
+
+    Of some things no floor is known: it sees them from anywhere, as it reaches them from anywhere. It sees a
+    substance where it sees what that covers, soaks or is given by, or what it is openly in.
+    """
+    operators = (*placing(), *setting(), *(make() for make in _MAKERS))
+
+    def seen(thing: Variable) -> Formula:
+        here = Implies(Exists(F, p.floor_of(thing, F)), Exists(F, p.robot_on(F) & p.floor_of(thing, F)))
+        return p.held(thing) | (~p.shut_in(thing) & here)
+
+    openly = p.has_cover(Y, X) | p.soaked_with(Y, X) | p.gives(Y, X) | (p.has_in(Y, X) & ~p.closed(Y))
+    return Domain(
+        "behavior-1k",
+        p.VOCABULARY,
+        tuple(map(completed, operators)),
+        was_possible_before,
+        visible=p.real(X) & ((~p.substance(X) & seen(X)) | Exists(Y, openly & seen(Y))),
+        landmarks=p.floor(X) | p.fixed(X),
+    )

@@ -1,0 +1,20 @@
+"""The pack that BEHAVIOR-1K reads."""
+
+from __future__ import annotations
+
+from eai.base.source import Archive
+from eai.benchmarks.behavior_1k.convert import convert_tasks
+from eai.benchmarks.behavior_1k.kinds import PACK
+from eai.benchmarks.packs import Pack
+
+BDDL = Archive(
+    name="bddl",
+    version="3.6.0",
+    filename="bddl-3.6.0.tar.gz",
+    sha256="81d40ab7a32769828ecad3110c7db5e40e26cfb29b1158b3448a6ccb91e5d386",
+    size=2_338_616,
+)
+"""BEHAVIOR-1K's definitions, annotations and rules (MIT)."""
+
+PACKS = (Pack(PACK, (BDDL,), convert_tasks),)
+"""Registered by an entry point."""

@@ -1,0 +1,166 @@
+"""The predicates of a BEHAVIOR-1K scene.
+
+Three layers. What kinds can do never changes (``openable``, ``removes_soaked``): temperatures, solvents and
+recipes of the annotations are compiled to such facts when a scene is made. The stored predicates say what is
+so at a moment (``lies_in``, ``is_open``). The derived ones with BDDL's names (``inside``, ``open``) are what
+goals ask for. Sources are the files of OmniGibson below ``object_states/``, as `docs/behavior-1k.md` lists.
+"""
+
+from __future__ import annotations
+
+import eai.logic.formula as f
+from eai.benchmarks import support
+from eai.logic.formula import Exists, ForAll, Implies, Variable
+from eai.world.derived import Defined, Lookup
+from eai.world.state import State
+from eai.world.vocabulary import Predicate, Vocabulary
+
+X, Y, Z = Variable("x"), Variable("y"), Variable("z")
+T, H, C, F = Variable("t"), Variable("h"), Variable("c"), Variable("f")
+S, W, P = Variable("s"), Variable("w"), Variable("p")
+R, I, B, O = Variable("r"), Variable("i"), Variable("b"), Variable("o")  # noqa: E741 - as recipes are read
+
+
+def _ability(name: str) -> Predicate:
+    return Predicate(name, 1, static=True)
+
+
+def _hidden(name: str, arity: int = 1) -> Predicate:
+    return Predicate(name, arity, static=True, visible=False)
+
+
+# What a kind can do, or is.
+fixed, floor, container, fillable = map(_ability, ("fixed", "floor", "container", "fillable"))
+openable, toggleable = map(_ability, ("openable", "toggleable"))
+sliceable, diceable, slicer = map(_ability, ("sliceable", "diceable", "slicer"))
+cloth, foldable, absorbent = map(_ability, ("cloth", "foldable", "absorbent"))
+mixing_tool, mixer, lighter = map(_ability, ("mixing_tool", "mixer", "lighter"))
+heat_source, cold_source, flammable = map(_ability, ("heat_source", "cold_source", "flammable"))
+washer, dryer, sink = map(_ability, ("washer", "dryer", "sink"))
+substance, liquid = map(_ability, ("substance", "liquid"))
+
+# What the rules of the annotations come to in a scene. A recipe is an object that nobody sees.
+visual, heatable, water, boiled_water, recipe, relaxed = map(
+    _hidden, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
+)
+works_on, works_closed, works_inside = map(_hidden, ("works_on", "works_closed", "works_inside"))
+by_stirring, by_heat, product, makes_hot, makes_cooked = map(
+    _hidden, ("by_stirring", "by_heat", "product", "makes_hot", "makes_cooked")
+)
+by_floor, gives, fits, part_of = (_hidden(n, 2) for n in ("by_floor", "gives", "fits", "part_of"))
+diced_as, diced_cooked_as, melts_to, cooks_to, boils_to = (
+    _hidden(n, 2) for n in ("diced_as", "diced_cooked_as", "melts_to", "cooks_to", "boils_to")
+)
+cooks, melts, chills = (_hidden(n, 2) for n in ("cooks", "melts", "chills"))
+removes_dry, removes_soaked, removes_running, dissolved_by, washes_off = (
+    _hidden(n, 2) for n in ("removes_dry", "removes_soaked", "removes_running", "dissolved_by", "washes_off")
+)
+ingredient, topping, base, raw, cooked_first = (
+    _hidden(n, 2) for n in ("ingredient", "topping", "base", "raw", "cooked_first")
+)
+made_in, heated_by, makes = (_hidden(n, 2) for n in ("made_in", "heated_by", "makes"))
+RULES = tuple([each for each in globals().values() if isinstance(each, Predicate) and each.arity == 2])
+"""The rules about two things."""
+
+# States of one object.
+present, held, robot_on = Predicate("present", 1), Predicate("held", 1), Predicate("robot_on", 1, single=True)
+is_open, is_toggled_on = Predicate("is_open", 1), Predicate("is_toggled_on", 1)
+is_cooked, is_frozen, is_hot = Predicate("is_cooked", 1), Predicate("is_frozen", 1), Predicate("is_hot", 1)
+is_folded, is_unfolded = Predicate("is_folded", 1), Predicate("is_unfolded", 1)
+is_on_fire, is_broken = Predicate("is_on_fire", 1), Predicate("is_broken", 1)
+STATES = (
+    *(is_cooked, is_frozen, is_open, is_folded, is_unfolded, is_toggled_on, is_hot, is_on_fire, is_broken),
+)
+"""The states that goals ask for."""
+
+# Where things are. A thing has at most one support.
+lies_in, lies_on = Predicate("lies_in", 2, single=True), Predicate("lies_on", 2, single=True)
+attached_to, laid_over = Predicate("attached_to", 2, single=True), Predicate("laid_over", 2, single=True)
+draped_on = Predicate("draped_on", 2, single=True)
+stands_by, stands_under = Predicate("stands_by", 2), Predicate("stands_under", 2)
+_SUPPORTS = (lies_in, lies_on, attached_to, laid_over, draped_on)
+SUPPORTS = tuple([place.name for place in _SUPPORTS])
+"""The relations to what a thing rests in or on."""
+
+# Substances.
+has_cover, has_in, full_of = Predicate("has_cover", 2), Predicate("has_in", 2), Predicate("full_of", 2)
+soaked_with = Predicate("soaked_with", 2)
+
+# Derived.
+carries, carried_by, within = support.carrying(_SUPPORTS)
+
+
+def _root_floor(state: State, root: int) -> int:
+    """The floor of what rests on nothing: where the robot is that holds it, or else that of its room."""
+    return (
+        state.those("robot_on") if state.those("held") >> root & 1 else state.relation("by_floor").row(root)
+    )
+
+
+floor_of = Lookup(
+    "floor_of",
+    2,
+    support.floors(SUPPORTS, _root_floor),
+    ("floor", "held", "robot_on", "by_floor", *SUPPORTS),
+    support.on_floor("floor_of", floor, carries, (held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))),
+    single=True,
+    inverse=support.inverse(support.floors(SUPPORTS, _root_floor)),
+)
+real = Defined(
+    "real", (X,), present(X) | held(X) | Exists(Y, carries(Y, X)) | Exists(C, has_in(C, X) | has_cover(C, X))
+)
+closed = Defined("closed", (X,), openable(X) & ~is_open(X))
+shut_in = Defined("shut_in", (X,), Exists(Y, closed(Y) & within(X, Y)))
+hands_full = Defined("hands_full", (), Exists(X, held(X) & Exists(Y, held(Y) & ~f.Equals(X, Y))))
+working = Defined(
+    "working", (H,), (~works_on(H) | is_toggled_on(H)) & (~works_closed(H) | ~is_open(H) | ~openable(H))
+)
+exposed_to = Defined(
+    "exposed_to", (X, H), (works_inside(H) & within(X, H)) | (~works_inside(H) & carried_by(X, H))
+)
+holds_all = Defined(
+    "holds_all",
+    (R, C),
+    ForAll(I, Implies(ingredient(R, I), real(I) & (has_in(C, I) | carried_by(I, C))))
+    & ForAll(I, Implies(topping(R, I), real(I) & Exists(B, base(R, B) & (has_cover(B, I) | carries(B, I)))))
+    & ForAll(I, Implies(raw(R, I), ~is_cooked(I)))
+    & ForAll(I, Implies(cooked_first(R, I), is_cooked(I))),
+)
+ready = Defined(
+    "ready", (R, C), holds_all(R, C) & (relaxed(R) | ForAll(S, Implies(has_in(C, S), ingredient(R, S))))
+)
+
+_OWN = tuple([each for each in globals().values() if isinstance(each, Defined | Lookup)])
+
+# Derived: what goals ask for.
+
+
+GOAL_STATES = (*(Defined(own.name.removeprefix("is_"), (X,), own(X)) for own in STATES), real)
+STORED = {
+    "inside": lies_in,
+    "ontop": lies_on,
+    "nextto": stands_by,
+    "under": stands_under,
+    "attached": attached_to,
+    "overlaid": laid_over,
+    "draped": draped_on,
+    "covered": has_cover,
+    "contains": has_in,
+    "filled": full_of,
+    "saturated": soaked_with,
+}
+"""The stored relation behind each relation of BDDL."""
+
+GOAL_RELATIONS = (
+    Defined("inside", (X, Y), within.definition, within.values),
+    Defined("touching", (X, Y), carries(X, Y) | carries(Y, X) | stands_by(X, Y)),
+    *(Defined(name, (X, Y), own(X, Y)) for name, own in STORED.items() if name != "inside"),
+)
+GOAL_PREDICATES = (*(each.name for each in GOAL_STATES), *(each.name for each in GOAL_RELATIONS))
+"""The predicates of goals and prompts."""
+
+VOCABULARY = Vocabulary(
+    predicates=tuple([each for each in globals().values() if isinstance(each, Predicate)]),
+    derived=(*_OWN, *(each for each in GOAL_STATES if each is not real), *GOAL_RELATIONS),
+)
+"""The predicates of this module in the order in which they are declared."""

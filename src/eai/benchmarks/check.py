@@ -1,0 +1,154 @@
+"""A benchmark tested: its declaration by random walks, that its tasks are what they say, its annotations."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
+from typing import TYPE_CHECKING, cast
+
+import eai.logic.formula as f
+from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.verdict import PlanVerdict, Verdict
+from eai.base.errors import InputError, did_you_mean
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.suite import open_suite
+from eai.logic.traversal import bound_by, walk
+from eai.planning.planner import Planner
+from eai.planning.search import Limits, SearchEnd
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.goal_text import check_goal
+from eai.tasks.planning import find_plan
+from eai.tasks.source import Finding, Source
+from eai.tasks.task import NO_GOALS, Task
+from eai.tasks.task_files import problems_of
+from eai.world.conformance import check
+from eai.world.derived import Defined
+from eai.world.domain import Domain
+from eai.world.operator import conditions_of
+
+if TYPE_CHECKING:
+    from eai.abilities.transition_modeling.verdict import OperatorVerdict
+
+_CARRIED_OUT = (Ability.ACTION_SEQUENCING, Ability.TRANSITION_MODELING)
+"""The abilities of which gold answers are carried out, or planned with."""
+
+WALKS = 5
+"""Number of tasks from whose initial states random walks begin."""
+
+_LIMITS = Limits(looks=150_000)
+"""Limits of the search for a plan of each task: a second of search on a usual processor."""
+
+
+def _ignore(checked: int) -> None:
+    """Report nothing."""
+
+
+def check_benchmark(
+    benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _ignore
+) -> tuple[list[Finding], Counter[SearchEnd]]:
+    """Return all that is wrong with a benchmark, and how searches for plans of its tasks ended.
+
+    A plan is looked for if a task has none of its own, unless the task is excluded because no plan solves it.
+
+    Args:
+        benchmark: the benchmark.
+        source: the source of its tasks.
+        progressed: called with the number of tasks that are checked.
+    """
+    domain, tasks = benchmark.domain, benchmark.tasks(source)
+    starts = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
+    found = [Finding(domain.name, defect) for defect in check(domain, starts)]
+    kinds = {thing.category for task in tasks.values() for thing in task.scene.objects}
+    for subject, formulas in _formulas(domain):
+        for kind in dict.fromkeys(chain.from_iterable(map(_kinds, formulas))):
+            if kind not in kinds:
+                problem = f"no task has an object of the kind {kind}{did_you_mean(kind, kinds)}"
+                found.append(Finding(domain.name, f"{subject}: {problem}"))
+    planner, ends = Planner(domain), Counter[SearchEnd]()
+    for number, (task_id, task) in enumerate(tasks.items()):
+        progressed(number)
+        problems = list(_problems(task, domain))
+        if not problems and not task.script and task.unsolvable is None:
+            end = find_plan(task, planner, _LIMITS).end
+            ends[end] += 1
+            problems = ["no plan reaches its goals"] if end is SearchEnd.UNREACHABLE else []
+        found += [Finding(task_id, problem) for problem in problems]
+    return found, ends
+
+
+def _problems(task: Task, domain: Domain) -> Iterator[str]:
+    """The statements of a task that are not true."""
+    if not task.goals:
+        yield NO_GOALS
+        return
+    for number, goal in enumerate(task.goals):
+        try:
+            check_goal(goal.formula, task.scene)
+        except InputError as error:
+            yield f"goals.{number}: {error}"
+            return
+    yield from problems_of(task, domain)
+
+
+def _formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
+    """The formulas of a declaration, by what they are of."""
+    for operator in domain.operators:
+        yield f"operator {operator.name}", conditions_of(operator)
+    for derived in domain.vocabulary.derived:
+        if isinstance(derived, Defined):
+            yield f"derived predicate {derived.name}", [derived.definition]
+
+
+def _kinds(formula: f.Formula) -> Iterator[str]:
+    """The kinds of objects that a formula asks for."""
+    for part in walk(formula):
+        yield from filter(None, [variable.category for variable in bound_by(part)])
+
+
+def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]:
+    """Find errors in the annotations of a benchmark, as far as carrying them out can tell.
+
+    That is: plans that do not reach their goals, goals that do not hold where the data set says that its plan
+    ends, and gold operators with which a planner does not solve their problem. What is in no statistics of
+    plans is passed over.
+
+    Raises:
+        DataError: the data cannot be had.
+    """
+    for ability in [each for each in FOUR if each in _CARRIED_OUT]:
+        suite = open_suite(benchmark, ability, source=source)
+        book = open_answer_book(benchmark, ability, source)
+        for task_id in suite.task_ids:
+            task = suite.tasks.get(task_id)
+            if ability is Ability.ACTION_SEQUENCING and task is not None:
+                if not task.script:
+                    continue
+                yield from _of_goals(benchmark.name, task)
+            yield from _of_gold(benchmark.name, task_id, suite.score(task_id, book[task_id].text))
+
+
+def _of_goals(name: str, task: Task) -> Iterator[Finding]:
+    if task.annotated_final is None or task.left_out is not None:
+        return
+    held = GoalTest(task.at_the_end).reached(task.annotated_final, [step.operator for step in task.script])
+    if not all(held):
+        missed = len(held) - sum(held)
+        yield Finding(
+            name, f"{task.id}: {missed} of {len(held)} goals do not hold where its plan is said to end"
+        )
+
+
+def _of_gold(name: str, task_id: str, verdict: Verdict) -> Iterator[Finding]:
+    if verdict.excluded is not None:
+        return
+    if isinstance(verdict, PlanVerdict):
+        if verdict.success is False:
+            why = verdict.error.detail if verdict.error is not None else "a goal is missed"
+            yield Finding(name, f"{task_id}: the plan fails: {why}")
+        return
+    operators = cast("OperatorVerdict", verdict)
+    if operators.success is False:
+        outcome = "no answer" if operators.planner is None else operators.planner.value
+        yield Finding(name, f"{task_id}: the gold operators do not solve their problem: {outcome}")

@@ -1,0 +1,333 @@
+"""The census of a benchmark: how its world is used in its own goals, states and plans, by category of object.
+
+Nothing here is declared: it is counted. A declaration allows more than anybody does: to wash anything, to put
+books into sinks. Certificates are found in the world as it is used, a copy of the domain in which each
+operator also asks of each argument that it be usual; operators that no plan uses are left out.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import chain, product
+from typing import TypeAlias
+
+import eai.logic.formula as f
+from eai.abilities.protocol import Ability
+from eai.base.grouping import grouped
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator.measures import needed_by
+from eai.benchmarks.generator.prior import (
+    Pattern,
+    Patterns,
+    Prior,
+    Theme,
+    kept,
+    kinds_of,
+    narrowed,
+    patterns_of,
+)
+from eai.planning.effect_schema import effect_schemas
+from eai.planning.role import role_of
+from eai.tasks.goal_test import alternatives
+from eai.tasks.task import Goal, GoalKind, Task
+from eai.tasks.wording import subjects
+from eai.world.action import Action
+from eai.world.domain import Domain
+from eai.world.execution import Trajectory, execute
+from eai.world.listing import Listing
+from eai.world.operator import Operator, Role, affordance
+from eai.world.relation import bits
+from eai.world.state import Fact, Scene, State
+from eai.world.vocabulary import Predicate, Vocabulary
+
+
+class Usage:
+    """A domain restricted to what is usual; unrestricted if the data set has no plans to learn it from.
+
+    Attributes:
+        domain: the restricted domain.
+    """
+
+    def __init__(self, domain: Domain, prior: Prior) -> None:
+        self.domain, self._original = domain, domain.vocabulary
+        self._kinds = grouped((_usual(name, place), kind) for name, place, kind in sorted(prior.kinds))
+        if self._kinds:
+            vocabulary = Vocabulary((*self._original.predicates, *self._kinds), self._original.derived)
+            used = [operator for operator in domain.operators if operator.name in prior.operators]
+            self.domain = replace(domain, vocabulary=vocabulary, operators=tuple(map(_restricted, used)))
+
+    def state(self, scene: Scene, facts: Iterable[Fact]) -> State:
+        """A state of the restricted domain about the objects of a scene."""
+        own = Scene(self.domain.vocabulary, scene.objects, scene.agent)
+        return own.state((*self._known(facts), *self._added(own)))
+
+    def original(self, state: State) -> State:
+        """A state of the restricted domain as one of the declared domain, which begins an episode."""
+        scene = Scene(self._original, state.scene.objects, state.scene.agent)
+        return scene.state(self._known(state.facts()))
+
+    def _known(self, facts: Iterable[Fact]) -> Iterator[Fact]:
+        return (fact for fact in facts if self._original.stored(fact.predicate) is not None)
+
+    def _added(self, scene: Scene) -> Iterator[Fact]:
+        for predicate, kinds in self._kinds.items():
+            for kind in kinds:
+                yield from (Fact(predicate.name, (i,)) for i in bits(scene.category(kind)))
+
+
+def _usual(operator: str, place: int) -> Predicate:
+    """The predicate of objects that are usual as an argument of an operator."""
+    return Predicate(f"usual {operator} {place}", 1, static=True)
+
+
+def _restricted(operator: Operator) -> Operator:
+    """The operator, which also asks of each argument that it be usual."""
+    checks = [
+        affordance(_usual(operator.name, place)(parameter), f"{{{parameter.name}}} is unusual")
+        for place, parameter in enumerate(operator.parameters)
+    ]
+    return replace(operator, checks=(*checks, *operator.checks))
+
+
+FEW_TARGETS = 1.5
+"""Up to so many targets on average, a relation says where a thing is; a thing is next to many others."""
+
+_QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
+_WHERE_ALL_ARE_PLAIN = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
+"""How often each shape is proposed where the data set has no quantified goals, which tell nothing of that."""
+
+_GOING = (Role.TAKES, Role.MOVEMENT)
+"""The roles of operators by which a thing is taken or gone to, not used."""
+
+_AS_GOAL, _AS_EFFECT, _AS_FOUND = 4.0, 1.0, 0.05
+"""The weights of something that is a goal, is brought about by a plan, or is so in a scene."""
+
+
+def prior_of(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
+    """Count what is usual in the tasks of a benchmark."""
+    tasks, domain = list(tasks), benchmark.domain
+    listings = benchmark.wording(Ability.ACTION_SEQUENCING).listings
+    states = [task.initial for task in tasks]
+    courses = [execute(domain, task.initial, _sound(task.script, domain)) for task in tasks]
+    done = [(action, course.final.scene) for course in courses for action in course.executed]
+    kinds = frozenset([use for action, scene in done for use in kinds_of(action, scene)])
+    goals = [goal for task in tasks for goal in task.goals]
+    forms = Counter([_form(goal) for goal in goals])
+    is_plain = not any(forms[form] for form in _QUANTIFIED)
+    asked = [(formula, pattern, task.scene) for task in tasks for formula, pattern in _asked(task)]
+    wanted = Counter([(p.predicate, p.truth) for _, p, scene in asked if not _is_of_agent(p, scene)])
+    weights = _weights(tasks, courses, listings)
+    if not kinds:
+        wanted.update(product([each.predicate for each in listings], (True, False)))
+        for pattern in _conceivable(wanted, states):
+            weights[pattern] += _AS_FOUND
+    usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
+    patterns = {key: dict(known) for key, known in grouped(usual).items() if key in wanted}
+    is_odd = benchmark.english.is_odd  # that something odd be not so is sound
+    sound = kept(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
+    roles = {operator.name: role_of(operator) for operator in domain.operators}
+    nestings, combinations, needy = _wanted_together(tasks)
+    places, parts = _relations(domain, states)
+    several = {kind for task in tasks for kind, number in _shown(task).items() if number > 1}
+    return Prior(
+        patterns=patterns,
+        wanted=wanted,
+        themes=_themes(tasks, sound),
+        forms=_varied(forms) if is_plain else forms,
+        paired=frozenset([pattern for formula, pattern, _ in asked if isinstance(formula, f.ForPairs)]),
+        nestings=frozenset(nestings),
+        combinations=frozenset(combinations),
+        needy=frozenset(needy),
+        actions=Counter([alternatives(goal) for goal in goals if goal.kind is GoalKind.ACTION]),
+        operators=frozenset([action.operator for action, _ in done]),
+        kinds=kinds,
+        taken=frozenset([kind for operator, _, kind in kinds if roles[operator] is Role.TAKES]),
+        used=frozenset([kind for operator, _, kind in kinds if roles[operator] not in _GOING]),
+        places=places,
+        parts=parts,
+        several=frozenset(several if is_plain else ()),
+        pieces=frozenset(_pieces(states, parts)),
+        holding=frozenset(_holding(domain)),
+    )
+
+
+def _form(goal: Goal) -> str:
+    """The shape of a goal."""
+    return "Occurs" if goal.kind is GoalKind.ACTION else type(goal.formula).__name__
+
+
+def _asked(task: Task) -> Iterator[tuple[f.Formula, Pattern]]:
+    """The goals of a task about states, each with every pattern in it."""
+    for goal in task.goals:
+        if goal.kind is not GoalKind.ACTION:
+            yield from ((goal.formula, pattern) for pattern in patterns_of(goal.formula, task.scene))
+
+
+def _weights(
+    tasks: Sequence[Task], courses: Sequence[Trajectory], listings: Sequence[Listing]
+) -> defaultdict[Pattern, float]:
+    """How usual patterns are, given what each task's plan leads through."""
+    weights: defaultdict[Pattern, float] = defaultdict(float)
+    found: dict[Pattern, None] = {}
+    crowds: Counter[str] = Counter()
+    for task, course in zip(tasks, courses, strict=True):
+        objects = _concerned(task)
+        before = _facts(task.initial, objects, listings)
+        found |= before
+        crowds.update(_crowds(task.initial, objects, listings))
+        afterwards = [course.final, *([] if task.annotated_final is None else [task.annotated_final])]
+        came_about = [_changes(before, _facts(state, objects, listings)) for state in afterwards]
+        for pattern in dict.fromkeys(chain(*came_about)):
+            weights[pattern] += _AS_EFFECT
+        for _, pattern in _asked(task):
+            weights[pattern] += _AS_GOAL
+    for pattern in found:
+        weights[pattern] += _AS_FOUND if crowds[pattern.predicate] <= 0 else 0.0
+    return weights
+
+
+_Triples: TypeAlias = set[tuple[str, str, str]]
+
+
+def _wanted_together(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
+    """The nestings, combinations and needy states (`Prior`) of all that the goals of a task want together."""
+    nestings, combinations = _Triples(), _Triples()
+    alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
+    for task in tasks:
+        wanted = {p for goal in task.goals for p in patterns_of(goal.formula, task.scene)}
+        states = [p for p in wanted if len(p.categories) == 1]
+        relations = [p for p in wanted if len(p.categories) == 2]
+        for (relation, (_, thing), _), (place, (moved, _), _) in product(relations, repeat=2):
+            if thing == moved:
+                nestings.add((relation, thing, place))
+        for (state, (thing,), _), (relation, (moved, place), _) in product(states, relations):
+            if thing == moved:
+                combinations.add((state, relation, place))
+        for state, (thing,), _ in (p for p in states if p.truth):
+            served = any(thing == place for _, (_, place), _ in relations)
+            (accompanied if served else alone)[state, thing] += 1
+    return nestings, combinations, {key for key, n in accompanied.items() if n > 1 and not alone[key]}
+
+
+def _shown(task: Task) -> Counter[str]:
+    """How many things of each category a task speaks of, or its plan uses."""
+    return Counter([task.scene.objects[i].category for i in _concerned(task)])
+
+
+def _themes(tasks: Iterable[Task], usual: Patterns) -> dict[str, Theme]:
+    """The theme of each title: the categories that some of its tasks need, and that most of them show."""
+    themes = {}
+    for title, alike in grouped((task.title, task) for task in tasks).items():
+        shown = Counter(chain.from_iterable(map(_shown, alike)))
+        needed = {task.scene.objects[i].category for task in alike for i in needed_by(task)}
+        about = needed.union(kind for kind, number in shown.items() if 2 * number > len(alike))
+        themes[title] = Theme(frozenset(about), Counter(map(_ending, alike)), narrowed(usual, about))
+    return themes
+
+
+def _varied(forms: Counter[str]) -> Mapping[str, int]:
+    """Shapes of goals where the data set's are all plain; goals for actions are as frequent as they were."""
+    states, shares = forms.total() - forms["Occurs"], sum(_WHERE_ALL_ARE_PLAIN.values())
+    varied = {form: states * share for form, share in _WHERE_ALL_ARE_PLAIN.items()}
+    return {**varied, "Occurs": forms["Occurs"] * shares} if forms["Occurs"] else varied
+
+
+def _sound(plan: Sequence[Action], domain: Domain) -> list[Action]:
+    """A plan up to its first step that names no operator of the domain, or too few objects."""
+    kept = []
+    for action in plan:
+        if domain.arities.get(action.operator) != len(action.arguments):
+            break
+        kept.append(action)
+    return kept
+
+
+def _concerned(task: Task) -> list[int]:
+    """The objects that a task speaks of or its plan uses."""
+    used = (i for action in task.script for i in action.arguments)
+    return list(dict.fromkeys((*subjects(task), *used)))
+
+
+def _facts(state: State, objects: Sequence[int], listings: Iterable[Listing]) -> dict[Pattern, None]:
+    """The patterns of all that goals could say and that holds, each once."""
+    things = state.scene.objects
+    return {
+        Pattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
+        for each in listings
+        for fact in each.facts(state, objects)
+    }
+
+
+def _crowds(state: State, objects: Sequence[int], listings: Iterable[Listing]) -> Counter[str]:
+    """By relation, how many pairs of it there are beyond those of a thing with few others."""
+    crowds: Counter[str] = Counter()
+    for each in listings:
+        pairs = [fact.arguments for fact in each.facts(state, objects) if len(fact.arguments) == 2]
+        crowds[each.predicate] = round(len(pairs) - FEW_TARGETS * len({source for source, _ in pairs}))
+    return crowds
+
+
+def _ending(task: Task) -> tuple[Pattern, ...]:
+    """The patterns of the goals of a task about the agent."""
+    patterns = [p for goal in task.goals for p in patterns_of(goal.formula, task.scene)]
+    return tuple(dict.fromkeys([pattern for pattern in patterns if _is_of_agent(pattern, task.scene)]))
+
+
+def _is_of_agent(pattern: Pattern, scene: Scene) -> bool:
+    """Whether a pattern says something of the agent."""
+    return scene.agent is not None and scene.objects[scene.agent].category in pattern.categories
+
+
+def _changes(before: Mapping[Pattern, None], after: Mapping[Pattern, None]) -> Iterator[Pattern]:
+    """The patterns that came about, and those that came to an end."""
+    yield from (pattern for pattern in after if pattern not in before)
+    yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
+
+
+def _conceivable(wanted: Iterable[tuple[str, bool]], states: Sequence[State]) -> Iterator[Pattern]:
+    """For a data set without plans, from which nothing is known to be odd: everything."""
+    for state in states:
+        categories = dict.fromkeys(thing.category for thing in state.scene.objects)
+        for predicate, truth in wanted:
+            arity = state.scene.vocabulary.arity(predicate) or 0
+            yield from (Pattern(predicate, chosen, truth) for chosen in product(categories, repeat=arity))
+
+
+def _relations(domain: Domain, states: Sequence[State]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The relations that say where things are, and those of parts, by how many targets a thing has."""
+    places, parts = [], []
+    for predicate in domain.vocabulary.predicates:
+        if predicate.arity == 2 and predicate.visible:
+            relations = [state.relation(predicate.name) for state in states]
+            pairs = sum([len(relation) for relation in relations])
+            sources = sum([relation.sources.bit_count() for relation in relations])
+            if not predicate.static and pairs <= FEW_TARGETS * sources:
+                places.append(predicate.name)
+            if predicate.static and pairs == sources:
+                parts.append(predicate.name)
+    return tuple(places), tuple(parts)
+
+
+def _pieces(states: Sequence[State], parts: Sequence[str]) -> Iterator[str]:
+    """The categories of what is a part of something."""
+    for state in states:
+        for name in parts:
+            yield from (state.scene.objects[i].category for i in bits(state.relation(name).sources))
+
+
+def _holding(domain: Domain) -> Iterator[str]:
+    """The predicates that taking a thing adds and no other action does."""
+    taking = [operator for operator in domain.operators if role_of(operator) is Role.TAKES]
+    others = {
+        schema.atom.predicate
+        for operator in domain.operators
+        if operator not in taking
+        for schema in effect_schemas(operator)
+        if schema.adds
+    }
+    for operator in taking:
+        for schema in effect_schemas(operator):
+            if schema.adds and schema.atom.predicate not in others:
+                yield schema.atom.predicate

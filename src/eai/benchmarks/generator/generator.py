@@ -1,0 +1,469 @@
+"""Tasks without end: each is a pure function of a specification and a seed, or a reason why there is none."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import eai.logic.formula as f
+from eai.abilities.protocol import Ability
+from eai.base.errors import InputError
+from eai.base.json_value import Json
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.copied_answers import LookupTable
+from eai.benchmarks.generator import sets
+from eai.benchmarks.generator.census import Usage, prior_of
+from eai.benchmarks.generator.goals import Proposals
+from eai.benchmarks.generator.hazards import guarded, guards_of, may_occur
+from eai.benchmarks.generator.measures import Measure, difficulty_model, measured
+from eai.benchmarks.generator.prior import Pattern, Prior, Theme, clash, is_idle, subjects_of
+from eai.benchmarks.generator.scene import closed_scene, hide, hiding_places, with_guests, with_more_of_a_kind
+from eai.benchmarks.generator.spec import (
+    CANARY,
+    LENGTHS,
+    SHUT_LAST,
+    Generated,
+    Outcome,
+    Reason,
+    Spec,
+    Split,
+    TaskKind,
+    Tier,
+    tier_of,
+)
+from eai.benchmarks.generator.twins import Leaning, ambiguous, twins_of
+from eai.benchmarks.generator.walk import Seeker, Walk, certificate, lower_bound
+from eai.benchmarks.generator.words import Words
+from eai.logic.traversal import objects
+from eai.planning.planner import Planner
+from eai.tasks.goal_test import GoalTest, solves
+from eai.tasks.goal_text import make_task
+from eai.tasks.source import Source
+from eai.tasks.task import Task, goal
+from eai.tasks.task_lines import plan_of
+from eai.world.domain import Domain
+from eai.world.relation import bits
+from eai.world.state import State
+
+_TRIES = 12
+"""How many goals are proposed for one that is wanted, where scenes are rich ten times as many."""
+
+_GIVEN_UP = 5
+"""After so many goals in a row that are not reached, a scene has no more to offer."""
+
+_THEMES = 3
+"""How many things that do not belong together are asked for at most where scenes are not rich."""
+
+_RICH = (Tier.L, Tier.XL, Tier.XXL)
+"""The tiers that ask for scenes with more in them than those of the data set."""
+
+_LEAST_STEPS = 3
+"""How short a certificate may be where nothing else is asked for."""
+
+_USUAL_STEPS = 5
+"""How long a plan is taken to be where the data set has none."""
+
+_LONGER = 6
+"""How many steps more a certificate may have for the sake of a goal over time."""
+
+_SEARCHED = 40
+"""How many goals are proposed to begin with one about something that is hidden."""
+
+_OFFERS = 2
+"""How much more often those titles are chosen that offer more, twice where they offer both."""
+
+_HIDDEN = 0.7
+"""How often something is put out of sight if it can be, where the data set's goals are all plain."""
+
+_FAILURES = 300
+"""After so many seeds in a row that give no task there are no more; of a split, by its share, after more."""
+
+_RARE = 4
+"""How many times as many are tried for pairs, as of some kinds of things both sides are rare."""
+
+_RENEWED = 200
+"""After so many tasks the planner begins anew: it keeps every formula that it has read."""
+
+
+class _Objections:
+    """Reasons against a task: it is none, its words are not exact, it is too near a public one.
+
+    Args:
+        domain: whose world they are in.
+        public: its benchmark's own tasks.
+        by_place: whether instructions are to name nothing.
+    """
+
+    def __init__(self, domain: Domain, public: Sequence[Task], *, by_place: bool) -> None:
+        self._domain, self._by_place = domain, by_place
+        self._public = {
+            sets.goals_fingerprint([goal.formula for goal in task.goals], task.scene) for task in public
+        }
+        self._table = LookupTable(public, domain)
+
+    def to(self, task: Task, words: Words, least: int, most: int) -> Reason | None:
+        """Why a task in these words, with a certificate that is to be about so long, is not to be asked."""
+        if len(task.script) < least:
+            return Reason.TOO_SHORT
+        if len(task.script) > most:
+            return Reason.TOO_LONG
+        reached = zip(task.goals, GoalTest(task).reached(task.initial, ()), strict=True)
+        if any(holds for each, holds in reached if not each.is_over_time):
+            return Reason.HOLDS_ALREADY
+        if not solves(self._domain, task, task.script):
+            return Reason.NO_CERTIFICATE
+        if (reason := self._objection_to_words(task, words)) is not None:
+            return reason
+        if sets.fingerprint_of(task)[0] in self._public:
+            return Reason.PUBLIC
+        if self._table.solves(task):
+            return Reason.PUBLIC_PLAN
+        return None
+
+    def _objection_to_words(self, task: Task, words: Words) -> Reason | None:
+        """The instruction names what it is not to name, or, read again, does not give the goals back."""
+        goals = tuple([goal.formula for goal in task.goals])
+        named = (name for goal in goals for name in objects(goal))
+        if self._by_place and not all(map(words.is_described, named)):
+            return Reason.NAMELESS
+        says = words.says(task.instruction, goals) or bool(task.hazards)  # whose other words were read before
+        return None if says else Reason.AMBIGUOUS
+
+
+@dataclass
+class Generator:
+    """Makes tasks.
+
+    Args:
+        benchmark: whose world they are in.
+        spec: what is wanted.
+        source: where the data set comes from.
+        is_given_away: whether a task of another split gives one away (`eai.benchmarks.generator.sets.giving_away`).
+
+    Raises:
+        InputError: tasks of a difficulty are wanted, and that of the benchmark's is not known.
+    """
+
+    benchmark: Benchmark
+    spec: Spec
+    source: Source
+    is_given_away: Callable[[Task], bool] | None = None
+
+    def __post_init__(self) -> None:
+        self._made, self._leaning = 0, Leaning()
+        self._difficulty = difficulty_model(self.benchmark.name)
+        if self._difficulty is None and self.spec.difficulty is not None:
+            raise InputError(f"how difficult tasks of {self.benchmark.name} are is not known")
+        self._tasks = list(self.benchmark.tasks(self.source).values())
+        self.prior: Prior = prior_of(self.benchmark, self._tasks)
+        self._bases = sets.bases_of(self._tasks, self.spec.split, self.spec.held_out)
+        if not self._bases:
+            raise InputError(
+                f"no public task of {self.benchmark.name} is of split {self.spec.split.value} "
+                f"by {self.spec.held_out}"
+            )
+        self._titles = list(dict.fromkeys([task.title for task in self._bases]))
+        self._objections = _Objections(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
+        self._usage = Usage(self.benchmark.domain, self.prior)
+        self._hiding = hiding_places(self.benchmark.domain, self.prior)
+        self._weights = list(self._weights_of_bases())
+        self._begin_anew()
+        self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
+
+    def _begin_anew(self) -> None:
+        """Have planners that remember nothing: of usual actions, and of all."""
+        self._planner = Planner(self._usage.domain)
+        self._free_planner = Planner(self.benchmark.domain)
+
+    def _weights_of_bases(self) -> Iterator[float]:
+        """How often a public task is begun with: as often as any other, where the data set has varied goals.
+
+        Where all are plain, titles are equally frequent, but for those that offer more: things to put out of
+        sight, and kinds of which there are several.
+        """
+        several = self.prior.several & self.prior.taken
+        numbers = Counter([task.title for task in self._bases])
+        for task in self._bases:
+            offers = not several.isdisjoint(self.prior.themes[task.title].categories)
+            more = _OFFERS * (offers + bool(self._hiding(task)))
+            yield (1 + more) / numbers[task.title] if self.prior.several else 1.0
+
+    def task(self, seed: str, known: Collection[tuple[str, str]] = ()) -> Outcome:
+        """The task of a seed: the same on every machine; none if its fingerprints are known."""
+        self._made += 1
+        if self._made % _RENEWED == 0:
+            self._begin_anew()
+        rng = self.spec.rng(seed)
+        base = rng.choices(self._bases, self._weights)[0]
+        initial, hidden = self._scene(base, rng)
+        if self.spec.kind.is_hazardous and not may_occur(self.benchmark.english.hazards, initial.scene):
+            return Reason.NO_HAZARD
+        least, most = self._window(base)
+        walk = self._walk(base, initial, hidden, rng, least, most)
+        if not walk.goals:
+            return Reason.NO_GOALS
+        goals, start = list(walk.goals), self._usage.original(initial)
+        split = sets.split_of_goals(goals, start.scene, self.spec.held_out)
+        if self.spec.split not in (Split.ALL, split):
+            return Reason.OTHER_SPLIT
+        if not self.spec.kind.is_over_time and sets.fingerprint(goals, start) in known:
+            return Reason.COPY
+        words = Words.of(self.benchmark, start, by_place=self.spec.by_place)
+        name = f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}"
+        asked = make_task(name, words.instruction(goals, rng), start, *goals)
+        task = replace(asked, script=tuple(certificate(walk)))
+        about: dict[str, Json] = {"split": split.value}
+        reason = self._objections.to(task, words, least, most)
+        if reason is None and self.spec.kind.is_over_time:
+            proposals = self._proposals(initial, self.prior.themes[base.title])
+            found = self._on_the_way(task, initial, proposals, words, rng)
+            if isinstance(found, Reason):
+                return found
+            task = found.task
+            about |= found.about
+            reason = self._objections.to(task, words, least, most + _LONGER)
+            if reason is None and sets.fingerprint_of(task) in known:
+                reason = Reason.COPY
+        if reason is None and self.is_given_away is not None and self.is_given_away(task):
+            reason = Reason.KNOWN_PLAN
+        if reason is None and not self._can_be_seen(task):
+            reason = Reason.NEVER_SEEN
+        outcome = self._judged(task, seed, about) if reason is None else reason
+        return outcome if isinstance(outcome, Reason) else self._with_twin(outcome, rng)
+
+    def _with_twin(self, made: Generated, rng: random.Random) -> Outcome:
+        """The task, or a pair of which it is one where pairs are wanted."""
+        planner = self._free_planner
+        if self.spec.kind is TaskKind.PAIRS:
+            may_lack = self.benchmark.english.may_lack
+            return twins_of(made, planner, may_lack, self._leaning, rng) or Reason.NO_TWIN
+        if self.spec.kind is TaskKind.AMBIGUOUS:
+            return ambiguous(made, self.benchmark, self.prior, planner, rng) or Reason.NOT_AMBIGUOUS
+        return made
+
+    def _on_the_way(
+        self, task: Task, initial: State, proposals: Proposals, words: Words, rng: random.Random
+    ) -> Outcome:
+        """The task with goals over time, and the temptation to pass them over."""
+        tempting = {"temptation": plan_of(task)}
+        if self.spec.kind is TaskKind.ORDER:
+            begin, listings = partial(Walk, self._planner, initial), self._listings
+            found = Seeker(task, self.benchmark.domain, listings, proposals, rng, begin).find()
+            if found is None:
+                return Reason.NO_ORDER
+            instruction = words.instruction([*(each.formula for each in task.goals), found.goal], rng)
+            goals, plan = (*task.goals, goal(found.goal)), tuple(found.plan)
+            tempting = {"temptation": plan_of(replace(task, script=tuple(found.temptation)))}
+            return Generated(replace(task, goals=goals, script=plan, instruction=instruction), tempting)
+        guards = list(guards_of(self.benchmark.english.hazards, self.benchmark.domain, words))
+        guide = self._free_planner, self._planner
+        safe = guarded(task, initial, guards, guide, rng, untold=self.spec.kind is TaskKind.UNTOLD)
+        if safe is None:
+            return Reason.NO_HAZARD
+        return Generated(safe.task, {**tempting, SHUT_LAST: safe.is_safe_if_shut_last})
+
+    def _can_be_seen(self, task: Task) -> bool:
+        """Whether all that its goals name is in sight, or looks as if it could be brought there."""
+        domain, start, scene = self.benchmark.domain, task.initial, task.scene
+        return domain.visible is None or all(
+            domain.seen(start, 1 << i)
+            or self._free_planner.looks_reachable(start, domain.visible, range(len(scene.objects)), x=i)
+            for i in sorted(task.named_by(task.goals))
+        )
+
+    def _judged(self, task: Task, seed: str, about: dict[str, Json]) -> Outcome:
+        """A task that is sound, if it asks for as much as is wanted, with all that is known of it."""
+        found = measured(task, self.benchmark.domain)
+        if any(found[measure] < number for measure, number in self.spec.at_least):
+            return Reason.TOO_LITTLE
+        if self._difficulty is not None and (expected := self._difficulty.expected(task)) is not None:
+            about["difficulty"] = {"expected": expected, "error": self._difficulty.error}
+            low, high = self.spec.difficulty or (-math.inf, math.inf)
+            if not low <= expected <= high:
+                return Reason.DIFFICULTY
+        about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
+        if least == 1:
+            return Reason.ONE_ACTION
+        return Generated(task, {**self._about(task, seed, found), **about})
+
+    def _about(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:
+        """Return everything known about a task."""
+        of_goals, of_scene = sets.fingerprint_of(task)
+        return {
+            "tier": tier_of(len(task.script)).value,
+            **{measure.value: number for measure, number in measured.items()},
+            "goals_fingerprint": of_goals,
+            "scene_fingerprint": of_scene,
+            "spec": self.spec.sha256[:16],
+            "seed": seed,
+            "canary": CANARY,
+        }
+
+    def _scene(self, base: Task, rng: random.Random) -> tuple[State, frozenset[int]]:
+        """A closed scene in which some things were done before, and those that were put out of sight.
+
+        Nothing of it leaves anything in a hand.
+        """
+        most = self.spec.most_objects
+        rich = self.spec.tier in _RICH
+        place, pair = self._place(base, rng)
+        found = closed_scene(base, self.prior, rng, most, rich=rich, with_=pair)
+        if self.prior.several:
+            kinds = self.prior.themes[base.title].categories
+            found = with_more_of_a_kind(found, self.prior, rng, most, kinds)
+        if rich:
+            found = with_guests(found, self._bases, self.prior, rng, most)
+        closed = self._usage.state(found.scene, found.facts())
+        proposals = self._proposals(closed)
+        walk = Walk(self._planner, closed)
+        for _ in range(rng.randint(0, self.spec.disturbances)):
+            wanted, before = proposals.literal(rng, relations=0.5), walk.state
+            if wanted is not None:
+                walk.reach(wanted)
+                walk.conditions.clear()
+            if self._held(walk.state) - self._held(before):
+                walk.state = before
+        if place is not None:
+            names = [base.scene.objects[i].name for i in pair]
+            start = self._usage.original(walk.state)
+            after = hide(self._free_planner, start, place.predicate, *names)
+            if after is not None:
+                return self._usage.state(after.scene, after.facts()), frozenset({after.scene.index[names[0]]})
+        return self._usage.state(walk.state.scene, walk.state.facts()), frozenset()
+
+    def _place(self, base: Task, rng: random.Random) -> tuple[Pattern | None, Sequence[int]]:
+        """Where something is to be put out of sight, and what into what; often nothing is."""
+        places = self._hiding(base) if self.prior.several and rng.random() < _HIDDEN else ()
+        if not places:
+            return None, ()
+        place = rng.choice(places)
+        return place, [rng.choice(list(bits(base.scene.category(kind)))) for kind in place.categories]
+
+    def _held(self, state: State) -> set[int]:
+        """The objects in hands."""
+        return {fact.arguments[-1] for fact in state.facts() if fact.predicate in self.prior.holding}
+
+    def _window(self, base: Task) -> tuple[int, int]:
+        """The least and the greatest length of the certificate."""
+        if self.spec.tier is not Tier.DATA:
+            return LENGTHS[self.spec.tier]
+        length = len(base.script) or _USUAL_STEPS
+        return max(_LEAST_STEPS, round(0.5 * length)), max(2 * _LEAST_STEPS, round(1.4 * length))
+
+    def _proposals(self, state: State, theme: Theme | None = None) -> Proposals:
+        spec = self.spec
+        return Proposals.for_scene(state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme)
+
+    def _walk(
+        self, base: Task, initial: State, hidden: frozenset[int], rng: random.Random, least: int, most: int
+    ) -> Walk:
+        """A walk about as long as is wanted, of which what belongs together is done together.
+
+        It begins with something that is hidden, where that can be.
+        """
+        walk = Walk(self._planner, initial)
+        is_rich = self.spec.tier in _RICH
+        wanted = rng.randint((least + most) // 2, most)
+        enough = wanted if is_rich else (least + most) // 2  # for the sake of which nothing else is begun
+        others = [title for title in self._titles if title != base.title]
+        ending: list[f.Formula] = []
+        begun = occasions = 0
+        for title in (base.title, *rng.sample(others, len(others))):
+            theme = self.prior.themes[title]
+            proposals = self._proposals(initial, theme)
+            if len(walk.trail) >= enough or begun == (len(others) + 1 if is_rich else _THEMES):
+                break
+            if proposals.patterns:
+                begun, reached, last = begun + 1, len(walk.goals), proposals.ending(theme, rng)
+                self._go_on(walk, proposals, last, rng, wanted, hidden)
+                if len(walk.goals) > reached or not reached:
+                    occasions += len(walk.goals) > reached
+                    ending = last if is_rich or occasions < 2 else []
+        for wish in ending:  # the agent would go on from there otherwise
+            if not walk.holds(wish, initial):
+                walk.reach(wish)
+        return walk
+
+    def _go_on(
+        self,
+        walk: Walk,
+        proposals: Proposals,
+        ending: Sequence[f.Formula],
+        rng: random.Random,
+        wanted: int,
+        hidden: frozenset[int],
+    ) -> None:
+        """Reach goals of one theme until the walk is as long as is wanted, or no more are reached."""
+        scene, initial = walk.state.scene, walk.start
+        tried: set[f.Formula] = set()
+        failures = 0  # one after the other
+        tries = _TRIES * (10 if self.spec.tier in _RICH else 1)
+        sought = proposals.about({scene.objects[i].category for i in hidden})
+        searched = 0 if walk.goals or not sought.patterns else _SEARCHED
+        for _ in range(searched + tries * max(2, wanted // 3)):
+            if len(walk.trail) >= wanted or failures == max(_GIVEN_UP, wanted // 3):
+                break
+            searched -= 1
+            is_search = searched >= 0 and not walk.goals
+            wish = (sought if is_search else proposals).goal(rng)
+            if wish is None or wish in tried or is_idle(wish, walk.goals, scene, self.prior):
+                continue
+            if is_search and subjects_of(wish, scene).isdisjoint(hidden):
+                continue
+            tried.add(wish)
+            others = (*walk.goals, *ending)
+            if any(clash(wish, other, scene, self.prior) for other in others):
+                continue
+            if not walk.holds(wish, initial):
+                reached = self._reach_and_leave(walk, wish)
+                failures = 0 if reached else failures + 1
+
+    def _reach_and_leave(self, walk: Walk, goal: f.Formula) -> bool:
+        """Reach a goal more, but not by keeping in hand what it is about."""
+        subjects, before = subjects_of(goal, walk.state.scene), walk.mark()
+        if not walk.reach(goal):
+            return False
+        if subjects.isdisjoint(self._held(walk.state)):
+            return True
+        walk.back_to(before)
+        return False
+
+
+def generate(
+    generator: Generator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
+) -> Iterator[Outcome]:
+    """So many tasks by seeds in order, and what was rejected on the way.
+
+    Raises:
+        InputError: there are no more tasks to be had: very many seeds in a row gave none.
+
+    Args:
+        generator: makes them.
+        seeds: as many as it takes.
+        number: how many tasks.
+        known: the fingerprints of tasks that there are already; those of the new ones are added.
+    """
+    found = failures = 0
+    reasons = Counter[str]()
+    limit = _FAILURES * (_RARE if generator.spec.kind is TaskKind.PAIRS else 1)
+    if generator.spec.split is not Split.ALL:
+        limit = round(limit / min(sets.SHARES.values()))
+    while found < number:
+        if failures == limit:
+            why = ", ".join(f"{reason} ({n})" for reason, n in reasons.most_common(2))
+            given = f"the last {failures} seeds gave none: {why}"
+            raise InputError(f"only {found} of {number} tasks found; {given}")
+        outcome = generator.task(next(seeds), known)
+        if isinstance(outcome, Generated):
+            known.add(sets.fingerprint_of(outcome.task))
+            found += 1
+            failures = 0
+            reasons.clear()
+        else:
+            failures += 1
+            reasons[outcome.value] += 1
+        yield outcome

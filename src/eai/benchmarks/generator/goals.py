@@ -1,0 +1,241 @@
+"""Goals proposed for a scene, of the shapes that goals have, about what is usually wanted of its objects."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import eai.logic.formula as f
+from eai.benchmarks.generator.prior import Pattern, Patterns, Prior, Theme, kept, narrowed
+from eai.benchmarks.generator.spec import Forms
+from eai.world.relation import bits
+from eai.world.state import Scene
+
+K = TypeVar("K")
+
+X, Y = "x", "y"
+"""The variables of goals."""
+
+_SHAPES = ("Atom", "Not", "Or", "ForAll", "Exists", "Exactly", "ForPairs")
+_COUNTED = ("ForAll", "Exists", "Exactly", "ForPairs")
+_MOST_COUNTED = 4
+
+
+@dataclass(frozen=True)
+class Proposals:
+    """Proposes goals for one scene.
+
+    Attributes:
+        prior: what is usual.
+        forms: how often to propose each shape, by the name of the formula's class; ``Occurs`` is actions.
+        patterns: the literals that can be said of this scene's objects, with their weight.
+        paired: those that may be said of pairs; any if empty.
+    """
+
+    prior: Prior
+    scene: Scene
+    forms: Mapping[str, int]
+    patterns: Patterns
+    paired: frozenset[Pattern] = frozenset()
+
+    @staticmethod
+    def for_scene(
+        scene: Scene, prior: Prior, forms: Forms, *, actions: bool, theme: Theme | None = None
+    ) -> Proposals:
+        """The proposals for a scene: what may be asked for of a theme, or, without, all that comes about."""
+        usual = narrowed((prior if theme is None else theme).patterns, _categories(scene))
+        patterns = kept(usual, lambda pattern: _can_say(pattern, scene, prior))
+        fitting = {*_SHAPES, *(["Occurs"] if actions else [])}
+        fitting -= set() if _countable(patterns, scene, prior) else {*_COUNTED}
+        usual_shapes = dict.fromkeys(_SHAPES, 1) if forms == "all" else prior.forms
+        shapes = {shape: n for shape, n in usual_shapes.items() if shape in fitting}
+        paired = frozenset[Pattern]() if forms == "all" else prior.paired
+        return Proposals(prior, scene, shapes, patterns, paired)
+
+    def about(self, kinds: Collection[str]) -> Proposals:
+        """Those of them that are about things of some kinds alone."""
+        known = kept(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
+        return replace(self, patterns=known)
+
+    def literal(self, rng: random.Random, relations: float = 0.0) -> f.Formula | None:
+        """A positive literal, at least as often as asked for about the place of something."""
+        pattern = self._pattern(rng, truth=True, relations_only=relations > 0 and rng.random() < relations)
+        return None if pattern is None else self._ground(pattern, rng)
+
+    def ending(self, theme: Theme, rng: random.Random) -> list[f.Formula]:
+        """The goals about the agent in the end: all that some task of a theme wants, or nothing."""
+        here = _categories(self.scene)
+        fitting = {e: n for e, n in theme.endings.items() if all(here.keys() >= {*p.categories} for p in e)}
+        if not fitting:
+            return []
+        chosen = {category: rng.choice(self._members(category)) for category in here}
+        return [
+            self._literal(p, [f.Constant(self.scene.objects[chosen[c]].name) for c in p.categories])
+            for p in _chosen(fitting, rng)
+        ]
+
+    def goal(self, rng: random.Random) -> f.Formula | None:
+        """A goal, or None if the scene has not what the chosen shape is about."""
+        shape = _chosen(self.forms, rng)
+        if shape == "Occurs":
+            alternatives: tuple[str, ...] = _chosen(self.prior.actions, rng)
+            return f.Or(tuple(map(f.Occurs, alternatives)))
+        countable = _countable(self.patterns, self.scene, self.prior)
+        known = self if shape not in _COUNTED else replace(self, patterns=countable)
+        pattern = known._pattern(rng, truth=shape != "Not")
+        if pattern is None:
+            return None
+        match shape:
+            case "Atom" | "Not":
+                return self._ground(pattern, rng)
+            case "Or":
+                return self._either(pattern, rng)
+            case "ForPairs":
+                return self._for_pairs(pattern)
+        return self._quantified(shape, pattern, rng)
+
+    def _pattern(
+        self, rng: random.Random, *, truth: bool | None = None, relations_only: bool = False
+    ) -> Pattern | None:
+        """A pattern: a predicate as often as goals have it, and of its patterns the usual ones more often."""
+        arity = self.scene.vocabulary.arity
+        wanted = {
+            key: self.prior.wanted[key]
+            for key in self.patterns
+            if truth in (None, key[1]) and not (relations_only and arity(key[0]) != 2)
+        }
+        if not wanted:
+            return None
+        patterns = self.patterns[_chosen(wanted, rng)]
+        return _chosen({pattern: math.sqrt(weight) for pattern, weight in patterns.items()}, rng)
+
+    def _members(self, category: str) -> list[int]:
+        return list(bits(self.scene.category(category)))
+
+    def _ground(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+        """A literal of a pattern about objects, or None if there are too few."""
+        chosen = [rng.choice(self._members(category)) for category in pattern.categories]
+        if len(set(chosen)) < len(chosen):
+            return None
+        return self._literal(pattern, [f.Constant(self.scene.objects[i].name) for i in chosen])
+
+    @staticmethod
+    def _literal(pattern: Pattern, terms: Sequence[f.Term]) -> f.Formula:
+        atom = f.Atom(pattern.predicate, tuple(terms))
+        return atom if pattern.truth else f.Not(atom)
+
+    def _either(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+        """One of two relations of the same thing, with different others."""
+        others = {
+            other: weight
+            for (_, truth), patterns in self.patterns.items()
+            for other, weight in patterns.items()
+            if truth and len(other.categories) == 2 and other.categories[:1] == pattern.categories[:1]
+        }
+        first = self._ground(pattern, rng) if pattern.truth and len(pattern.categories) == 2 else None
+        if not isinstance(first, f.Atom) or not others:
+            return None
+        second = self._ground(_chosen(others, rng), rng)
+        if not isinstance(second, f.Atom) or first.arguments[0] in second.arguments[1:]:
+            return None
+        same = f.Atom(second.predicate, (first.arguments[0], *second.arguments[1:]))
+        return None if same == first else f.Or((first, same))
+
+    def _body(
+        self, pattern: Pattern, rng: random.Random, *, several: bool = False
+    ) -> tuple[f.Variable, f.Formula, int] | None:
+        """A literal about a variable, with its range and the size of that; what it relates to is one object.
+
+        With ``several``, it may be any object of a category that has more than one.
+        """
+        if not pattern.categories:
+            return None
+        category, *others = pattern.categories
+        members = self._members(category)
+        if len(members) < 2 or category in others or not _is_counted(category, self.prior):
+            return None
+        terms: list[f.Term] = [f.Variable(X)]
+        inner: f.Variable | None = None
+        for other in others:
+            targets = self._members(other)
+            if several and len(targets) > 1 and rng.random() < 0.5:
+                inner = f.Variable(Y, other)
+                terms.append(f.Variable(Y))
+            else:
+                terms.append(f.Constant(self.scene.objects[rng.choice(targets)].name))
+        body = self._literal(pattern, terms)
+        return f.Variable(X, category), body if inner is None else f.Exists(inner, body), len(members)
+
+    def _quantified(self, shape: str, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+        """All, some or so many of a kind; of all it is as often denied as goals are."""
+        if shape == "ForAll" and (not pattern.truth or rng.random() < self._negated()):
+            pattern = self._pattern(rng, truth=False) or pattern
+        made = self._body(pattern, rng, several=shape == "ForAll" and pattern.truth)
+        if made is None:
+            return None
+        variable, body, size = made
+        if shape == "Exactly":
+            return f.Exactly(rng.randint(1, min(size - 1, _MOST_COUNTED)), variable, body)
+        return f.ForAll(variable, body) if shape == "ForAll" else f.Exists(variable, body)
+
+    def _negated(self) -> float:
+        """How often goals are negated."""
+        counts = self.prior.wanted
+        negated = sum(n for (_, truth), n in counts.items() if not truth)
+        return negated / max(1, sum(counts.values()))
+
+    def _for_pairs(self, pattern: Pattern) -> f.Formula | None:
+        """Each of one category gets one of its own of another, where that is asked for."""
+        kinds = pattern.categories
+        if len(kinds) != 2 or kinds[0] == kinds[1] or (self.paired and pattern not in self.paired):
+            return None
+        few, many = (len(self._members(kind)) for kind in kinds)
+        if not 2 <= few <= many or not all(_is_counted(kind, self.prior) for kind in kinds):
+            return None
+        body = self._literal(pattern, (f.Variable(X), f.Variable(Y)))
+        return f.ForPairs(f.Variable(X, kinds[0]), f.Variable(Y, kinds[1]), body)
+
+
+def _categories(scene: Scene) -> Mapping[str, None]:
+    """The categories of a scene's objects, in the order of the first of each."""
+    return dict.fromkeys([thing.category for thing in scene.objects])
+
+
+def _is_counted(category: str, prior: Prior) -> bool:
+    """Whether a goal may be about all or some of a kind."""
+    return not prior.several or category in prior.several
+
+
+def _countable(patterns: Patterns, scene: Scene, prior: Prior) -> Patterns:
+    """Those about a kind of which there are several, and all or some of which may be spoken of."""
+
+    def is_countable(pattern: Pattern) -> bool:
+        first = pattern.categories[:1]
+        return any(_is_counted(c, prior) and scene.category(c).bit_count() > 1 for c in first)
+
+    return kept(patterns, is_countable)
+
+
+def _can_say(pattern: Pattern, scene: Scene, prior: Prior) -> bool:
+    """Whether a pattern may be asked for by itself: of no agent or piece; a relation of thing and place.
+
+    Of more than two objects nothing is asked.
+    """
+    if len(pattern.categories) > 2:
+        return False
+    if scene.agent is not None and scene.objects[scene.agent].category in pattern.categories:
+        return False
+    if not prior.pieces.isdisjoint(pattern.categories):
+        return False
+    if len(pattern.categories) < 2 or not prior.kinds:
+        return True
+    moved, place = pattern.categories
+    return moved in prior.taken and place in prior.used
+
+
+def _chosen(weights: Mapping[K, float], rng: random.Random) -> K:
+    """One of several things, each as often as its weight says."""
+    return rng.choices(list(weights), list(weights.values()))[0]

@@ -1,0 +1,301 @@
+"""Closed scenes: a few objects of a task's scene, of which what is shown is all there is.
+
+Things may be put out of sight before a task begins, so that whoever solves it has to open something.
+"""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from itertools import chain, count
+from typing import TypeVar
+
+import eai.logic.formula as f
+from eai.base.grouping import grouped
+from eai.benchmarks.generator.measures import lids
+from eai.benchmarks.generator.prior import Pattern, Prior, Theme
+from eai.logic.traversal import predicates_of
+from eai.planning.effect_schema import effect_schemas
+from eai.planning.planner import Planner, PlanningGoal
+from eai.planning.search import Limits, SearchEnd
+from eai.tasks.task import Task
+from eai.world.derived import stored_sources
+from eai.world.domain import Domain
+from eai.world.execution import execute
+from eai.world.relation import bits
+from eai.world.state import Fact, Scene, State, WorldObject
+
+_LIMITS = Limits(100, thorough=False)
+"""The limits of the search for putting a thing somewhere."""
+
+
+def hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern]]:
+    """Where things could be put out of sight, given a task: in what plans open and can be shut.
+
+    Tasks put such things there; of the thing the title of the task wants something else.
+    """
+    decisive = stored_sources(predicates_of(domain.visible or f.TRUE), domain.vocabulary)
+    names = {lid.predicate for lid in lids(domain)}
+    opening = {
+        operator.name
+        for operator in domain.operators
+        if any(schema.atom.predicate in names for schema in effect_schemas(operator))
+    }
+    opened = {category for operator, _, category in prior.kinds if operator in opening}
+    usual = chain(*(known for theme in prior.themes.values() for known in theme.patterns.values()))
+    places = [
+        pattern
+        for pattern in dict.fromkeys(usual)
+        if pattern.truth and len(pattern.categories) == 2 and pattern.predicate in decisive
+        if pattern.categories[0] in prior.taken and pattern.categories[1] in opened
+    ]
+
+    def places_for(task: Task) -> list[Pattern]:
+        here, theme = {thing.category for thing in task.scene.objects}, prior.themes[task.title]
+        fitting = [place for place in places if here.issuperset(place.categories)]
+        return [place for place in fitting if _is_wanted_elsewhere(place, theme, prior)]
+
+    return places_for
+
+
+def _is_wanted_elsewhere(place: Pattern, theme: Theme, prior: Prior) -> bool:
+    """Whether a title wants something of a kind of thing besides that it be in a place."""
+    thing = place.categories[0]
+    wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
+    usual = [p for p in wanted if p.truth and prior.used.issuperset(p.categories[1:])]
+    asked = (*usual, *chain(*theme.endings))
+    return any(thing in pattern.categories for pattern in asked if pattern != place)
+
+
+def hide(planner: Planner, state: State, relation: str, thing: str, container: str) -> State | None:
+    """A state with a thing put out of sight and shut away, by any actions; None if no way is found."""
+    index, agent = state.scene.index, state.scene.agent
+    objects = [index[thing], index[container], *([] if agent is None else [agent])]
+    wanted: list[f.Formula] = [f.Atom(relation, (f.Constant(thing), f.Constant(container)))]
+    for lid in sorted(set(lids(planner.domain))):
+        shown = f.Atom(lid.predicate, (f.Constant(container),))
+        wanted.append(f.Not(shown) if lid.reveals else shown)
+    for number in range(1, len(wanted) + 1):
+        found = planner.plan(state, PlanningGoal(tuple(wanted[:number])), objects, _LIMITS)
+        if found.end is not SearchEnd.SOLVED:
+            return None
+        state = execute(planner.domain, state, found.plan).final
+    return state
+
+
+K = TypeVar("K")
+
+LEAST_OBJECTS = 16
+"""How many objects a scene has at least, where the task's own has so many."""
+
+
+def closed_scene(
+    task: Task, prior: Prior, rng: random.Random, most: int, *, rich: bool = False, with_: Sequence[int] = ()
+) -> State:
+    """Some of a task's objects: those that it is about, and others that plans and goals know.
+
+    Some are there in any case.
+
+    A rich one has fewer of its own (`with_guests`), rather those of which something is wanted.
+
+    What stands somewhere comes with the place, and a part with its whole. Of a relation in which things stand
+    to many others only what concerns the agent is kept; of two things that are said to be in each other,
+    neither is.
+    """
+    state = task.initial
+    everything = range(len(state.scene.objects))
+    size = most * 2 // 3 if rich else rng.randint(min(LEAST_OBJECTS, most), most)
+    chosen: set[int] = set() if state.scene.agent is None else _with_places(state.scene.agent, state, prior)
+    for index in with_:
+        chosen |= _with_places(index, state, prior)
+    usual = prior.taken | prior.used
+    others = [i for i in everything if not usual or state.scene.objects[i].category in usual]
+    usually = (*shuffled(task.relevant, rng), *_by_category(others, state.scene, rng))
+    for index in _by_pattern(prior, state.scene, rng) if rich else usually:
+        if len(chosen) >= size:
+            break
+        wider = chosen | _with_places(index, state, prior)
+        if len(wider) <= most:
+            chosen = wider
+    static = {predicate.name for predicate in state.scene.vocabulary.predicates if predicate.static}
+
+    def is_kept(fact: Fact) -> bool:
+        predicate, arguments = fact
+        if len(arguments) != 2 or predicate in static:
+            return True
+        if predicate in prior.places:
+            return not state.has(predicate, *reversed(arguments))
+        return state.scene.agent in arguments
+
+    return with_only(state, sorted(chosen), is_kept)
+
+
+def with_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int) -> State:
+    """A scene with more things to take in hand, up to so many objects, brought from other tasks.
+
+    Each stands where something in the scene stands in the same way as it did at home: on a table of a
+    kitchen, say. It has the states that it had.
+    """
+    objects, facts = list(closed.scene.objects), list(closed.facts())
+    here = {thing.category for thing in objects}
+    wanted = {
+        pattern.categories[0]
+        for (_, truth), known in prior.patterns.items()
+        for pattern in known
+        if truth and len(pattern.categories) == 2 and pattern.categories[1] in here
+    }
+    taken = [i for i, thing in enumerate(objects) if thing.category in prior.taken]
+    hosts = grouped((stance(i, closed, prior), i) for i in taken)
+    for _ in range(_ASKED * (most - len(objects))):
+        if len(objects) >= most:
+            break
+        home = rng.choice(tasks)
+        guest = rng.choice(home.relevant)
+        thing = home.scene.objects[guest]
+        standing = stance(guest, home.initial, prior)
+        if thing.category in wanted & prior.taken - prior.pieces and standing in hosts and standing:
+            host = rng.choice(hosts[standing])
+            facts += _one_more(objects, thing, _states(guest, home.initial), host, closed, prior)
+    return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
+
+
+def with_more_of_a_kind(
+    closed: State, prior: Prior, rng: random.Random, most: int, kinds: Collection[str]
+) -> State:
+    """A scene with some things more of some kinds of which there are several elsewhere, each beside one."""
+    objects, facts = list(closed.scene.objects), list(closed.facts())
+    usual = prior.several & prior.taken & frozenset(kinds)
+    hosts = [i for i, thing in enumerate(objects) if thing.category in usual and stance(i, closed, prior)]
+    number = rng.randint(1, _MORE)
+    for _ in range(min(number, most - len(objects)) if hosts else 0):
+        host = rng.choice(hosts)
+        facts += _one_more(objects, objects[host], _states(host, closed), host, closed, prior)
+    return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
+
+
+def with_double(state: State, prior: Prior, thing: int, host: int) -> State:
+    """A state with one thing more like a thing, as large, which stands where and beside what another does."""
+    scene, objects, facts = state.scene, list(state.scene.objects), list(state.facts())
+    more = _one_more(objects, objects[thing], _states(thing, state), host, state, prior)
+    known = set(facts)
+    for name, arguments in facts:
+        stored = scene.vocabulary.stored(name)
+        is_fixed = stored is not None and stored.static
+        model = thing if is_fixed else host
+        if len(arguments) == 2 and model in arguments and (is_fixed or (name, arguments[::-1]) in known):
+            more.append(Fact(name, tuple([len(scene.objects) if i == model else i for i in arguments])))
+    return Scene(scene.vocabulary, objects, scene.agent).state([*facts, *more])
+
+
+def is_empty(index: int, state: State, prior: Prior) -> bool:
+    """Whether nothing lies in or on a thing; what stands beside it does not count."""
+    relations = map(state.relation, prior.places)
+    return not any(relation.column(index) & ~relation.row(index) for relation in relations)
+
+
+def _one_more(
+    objects: list[WorldObject],
+    like: WorldObject,
+    states: Iterable[str],
+    host: int,
+    state: State,
+    prior: Prior,
+) -> list[Fact]:
+    """Add an object like another one; returns its facts: it is in these states, and where a host stands."""
+    another = len(objects)
+    objects.append(WorldObject(_free_name(like.name, objects), like.category))
+    places = [(name, target) for name in prior.places for target in bits(state.relation(name).row(host))]
+    own = [Fact(name, (another,)) for name in states]
+    return [*own, *(Fact(name, (another, target)) for name, target in places)]
+
+
+_MORE = 5
+"""How many things more of their kinds a scene has at most."""
+
+_ASKED = 30
+"""How many things are asked for one that comes."""
+
+
+def stance(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]:
+    """How a thing stands: in which relation to things of what category; empty if it is part of a whole."""
+    if any(state.relation(name).row(index) | state.relation(name).column(index) for name in prior.parts):
+        return frozenset()
+    things = state.scene.objects
+    return frozenset(
+        (name, things[target].category)
+        for name in prior.places
+        for target in bits(state.relation(name).row(index))
+    )
+
+
+def _states(index: int, state: State) -> Iterator[str]:
+    """The predicates of one object that are true of an object."""
+    return (fact.predicate for fact in state.facts() if fact.arguments == (index,))
+
+
+def _free_name(name: str, objects: Sequence[WorldObject]) -> str:
+    """A name with a number that no object has."""
+    taken = {number[0] for each in objects if (number := re.search(r"\d+$", each.name))}
+    stem = re.sub(r"\d+$", "", name)
+    stem = f"{stem}_" if stem == name else stem
+    if name not in {each.name for each in objects} and name.removeprefix(stem) not in taken:
+        return name
+    return next(f"{stem}{number}" for number in count(len(objects)) if str(number) not in taken)
+
+
+def shuffled(indices: Sequence[K], rng: random.Random) -> list[K]:
+    """Indices in an order by chance."""
+    return rng.sample(indices, len(indices))
+
+
+def _by_category(indices: Sequence[int], scene: Scene, rng: random.Random) -> Iterator[int]:
+    """Objects in random order, one of each category before the second of any."""
+    ranked: dict[str, int] = {}
+    order = []
+    for index in shuffled(indices, rng):
+        category = scene.objects[index].category
+        ranked[category] = ranked.get(category, -1) + 1
+        order.append((ranked[category], rng.random(), index))
+    return (index for _, _, index in sorted(order))
+
+
+def _by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]:
+    """Objects that together make up what is usually wanted, in random order."""
+    for pattern in shuffled([p for (_, truth), known in prior.patterns.items() if truth for p in known], rng):
+        members = [list(bits(scene.category(category))) for category in pattern.categories]
+        if all(members):
+            yield from map(rng.choice, members)
+
+
+def _with_places(index: int, state: State, prior: Prior) -> set[int]:
+    """An object with all that it stands in or on, and with the parts and the wholes of these."""
+    found, pending = set(), [index]
+    while pending:
+        current = pending.pop()
+        if current in found:
+            continue
+        found.add(current)
+        for name in prior.places:
+            pending += bits(state.relation(name).row(current))
+        for name in prior.parts:
+            pending += bits(state.relation(name).row(current) | state.relation(name).column(current))
+    return found
+
+
+def with_only(state: State, kept: Sequence[int], is_kept: Callable[[Fact], bool] | None = None) -> State:
+    """A state of some objects alone, the agent among them, numbered anew, and of the facts about them.
+
+    Args:
+        state: the state.
+        kept: the objects, in order.
+        is_kept: whether a fact about them alone holds still; all do if None.
+    """
+    scene, number = state.scene, {index: i for i, index in enumerate(kept)}
+    agent = None if scene.agent is None else number[scene.agent]
+    facts = [fact for fact in state.facts() if number.keys() >= {*fact.arguments}]
+    return Scene(scene.vocabulary, [scene.objects[i] for i in kept], agent).state(
+        Fact(fact.predicate, tuple([number[i] for i in fact.arguments]))
+        for fact in facts
+        if is_kept is None or is_kept(fact)
+    )

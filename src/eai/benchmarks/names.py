@@ -1,0 +1,41 @@
+"""References to tasks, and names of suites."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from eai.abilities.protocol import Ability, registered_abilities
+from eai.base.errors import InputError
+
+
+class TaskReference(NamedTuple):
+    """A task by benchmark, ability and id, written ``virtualhome/action_sequencing/27_2``.
+
+    The benchmark may be anything that `eai.benchmarks.registry.find_benchmark` takes, paths included.
+    """
+
+    benchmark: str
+    ability: Ability
+    task_id: str
+
+    def __str__(self) -> str:
+        return f"{self.benchmark}/{self.ability.value}/{self.task_id}"
+
+    @staticmethod
+    def parse(text: str) -> TaskReference:
+        """Parse a reference. The last inner part that names an ability is the ability.
+
+        Raises:
+            InputError: the text is not a reference.
+        """
+        parts = text.split("/")
+        for place in range(len(parts) - 2, 0, -1):
+            ability = Ability(parts[place])
+            if ability in registered_abilities():
+                return TaskReference("/".join(parts[:place]), ability, "/".join(parts[place + 1 :]))
+        raise InputError(f"{text[:100]!r} is no task: expected BENCHMARK/ABILITY/TASK")
+
+
+def suite_name(domain: str, ability: Ability) -> str:
+    """Return the name of a suite, as tasks of Inspect and files of prompts have it."""
+    return f"{domain}_{ability.value}"

@@ -1,0 +1,301 @@
+"""Obfuscated twins: a benchmark whose words mean other things, the same throughout.
+
+Who plans needs to know what actions do, not what they are called. In a twin the declared names of predicates,
+operators and kinds of objects are permuted, each among those that are used alike; the world, the tasks and
+their verdicts are those of the benchmark. Prompts say what each word means, and tell the exact rules, which
+plain prompts do not. A twin is compared with the same prompts in the true words (`with_rules`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import random
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import eai.logic.formula as f
+from eai.abilities.notation.plan_form import WrittenPlan
+from eai.abilities.notation.plans import PlanNotation
+from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import Unreadable
+from eai.base.grouping import grouped
+from eai.benchmarks.benchmark import Benchmark
+from eai.tasks.english import PLAIN, English, sentences_of
+from eai.tasks.lexicon import FormulaLexicon
+from eai.tasks.operator_task import TransitionTask
+from eai.tasks.rules import Rules, how_to_read
+from eai.tasks.source import USUAL, TaskSet
+from eai.tasks.task import Task
+from eai.tasks.wording import Wording, is_property
+from eai.world.action import Action
+from eai.world.effect import When
+from eai.world.operator import Operator, affordance
+from eai.world.state import Fact, Scene
+from eai.world.vocabulary import Vocabulary, parameters
+
+_TOKEN = re.compile(r"[A-Za-z_][\w-]*(?:\.\w+)*")
+_NUMBERED = re.compile(r"(.+?)([._]\d+)")
+_KEPT = frozenset(
+    (
+        *("action", "object", "output", "not", "and", "or", "then", "until", "implies", "next", "eventually"),
+        *("always", "true", "false", "forall", "exists", "forn", "forpairs", "fornpairs", "x", "y", "z"),
+        *("requires", "needed", "only", "if", "becomes", "for", "each", "with", "the", "first", "means"),
+        *("is_a", "changes", "nothing"),
+    )
+)
+"""The words of the syntaxes, which stay."""
+
+UNCHANGING = "Facts that no action changes:"
+"""Heading of the facts that prompts of a twin state and plain prompts put into words."""
+
+_OBFUSCATED, _WITH_RULES = "-obfuscated", "-rules"
+
+
+def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
+    """The words that the twin of a benchmark has for others, one to one: the same on every machine."""
+    wording, arity = benchmark.wording(Ability.ACTION_SEQUENCING), benchmark.domain.vocabulary.arity
+    used = [(name, ("predicate", arity(name))) for name in (*wording.predicates, *wording.static)]
+    used += [(operator.name, ("operator", operator.arity)) for operator in benchmark.domain.operators]
+    uses = grouped(used)
+    alike: list[tuple[object, tuple[str, ...]]] = [(frozenset(use), (name,)) for name, use in uses.items()]
+    for category, stems in _kinds(tasks).items():
+        if not {category, *stems} & uses.keys():
+            alike.append(((category in stems, len(stems)), (category, *stems)))
+    digest = hashlib.sha256(f"obfuscated {benchmark.domain.name}".encode()).digest()
+    rng, words = random.Random(digest), dict[str, str]()  # noqa: S311 - names, not secrets
+    for group in grouped(alike).values():
+        changing = [each for each in group if _KEPT.isdisjoint(each)]
+        start = rng.sample(changing, len(changing))
+        for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # one cycle: none stays
+            words |= dict(zip(old, new, strict=True))
+    return words
+
+
+def _encoded(words: Mapping[str, str], text: str) -> str:
+    """A text in other words; names of objects keep their numbers."""
+    return _TOKEN.sub(lambda token: _replaced(token[0], words), text)
+
+
+def _decoded(words: Mapping[str, str], text: str) -> str:
+    """A text of the twin in the benchmark's words."""
+    return _encoded({new: old for old, new in words.items()}, text)
+
+
+def _replaced(token: str, words: Mapping[str, str]) -> str:
+    if token in words:
+        return words[token]
+    numbered = _NUMBERED.fullmatch(token)
+    return token if numbered is None else words.get(numbered[1], numbered[1]) + numbered[2]
+
+
+def _kinds(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
+    """The categories but the agent's, each with what the names of its objects are without their numbers."""
+    found: dict[str, dict[str, None]] = {}
+    owner: dict[str, str] = {}
+    agents = set()
+    for task in tasks:
+        for index, thing in enumerate(task.scene.objects):
+            numbered = _NUMBERED.fullmatch(thing.name)
+            stem = thing.name if numbered is None else numbered[1]
+            if owner.setdefault(stem, thing.category) == thing.category:
+                found.setdefault(thing.category, {})[stem] = None
+            if index == task.scene.agent:
+                agents.add(thing.category)
+    return {category: tuple(sorted(stems)) for category, stems in found.items() if category not in agents}
+
+
+@dataclass(frozen=True)
+class _TwinWording(Wording):
+    """A wording in the words of a twin, which tells exact rules.
+
+    Attributes:
+        words: what is written for each word that changes.
+        english: what predicates mean.
+    """
+
+    words: Mapping[str, str] = field(default_factory=dict)
+    english: English = PLAIN
+
+    @cached_property
+    def _exact(self) -> Rules:
+        """The rules of all actions, without remarks in words and with what is hidden."""
+        vocabulary = self.domain.vocabulary
+        predicates = vocabulary.predicates
+        shown = [each if is_property(each) else replace(each, visible=True) for each in predicates]
+        operators = tuple(map(_without_words, self.domain.operators))
+        told = replace(
+            self.domain, vocabulary=Vocabulary(tuple(shown), vocabulary.derived), operators=operators
+        )
+        return Rules(told)
+
+    @cached_property
+    def _spoken_of(self) -> frozenset[str]:
+        return self._exact.predicates(self._exact.names)
+
+    def vocabulary(self) -> str:
+        names = (*self.predicates, *self.static)
+        lines = _encoded(self.words, super().vocabulary()).splitlines()
+        return "\n".join(f"{line}: {self._meaning(name)}" for line, name in zip(lines, names, strict=True))
+
+    def _meaning(self, predicate: str) -> str:
+        """The meaning of a predicate, said of its parameters."""
+        arity = self._arity(predicate)
+        return sentences_of(predicate, arity, self.english)[0].format(**{x: x for x in parameters(arity)})
+
+    def operators(self) -> str:
+        definitions = [_encoded(self.words, each) for each in self._exact.definitions()]
+        rules = "\n".join([*map(self.operator, self._exact.operators), *definitions])
+        return f"{how_to_read(rules)}\n{rules}"
+
+    def contents_of(self, each: str) -> str:
+        return f"what {each} requires and changes"
+
+    def operator(self, operator: Operator) -> str:
+        return _encoded(self.words, self._exact.brief(operator) or "")
+
+    def object(self, task: Task, index: int) -> str:
+        properties = [p for p in self.domain.vocabulary.predicates if is_property(p) and not p.visible]
+        hidden = [p.name for p in properties if p.name in self._spoken_of]
+        having = [_encoded(self.words, name) for name in hidden if task.initial.has(name, index)]
+        head, _, known = _encoded(self.words, super().object(task, index)).rpartition(": ")
+        return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
+
+    def state_rule_facts(self, task: Task) -> str:
+        """Return the facts that plain prompts put into words, one a line below a heading."""
+        named = self._spoken_of.intersection(self.unchanging)
+        properties = {p.name for p in self.domain.vocabulary.predicates if is_property(p)}
+        listed, lines = {*self.subjects(task)}, [UNCHANGING]
+        for predicate, arguments in task.initial.facts():
+            if predicate in named and not (predicate in properties and arguments[0] in listed):
+                lines.append(_encoded(self.words, self.fact(task, Fact(predicate, arguments))))
+        return "\n".join(lines) if lines[1:] else ""
+
+    def initial(self, task: Task) -> str:
+        return _encoded(self.words, super().initial(task))
+
+    def goals(self, task: Task) -> str:
+        return _encoded(self.words, super().goals(task))
+
+
+def _without_words(operator: Operator) -> Operator:
+    """An operator that needs and does the same, without a remark and without several things to try."""
+    tried = [f.And(each.conditions) for each in operator.tries]
+    effects = [When(need, each.effects) for need, each in zip(tried, operator.tries, strict=True)]
+    none = f.Not(f.Or(tuple([each.condition for each in operator.tries])))
+    asked = [affordance(f.Or((*tried, none)), "none of several things can be done")] if tried else []
+    return replace(
+        operator,
+        description="",
+        tries=(),
+        checks=(*operator.checks, *asked),
+        effects=(*effects, *operator.effects),
+    )
+
+
+class _TwinPlans(PlanNotation):
+    """Plans in the words of a twin."""
+
+    def __init__(self, plain: PlanNotation, words: Mapping[str, str]) -> None:
+        self._plain, self._words = plain, words
+
+    def encoded(self, text: str) -> str:
+        return _encoded(self._words, text)
+
+    def decoded(self, text: str) -> str:
+        return _decoded(self._words, text)
+
+    def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
+        return replace(self._plain.read(self.decoded(text), actions), spans=())
+
+    def operator(self, word: str) -> str:
+        return self._plain.operator(word)
+
+    def objects(self, task: Task) -> Callable[[object], int | None]:
+        return self._plain.objects(task)
+
+    def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
+        return tuple(map(self.encoded, self._plain.write(plan, scene)))
+
+    def join(self, parts: Iterable[str]) -> str:
+        return self._plain.join(parts)
+
+
+class _TwinSubgoals(SubgoalNotation):
+    """Subgoals in the words of a twin."""
+
+    def __init__(self, plain: SubgoalNotation, words: Mapping[str, str]) -> None:
+        super().__init__(plain.domain)
+        self._plain, self._words = plain, words
+
+    def lexicon(self, scene: Scene) -> FormulaLexicon:
+        return self._plain.lexicon(scene)
+
+    def read(self, text: str) -> WrittenSubgoals | Unreadable:
+        return replace(self._plain.read(_decoded(self._words, text)), spans=())
+
+    def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
+        return tuple([_encoded(self._words, part) for part in self._plain.write(task, plan)])
+
+    def join(self, parts: Iterable[str]) -> str:
+        return self._plain.join(parts)
+
+
+def obfuscated(benchmark: Benchmark) -> Benchmark:
+    """The twin of a benchmark: its plans and subgoals are asked for in other words; nothing else is."""
+    public = benchmark.open_public or benchmark.open_tasks
+    return _with_exact_rules(benchmark, _cipher(benchmark, public(USUAL).values()), _OBFUSCATED)
+
+
+def with_rules(benchmark: Benchmark) -> Benchmark:
+    """A benchmark in its own words, with the exact rules that the prompts of its twin tell."""
+    return _with_exact_rules(benchmark, {}, _WITH_RULES)
+
+
+def plain_name(name: str) -> str:
+    """The name of the benchmark that a twin, or one with exact rules, is made of; any other name as it is."""
+    return name.removesuffix(_OBFUSCATED).removesuffix(_WITH_RULES)
+
+
+def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: str) -> Benchmark:
+    def wording(ability: Ability) -> Wording:
+        plain = benchmark.wording(ability)
+        twin = _TwinWording(
+            plain.domain,
+            plain.predicates,
+            plain.written_as,
+            plain.object_name,
+            static=plain.static,
+            unchanging=plain.unchanging,
+            surroundings=plain.surroundings,
+            words=words,
+            english=benchmark.english,
+        )
+        return twin if plain.conventions is None else replace(twin, conventions=twin.state_rule_facts)
+
+    asks_subgoals = benchmark.asks.get(Ability.SUBGOAL_DECOMPOSITION)
+
+    def in_capitals(text: str) -> str:
+        return _TOKEN.sub(lambda t: _replaced(t[0], words) if t[0].isupper() else t[0], text)
+
+    return replace(
+        benchmark,
+        name=f"{benchmark.name}{suffix}",
+        title=f"{benchmark.title or benchmark.name}, {suffix[1:]}",
+        plans=_TwinPlans(benchmark.plans, words),
+        subgoals=_TwinSubgoals(benchmark.subgoal_notation, words),
+        wordings=wording,
+        formats={ability: in_capitals(text) for ability, text in benchmark.formats.items()},
+        asks={
+            Ability.GOAL_INTERPRETATION: lambda task: False,
+            Ability.ACTION_SEQUENCING: lambda task: task.is_told_by_goals,  # only they get other words
+            Ability.SUBGOAL_DECOMPOSITION: lambda task: (
+                task.is_told_by_goals and (asks_subgoals is None or asks_subgoals(task))
+            ),
+        },
+        open_operators=lambda source: TaskSet((), dict[str, TransitionTask]().__getitem__, ""),
+        published_prompts=None,
+        reference="",
+    )

@@ -1,0 +1,235 @@
+"""The prompts of a suite: from a set, with the user's own files in place of single ones.
+
+`answer_form` is the schema of the answer to a question, with the words that stand there, for providers that
+enforce one.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+
+from eai.abilities.answer_schema import Schema, fits
+from eai.abilities.declaration import Pose, declaration_of
+from eai.abilities.feedback import Asker, Look
+from eai.abilities.protocol import Ability, registered_abilities
+from eai.base.errors import InputError
+from eai.base.files import files_below
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.names import suite_name
+from eai.benchmarks.registry import registered
+from eai.tasks.prompts.own import Questions, operator_prompts, render, render_task, samples
+from eai.tasks.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
+from eai.tasks.prompts.template import Templates, template_names
+from eai.tasks.source import Source, TaskSet
+from eai.tasks.task import Task
+
+
+def answer_form(benchmark: Benchmark, ability: Ability, task: Task | None, prompt: Prompt) -> Schema | None:
+    """The form of the answer to a question; None if it is not known.
+
+    Objects go by the words that the question lists. They may have any name where it does not list them all,
+    as the form is not to tell what the question does not, and where providers do not take as many words.
+
+    Args:
+        benchmark: the benchmark.
+        ability: what is asked for.
+        task: whose objects the question lists; None if it tells of others.
+        prompt: the question.
+    """
+    declared = declaration_of(ability).asked.form
+    if declared is None:
+        return None
+    words, form = declared(benchmark.world(Source()), task)
+    schema = form(words) if words and _all_stand_in(f"{prompt.system or ''}\n{prompt.user}", words) else None
+    return schema if schema is not None and fits(schema) else form(None)
+
+
+def _all_stand_in(question: str, words: Sequence[str]) -> bool:
+    return all(re.search(rf"(?<!\w){re.escape(word)}(?!\w)", question) for word in words)
+
+
+@dataclass(frozen=True, slots=True)
+class Library:
+    """Where prompts come from.
+
+    Attributes:
+        prompts: the set.
+        folder: the user's own files, or None. ``<domain>_<ability>.json`` and
+            ``<domain>_<ability>_system.json`` replace prompts and system message of a suite, template files
+            those of our sets.
+        source: where the data comes from.
+    """
+
+    prompts: PromptSet
+    folder: Path | None = None
+    source: Source = field(default_factory=Source)
+
+    @property
+    def templates(self) -> Templates:
+        """The templates of our prompts, with the user's own in place of single ones."""
+        return Templates(self.folder, self.prompts)
+
+    def open(
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief] | None = None
+    ) -> Mapping[str, Prompt]:
+        """The prompts of a suite by task id, in the order of the data set.
+
+        A benchmark without published prompts is asked with ours, rendered from its declaration.
+
+        Args:
+            benchmark: the benchmark.
+            ability: the ability.
+            beliefs: the goals or scenes that prompts are to tell of instead of the tasks' own, by task id.
+
+        Raises:
+            DataError: the data cannot be obtained.
+            InputError: a file of the user's cannot be used, or the set has no such prompts.
+        """
+        beliefs = beliefs or {}
+        if self.folder is not None:
+            _refuse_strangers(self.folder, benchmark)
+        official = self.prompts == "official"
+        published = benchmark.official_prompts(ability, self.source) if official else None
+        if published is not None:
+            prompts = self._with_own_files(published, benchmark, ability)
+            return _believing(prompts, benchmark, ability, beliefs)
+        prompts = self._rendered(benchmark, ability, beliefs)
+        own = self._with_own_files(prompts, benchmark, ability)
+        for task_id in beliefs.keys() & prompts.keys():
+            if own[task_id].user != prompts[task_id].user:
+                raise InputError(
+                    f"{self.folder}: the prompt of {task_id} tells of the task as it is, not of a belief"
+                )
+        return own
+
+    def corrected(self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]) -> int:
+        """How many tasks' questions are the data set's as its errata correct them."""
+        if self.prompts != "official" or self._has_own_file(benchmark, ability):
+            return 0
+        return len(benchmark.errata_for(self.source).questioned(ability).intersection(task_ids))
+
+    def asker(
+        self,
+        benchmark: Benchmark,
+        ability: Ability,
+        prompts: Mapping[str, Prompt],
+        look: Look | None = None,
+    ) -> Asker:
+        """The asker in several attempts, beginning with these prompts; ``look`` perceives changed scenes.
+
+        Ours are rendered anew where the world has changed; published ones and files of the user's are not.
+        """
+        rendered = self.prompts != "official" or benchmark.published_prompts is None
+        templates, restate = self.templates, None
+        if rendered and not self._has_own_file(benchmark, ability):
+            restate = partial(render_task, self._questions(benchmark, ability, {}), templates=templates)
+        return Asker(prompts.__getitem__, benchmark.wording(ability), restate, templates, look)
+
+    def _rendered(
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
+    ) -> Mapping[str, Prompt]:
+        """Our prompts, rendered from the declaration, or as the ability poses them."""
+        templates, asked = self.templates, declaration_of(ability).asked
+        if asked.of_operators:
+            return operator_prompts(benchmark.operators(self.source), templates)
+        if asked.pose is not None:
+            return self._posed(asked.pose, benchmark, ability, beliefs)
+        return render(self._questions(benchmark, ability, beliefs), templates)
+
+    def _posed(
+        self, pose: Pose, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
+    ) -> Mapping[str, Prompt]:
+        """The questions that an ability poses, each made on first use, as pictures may be drawn for it."""
+        world, tasks = benchmark.world(self.source), benchmark.tasks_for(ability, self.source)
+        templates, pictures = self.templates, declaration_of(ability).asked.pictures
+
+        def posed(task_id: str) -> Prompt:
+            belief = beliefs.get(task_id)
+            question, _ = pose(world, tasks[task_id] if belief is None else belief.task)
+            text = question if isinstance(question, str) else templates.fill(f"{ability}.txt", question)
+            if belief is not None:
+                return Prompt(text, images=belief.images)
+            shown = () if pictures is None else pictures(world, tasks[task_id])
+            return Prompt(text, images=tuple([Image(*each) for each in shown]))
+
+        return TaskSet(tasks, posed, tasks.sha256)
+
+    def _questions(self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]) -> Questions:
+        """The wording from which our prompts are rendered."""
+        templates = self.templates
+        name = f"formats/{benchmark.name}_{ability.value}.txt"
+        book, wording = open_answer_book(benchmark, ability, self.source), benchmark.wording(ability)
+        return Questions(
+            ability.value,
+            wording,
+            benchmark.role,
+            benchmark.tasks_for(ability, self.source),
+            templates.own(name)
+            or benchmark.formats.get(ability)
+            or templates.fill(f"formats/{ability.value}.txt", samples(wording)),
+            lambda task_id: book[task_id].text,
+            beliefs,
+        )
+
+    def _has_own_file(self, benchmark: Benchmark, ability: Ability) -> bool:
+        return self.folder is not None and (self.folder / f"{benchmark.name}_{ability.value}.json").exists()
+
+    def _with_own_files(
+        self, prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability
+    ) -> Mapping[str, Prompt]:
+        if self.folder is None:
+            return prompts
+        name = suite_name(benchmark.name, ability)
+        file, system_file = self.folder / f"{name}.json", self.folder / f"{name}_system.json"
+        if file.exists():
+            own = {benchmark.task_id_of(i) or i: text for i, text in read_prompt_file(file).items()}
+            for task_id in own:
+                if task_id not in prompts:
+                    raise InputError(f"{file}: identifier {task_id!r} is not one of the tasks")
+            prompts = {i: replace(prompt, user=own.get(i, prompt.user)) for i, prompt in prompts.items()}
+        if system_file.exists():
+            system = read_system_file(system_file)
+            prompts = {i: replace(prompt, system=system) for i, prompt in prompts.items()}
+        return prompts
+
+
+def _believing(
+    prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
+) -> Mapping[str, Prompt]:
+    """The prompts with the believed goals in their goal sections."""
+    section = benchmark.goal_sections.get(ability)
+    if beliefs and section is None:
+        raise InputError(
+            f"{benchmark.name} {ability.value}: it is not known where published prompts state goals; "
+            "use --set eai"
+        )
+    return {
+        task_id: prompt
+        if section is None or task_id not in beliefs
+        else replace(prompt, user=section.replace(prompt.user, beliefs[task_id]))
+        for task_id, prompt in prompts.items()
+    }
+
+
+def _refuse_strangers(folder: Path, benchmark: Benchmark) -> None:
+    """Raise if this is no folder, or has prompts or templates that replace nothing."""
+    if not folder.is_dir():
+        raise InputError(f"{folder}: expected a folder of prompts")
+    names = dict.fromkeys((*registered(), benchmark.name))
+    of_suites = {suite_name(name, ability) for name in names for ability in registered_abilities()}
+    known = {
+        *template_names(),
+        *(f"{suite}{ending}.json" for suite in of_suites for ending in ("", "_system")),
+        *(f"formats/{suite}.txt" for suite in of_suites),
+    }
+    for file in files_below(folder, "*.json", "*.txt"):
+        if file.relative_to(folder).as_posix() not in known:
+            raise InputError(
+                f"{file}: replaces nothing; expected <domain>_<ability>.json, "
+                "<domain>_<ability>_system.json or the name of a template"
+            )

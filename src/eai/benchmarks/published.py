@@ -1,0 +1,113 @@
+"""The published prompts, byte for byte, and gold operators: the tasks of transition modeling."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, TypeAlias
+
+from eai.abilities.protocol import Ability
+from eai.base.store import PackFile
+from eai.benchmarks import reference_wheel as packs
+from eai.benchmarks.benchmark import PublishedPrompts
+from eai.benchmarks.packs import open_pack
+from eai.tasks.prompts.prompt import Prompt, PromptFiles
+from eai.tasks.source import Source, TaskSet
+
+if TYPE_CHECKING:
+    from eai.tasks.operator_task import ActionsOf, TransitionTask
+    from eai.tasks.task import Category
+
+Render = Callable[[Source], Mapping[str, str]]
+"""Renders prompts of which the data set ships only a template: task id -> question."""
+
+
+def official_prompts(name: str, rendered: Mapping[Ability, Render] | None = None) -> PublishedPrompts:
+    """The official prompts of one benchmark, byte for byte where the data set ships them.
+
+    Args:
+        name: the benchmark's folder in the pack of prompts.
+        rendered: the abilities whose prompts the data set ships as a template only, and how to render them.
+    """
+
+    def files(ability: Ability, source: Source) -> PromptFiles:
+        if rendered is not None and ability in rendered:
+            texts = rendered[ability](source)
+            return PromptFiles.of({i: Prompt(text) for i, text in texts.items()})
+        pack = open_pack(packs.PROMPTS, source)
+        setup = f"{name}/{ability.value}_system.json"
+        system = pack.read(setup) if setup in pack.members else None
+        return PromptFiles(pack.read(f"{name}/{ability.value}.json"), system)
+
+    return files
+
+
+TransitionTasks: TypeAlias = "TaskSet[TransitionTask]"
+
+
+def open_virtualhome(source: Source | None = None) -> TransitionTasks:
+    """VirtualHome's 296 tasks, fetched first when they are not there.
+
+    Raises:
+        DataError: they cannot be obtained, or the store is damaged.
+    """
+    from eai.benchmarks.virtualhome.counterparts import actions_of
+
+    pack = open_pack(packs.RESOURCES, source)
+    return _transition_tasks(pack, "virtualhome_pd.pddl", actions_of)
+
+
+def open_behavior(source: Source | None = None) -> TransitionTasks:
+    """BEHAVIOR's 100 tasks, fetched first when they are not there.
+
+    Raises:
+        DataError: they cannot be obtained, or the store is damaged.
+    """
+    from eai.benchmarks.behavior.counterparts import actions_of
+
+    pack = open_pack(packs.BEHAVIOR_PDDL, source)
+    return _transition_tasks(pack, "behavior_pd.pddl", actions_of)
+
+
+_PARTS = ("parameters", "preconditions", "effects")
+
+
+def _transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) -> TransitionTasks:
+    """Return the tasks of the published files.
+
+    Args:
+        pack: the files.
+        header: name of the file with the planning domain.
+        actions_of: returns the actions that steps of the operators stand for.
+    """
+    from eai.pddl.model import OperatorText
+    from eai.pddl.reader import read_domain
+    from eai.tasks.operator_task import OperatorLibrary, TransitionTask
+
+    library = OperatorLibrary(
+        header=read_domain(pack.read(header).decode() + ")"),
+        operators={
+            name: OperatorText(name, *[values[f"action_{part}"] for part in _PARTS])
+            for name, values in pack.read_json("gold_action.json").items()
+        },
+        categories={
+            name: _category(label) for name, label in pack.read_json("predicates_category.json").items()
+        },
+    )
+    problems, operators = pack.read_json(packs.PROBLEMS_MEMBER), pack.read_json("id2action.json")
+    categories = pack.read_json("id2category_2.json")
+
+    def build(task_id: str) -> TransitionTask:
+        kinds = tuple(map(_category, categories[task_id]))
+        return TransitionTask(
+            task_id, library, tuple(operators[task_id]), kinds, problems[task_id], actions_of
+        )
+
+    tasks = {task_id: build(task_id) for task_id in pack.read_json("success_task.json")}
+    return TaskSet(tasks, tasks.__getitem__, pack.sha256)
+
+
+def _category(label: str) -> Category:
+    """The category that a label of the data set means: ``non-spatial_relations``, ``object states``, ..."""
+    from eai.tasks.task import Category
+
+    return Category(label.replace("-", "_").replace(" ", "_"))

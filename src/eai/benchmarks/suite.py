@@ -1,0 +1,189 @@
+"""Suites: all tasks of a benchmark and an ability, ready to score answers under a protocol."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+
+from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, registered_protocols
+from eai.abilities.scorer import Assessment, Scorer, assess_or_fail
+from eai.abilities.task_features import TaskFeatures
+from eai.abilities.verdict import Verdict
+from eai.base.errors import InputError, did_you_mean
+from eai.base.store import silent
+from eai.benchmarks.benchmark import Benchmark, Opener
+from eai.benchmarks.errata import Errata
+from eai.benchmarks.names import TaskReference
+from eai.benchmarks.protocols import implementation_of
+from eai.benchmarks.registry import find_benchmark
+from eai.tasks.source import ErrataChoice, Source, TaskSet
+from eai.tasks.task import Task
+
+
+def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
+    """The scorers of an ability as it declares them; of one of the four as the paper has it (``strict``)."""
+    tasks = benchmark.tasks_for(ability, source)
+    make = declaration_of(ability).asked.scorers(benchmark.world(source))
+    return TaskSet(tasks, lambda task_id: make(tasks[task_id]), tasks.sha256)
+
+
+@dataclass(frozen=True)
+class Suite:
+    """The tasks of a benchmark and an ability under one protocol.
+
+    Attributes:
+        scorers: those of all tasks, in the order of the data set.
+        reopen: opens the same suite once more, say in another process.
+        tasks: the tasks of the benchmark by id; empty where scorers are all that there is.
+        source: where its data comes from, the planner, and whether errata are used.
+    """
+
+    benchmark: Benchmark
+    ability: Ability
+    protocol: Protocol
+    scorers: TaskSet[Scorer] = field(repr=False)
+    reopen: Callable[..., Suite] = field(repr=False)
+    tasks: Mapping[str, Task] = field(default_factory=dict, repr=False)
+    _features: dict[str, TaskFeatures] = field(default_factory=dict, repr=False)
+    source: Source = field(default_factory=Source)
+
+    def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
+        """A suite is pickled as how it is opened, by name: a declaration holds functions, which are not."""
+        if not self.portable:
+            raise InputError(f"{self.domain}: only what is opened by name or module:object can be pickled")
+        return self.reopen, ()
+
+    @cached_property
+    def task_ids(self) -> tuple[str, ...]:
+        """The ids of all tasks, in the order of the data set."""
+        return tuple(self.scorers)
+
+    @property
+    def data_sha256(self) -> str:
+        """The digest of the data behind them."""
+        return self.scorers.sha256
+
+    @cached_property
+    def _known(self) -> frozenset[str]:
+        return frozenset(self.task_ids)
+
+    @property
+    def portable(self) -> bool:
+        """Whether it can be opened again elsewhere, such as in another process."""
+        return bool(self.benchmark.reference)
+
+    @property
+    def domain(self) -> str:
+        """The name of the benchmark, as records have it."""
+        return self.benchmark.name
+
+    @property
+    def has_plans(self) -> bool:
+        """Whether answers are carried out: plans and subgoals."""
+        return declaration_of(self.ability).has_plans
+
+    def reference(self, task_id: str) -> str:
+        """A task as `eai.reward` takes it, such as ``virtualhome/action_sequencing/27_2``."""
+        return str(TaskReference(self.benchmark.reference or self.domain, self.ability, task_id))
+
+    @property
+    def errata(self) -> Errata:
+        """The errata of its data that are used."""
+        return self.benchmark.errata_for(self.source)
+
+    def over(self, answers: Iterable[str]) -> Suite:
+        """The suite as it scores these answers together: a protocol may read each as all are written."""
+        implementation = implementation_of(self.protocol.value)
+        if implementation is None or implementation.over is None:
+            return self
+        opener = implementation.over(self.benchmark, self.ability, answers)
+        return self if opener is None else self.reopen(opener=opener)
+
+    def scorer(self, task_id: str) -> Scorer:
+        """The scorer of a task; it is made once.
+
+        Raises:
+            InputError: there is no such task.
+        """
+        if task_id not in self._known:
+            hint = did_you_mean(task_id, self.task_ids)
+            raise InputError(f"{self.domain} {self.ability.value} has no task {task_id!r}{hint}")
+        return self.scorers[task_id]
+
+    def features(self, task_id: str) -> TaskFeatures | None:
+        """Return the features of a task; None if the benchmark has only operators of it."""
+        known = self._features.get(task_id)
+        own = declaration_of(self.ability).asked.features
+        if known is None and own is not None:
+            task = self.benchmark.tasks_for(self.ability, self.source)[task_id]
+            known = self._features[task_id] = own(task)
+        if known is None and (task := self.tasks.get(task_id)) is not None:
+            known = self._features[task_id] = TaskFeatures.of(task)
+        return known
+
+    def assess(self, task_id: str, text: str) -> Assessment:
+        """Return the assessment of an answer to a task. If the scorer raises an exception, the answer fails.
+
+        Raises:
+            InputError: there is no such task.
+        """
+        scorer, empty = self.scorer(task_id), declaration_of(self.ability).verdict()
+        return assess_or_fail(scorer, empty, lambda: scorer.assess(text))
+
+    def score(self, task_id: str, text: str) -> Verdict:
+        """Return the verdict on an answer to a task, as `assess`."""
+        return self.assess(task_id, text).verdict
+
+    def unanswered(self, task_id: str) -> Verdict:
+        """The verdict on a task without an answer: a failure, unless the task is in no statistics at all."""
+        return self.scorer(task_id).unanswered()
+
+
+def open_suite(
+    benchmark: Benchmark | str,
+    ability: Ability,
+    protocol: Protocol = DEFAULT_PROTOCOL,
+    *,
+    source: Source | None = None,
+    opener: Opener | None = None,
+) -> Suite:
+    """Open a suite; the data set is fetched first if it is not there.
+
+    Args:
+        benchmark: the benchmark, or what `find_benchmark` finds it by.
+        ability: the ability.
+        protocol: the rules for scoring.
+        source: where the data comes from; the user's default store if None. Errata are used under the default
+            protocol alone: another one is of the data as they are.
+        opener: what opens it, as `Suite.over` finds out; that of the protocol if None.
+
+    Raises:
+        DataError: the data cannot be had.
+        InputError: there is no such benchmark, or it is not scored under this protocol.
+    """
+    found = find_benchmark(benchmark) if isinstance(benchmark, str) else benchmark
+    source = source or Source()
+    if protocol is not DEFAULT_PROTOCOL:
+        source = replace(source, errata=ErrataChoice.NONE)
+    scorers = (opener or _opener(protocol))(found, ability, source)
+    tasks = found.tasks(source)
+    source = replace(source, report=silent)
+    again = partial(open_suite, found.reference or found, ability, protocol, source=source, opener=opener)
+    return Suite(found, ability, protocol, scorers, again, tasks, source=source)
+
+
+def _opener(protocol: Protocol) -> Opener:
+    """Return the opener of suites under a protocol.
+
+    Raises:
+        InputError: the protocol is not implemented.
+    """
+    if protocol is DEFAULT_PROTOCOL:
+        return open_scorers
+    implementation = implementation_of(protocol.value)
+    if implementation is None:
+        known = ", ".join((DEFAULT_PROTOCOL.value, *registered_protocols()))
+        raise InputError(f"protocol {protocol.value} is not installed: expected one of {known}")
+    return implementation.open_suite

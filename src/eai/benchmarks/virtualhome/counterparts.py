@@ -1,0 +1,58 @@
+"""The actions of VirtualHome that its published planning operators stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from eai.benchmarks.counterparts import Counterpart, translate
+from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
+from eai.pddl.execute import PlanStep
+from eai.tasks.task import Task
+from eai.world.action import Action
+
+_OF_ONE_OBJECT: Mapping[str, str] = {
+    "walk_towards": "WALK",
+    "walk_into": "WALK",
+    "find": "FIND",
+    "sit": "SIT",
+    "grab": "GRAB",
+    "open": "OPEN",
+    "close": "CLOSE",
+    "put_on_character": "PUTON",
+    "switch_on": "SWITCHON",
+    "switch_off": "SWITCHOFF",
+    "drink": "DRINK",
+    "turn_to": "TURNTO",
+    "look_at": "LOOKAT",
+    "wipe": "WIPE",
+    "drop": "DROP",
+    "read": "READ",
+    "touch": "TOUCH",
+    "lie": "LIE",
+    "type": "TYPE",
+    "watch": "WATCH",
+    "move": "MOVE",
+    "wash": "WASH",
+    "squeeze": "SQUEEZE",
+    "plug_in": "PLUGIN",
+    "plug_out": "PLUGOUT",
+    "cut": "CUT",
+    "eat": "EAT",
+}
+_OF_TWO_OBJECTS: Mapping[str, str] = {"put_on": "PUTBACK", "put_inside": "PUTIN", "pour": "POUR"}
+_OF_NO_OBJECT: Mapping[str, str] = {"standup": "STANDUP", "sleep": "SLEEP", "wake_up": "WAKEUP"}
+
+COUNTERPARTS: Mapping[str, Counterpart] = {
+    **{operator: (action, ()) for operator, action in _OF_NO_OBJECT.items()},
+    **{operator: (action, (1,)) for operator, action in _OF_ONE_OBJECT.items()},
+    **{operator: (action, (1, 2)) for operator, action in _OF_TWO_OBJECTS.items()},
+}
+"""The action of each published operator. The first parameter of an operator is the character."""
+
+
+def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
+    """Return the actions that steps stand for, up to the first step that stands for no action.
+
+    Planning problems name objects by class. A class means the object that it means in a plan.
+    """
+    return tuple(translate(steps, COUNTERPARTS, VirtualHomePlans().objects(task)))

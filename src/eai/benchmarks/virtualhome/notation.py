@@ -1,0 +1,220 @@
+"""The notations of goals and subgoals in answers to VirtualHome's prompts.
+
+Goals name objects by class, as their prompts show no ids; subgoals name them with their ids.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+
+from eai.abilities.answer_schema import Schema, closed, listed, text
+from eai.abilities.answer_text import Pairs, read_json
+from eai.abilities.notation.goals import (
+    SECTIONS,
+    GoalNotation,
+    IllFormed,
+    Sections,
+    Word,
+    WrittenGoal,
+    WrittenGoals,
+    sections_form,
+)
+from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output
+from eai.abilities.verdict import Unreadable
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
+from eai.logic.signature import Signature
+from eai.tasks.lexicon import FormulaLexicon, objects_and_classes
+from eai.tasks.task import GoalKind, Task
+from eai.world.domain import Domain
+from eai.world.state import Scene
+
+FIELDS = {
+    GoalKind.STATE: ("name", "state"),
+    GoalKind.RELATION: ("from_name", "relation", "to_name"),
+    GoalKind.ACTION: ("action",),
+}
+"""The fields that an entry of each section must have; the description of an action is not scored."""
+
+_NOTHING = Pairs(())
+
+
+class VirtualHomeGoals(GoalNotation):
+    """An object with at least one of the three sections, anywhere in the text.
+
+    A section that is missing or null is empty, and an empty object in one says nothing. The data set's own
+    goals score in full: objects that share a name cannot be distinguished.
+    """
+
+    def read(self, text: str) -> WrittenGoals | Unreadable:
+        """The goals in an answer, or why there are none."""
+        reading = read_json(text, _FORM)
+        if isinstance(reading, Unreadable):
+            return reading
+        sections = dict(reading.value.members)
+        entries = [entry for kind in FIELDS for entry in _read(kind, sections.get(SECTIONS[kind]))]
+        return WrittenGoals.of(entries, reading)
+
+    def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
+        """Each goal as an object with its section as key."""
+        return tuple(json.dumps({SECTIONS[kind]: entry}) for kind, entry in map(_entry, goals))
+
+    def join(self, parts: Iterable[str]) -> str:
+        """The goals sorted into their sections, in order."""
+        sections: dict[str, list[object]] = {key: [] for key in SECTIONS.values()}
+        for part in parts:
+            for key, entry in json.loads(part).items():
+                sections[key].append(entry)
+        return json.dumps(sections, indent=1)
+
+    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+        """The three sections; an entry has its fields, and an action a description."""
+        words_known = self.words(domain)
+        states, relations = [[word for word, arity in words_known if arity == number] for number in (1, 2)]
+        name = text(words)
+        entries = {
+            GoalKind.STATE: {"name": name, "state": text(states)},
+            GoalKind.RELATION: {"from_name": name, "relation": text(relations), "to_name": name},
+            GoalKind.ACTION: {"action": text(domain.arities), "description": text()},
+        }
+        return closed({SECTIONS[kind]: listed(closed(fields)) for kind, fields in entries.items()})
+
+    def words(self, domain: Domain) -> Mapping[Word, str]:
+        """The states that change, and the relations of scene graphs."""
+        states = [p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static]
+        return {
+            **{(state.name, 1): state.name for state in states},
+            **{(spelling, 2): predicate for spelling, predicate in PREDICATE_OF_RELATION.items()},
+        }
+
+    def names(self, task: Task) -> tuple[str, ...]:
+        """The class of each object."""
+        return tuple([thing.category for thing in task.scene.objects])
+
+
+def goal_of(fields: list[str]) -> WrittenGoal:
+    """Return the statement of the fields of an entry: an action, a state or a relation."""
+    if len(fields) == 3:
+        return WrittenGoal(fields[1], (fields[0], fields[2]))
+    if len(fields) == 2:
+        return WrittenGoal(fields[1], (fields[0],))
+    return WrittenGoal(fields[0].upper(), is_action=True)
+
+
+def _flaw(value: object) -> str | None:
+    """Return why an object does not state goals in sections, or None if it does."""
+    return None if not isinstance(value, Pairs) else _unknown(value.members)
+
+
+def _unknown(members: Iterable[tuple[str, object]]) -> str | None:
+    lists = [key for key, part in members if isinstance(part, list | Pairs)]
+    repeated = [key for key in lists if lists.count(key) > 1]
+    if repeated:
+        return f'the section "{repeated[0]}" occurs twice'
+    return next((f'there is no section "{key}"' for key in lists if key not in SECTIONS.values()), None)
+
+
+def _sections(sections: Sections) -> Sections | None:
+    """Return sections of which at least one and no unknown one states goals."""
+    has_section = any(key in SECTIONS.values() for key, _ in sections.members)
+    return sections if has_section and _unknown(sections.members) is None else None
+
+
+_FORM = sections_form(_sections, _flaw)
+
+
+def _read(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
+    """The goals of a section, and the entries that are none."""
+    if not isinstance(section, list):
+        return [] if section is None else [(kind, str(section))]
+    return [_goal(FIELDS[kind], each) or (kind, str(each)) for each in section if each != _NOTHING]
+
+
+def _goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
+    """Return the statement of an entry; None if it lacks a field."""
+    if not isinstance(entry, Pairs):
+        return None
+    members = dict(entry.members)
+    fields = [field for name in names if isinstance(field := members.get(name), str)]
+    return goal_of(fields) if len(fields) == len(names) else None
+
+
+def _entry(goal: WrittenGoal) -> tuple[GoalKind, dict[str, str]]:
+    """The section and the fields of a goal."""
+    if goal.is_action:
+        entry = {"action": goal.predicate, "description": goal.predicate.lower()}
+        return GoalKind.ACTION, entry
+    name, *others = goal.names
+    kind = GoalKind.RELATION if others else GoalKind.STATE
+    return kind, dict(zip(FIELDS[kind], (name, goal.predicate, *others), strict=True))
+
+
+ACTIONS = (
+    "DRINK",
+    "EAT",
+    "CUT",
+    "TOUCH",
+    "LOOKAT",
+    "WATCH",
+    "READ",
+    "TYPE",
+    "PUSH",
+    "PULL",
+    "MOVE",
+    "SQUEEZE",
+    "SLEEP",
+    "WAKEUP",
+    "RINSE",
+    "SCRUB",
+    "WASH",
+    "WIPE",
+    "GRAB",
+    "SWITCHOFF",
+)
+"""The actions that the reference lets subgoals name (``resources/vocabulary.json``, ``subgoal_actions``)."""
+
+FORGOTTEN = "POUR"
+"""The action that the goals of five tasks ask for although the reference's vocabulary lacks it."""
+
+
+class VirtualHomeSubgoals(SubgoalNotation):
+    """The words of VirtualHome's prompts; objects with their id (``soap.1002``) or by class.
+
+    Args:
+        actions: the actions that subgoals may name.
+    """
+
+    def __init__(self, actions: Sequence[str] = (*ACTIONS, FORGOTTEN)) -> None:
+        super().__init__(virtualhome.as_meant())
+        self._actions: dict[str, int | None] = {
+            operator.name: operator.arity for operator in self.domain.operators if operator.name in actions
+        }
+        self._predicates: dict[str, int | None] = {
+            p.name: p.arity for p in self.domain.vocabulary.predicates if p.visible
+        }
+        self._alone = frozenset(name for name, arity in self._actions.items() if arity == 0)
+
+    def lexicon(self, scene: Scene) -> FormulaLexicon:
+        """The names of the data set, which are those of the scene."""
+        names = objects_and_classes(scene.index, scene)
+        return FormulaLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
+
+    def read(self, text: str) -> WrittenSubgoals | Unreadable:
+        """The subgoals in an answer; actions without objects need no brackets."""
+        return read_output(text, self._alone, ("actions_to_include",))
+
+    def join(self, parts: Iterable[str]) -> str:
+        """The subgoals as one answer."""
+        answer = {"necessity_to_use_action": "no", "actions_to_include": [], "output": list(parts)}
+        return json.dumps(answer, indent=1)
+
+    def schema(self) -> Schema:
+        """The members that the published prompts ask for."""
+        return closed(
+            {
+                "necessity_to_use_action": text(("yes", "no")),
+                "actions_to_include": listed(text(self._actions)),
+                "output": listed(text()),
+            }
+        )

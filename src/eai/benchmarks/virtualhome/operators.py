@@ -1,0 +1,417 @@
+"""The actions of VirtualHome: what each one checks, in order, and what it does.
+
+This is the simulator as it is meant (protocol `strict`). Where the reference deviates by a defect,
+`eai.reference.virtualhome_quirks` says so. The source is the reference's ``execution.py``.
+"""
+
+from __future__ import annotations
+
+import eai.logic.formula as f
+from eai.benchmarks.virtualhome import predicates as p
+from eai.benchmarks.virtualhome.predicates import R, X, Y
+from eai.world.derived import is_a
+from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
+from eai.world.frame import AGENT
+from eai.world.operator import Check, Operator, Role, additional, affordance, missing
+from eai.world.vocabulary import Predicate
+
+H = f.Variable("h")
+
+SQUEEZABLE = (
+    "check",
+    "cleaning_solution",
+    "dish_soap",
+    "food_lemon",
+    "food_peanut_butter",
+    "paper",
+    "rag",
+    "shampoo",
+    "soap",
+    "sponge",
+    "tooth_paste",
+    "towel",
+)
+"""Classes that can be squeezed besides clothes (reference: ``SqueezeExecutor``)."""
+
+# Checks that several actions share.
+NEAR = missing(p.near(X), "the character is not next to {x}")
+NEAR_TARGET = missing(p.near(Y), "the character is not next to {y}")
+HELD = missing(p.held(X), "the character does not hold {x}")
+HAND_FREE = missing(p.hand_free(), "the character has no free hand")
+REACHABLE = missing(~p.shut_in(X), "{x} is inside something that is closed", witness=p.SHUT_IN)
+FACED = missing(p.faced(X), "the character does not face {x}")
+UPRIGHT = missing(p.upright(), "the character is sitting or lying")
+SOMEWHERE = affordance(p.somewhere(X), "{x} is in no room, so there is no way to it")
+OPENABLE = affordance(p.can_open(X) | is_a(X, "desk", "window"), "{x} cannot be opened or closed")
+IS_CLOTHES = affordance(p.clothes(X), "{x} is not clothes")
+
+# Checks for which the reference has others, or none.
+OPEN_OR_CLOSED = affordance(p.open_(X) | p.closed(X), "{x} is neither open nor closed: it has no such state")
+ON_OR_OFF = affordance(p.on(X) | p.off(X), "{x} is neither on nor off: it has no such state")
+PLUGGED_IN_OR_OUT = affordance(
+    p.plugged_in(X) | p.plugged_out(X), "{x} is neither plugged in nor out: it has no such state"
+)
+NOT_RUNNING = missing(~p.on(X), "{x} is switched on")
+NOT_HELD = additional(~p.held(X), "{x} is in a hand already")
+NOT_SEATED = additional(~(p.sitting(AGENT) & p.ontop(AGENT, X)), "the character sits on {x} already")
+NOT_IN_BED = additional(~(p.lying(AGENT) & p.ontop(AGENT, X)), "the character lies on {x} already")
+NOT_SEATED_ELSEWHERE = missing(~p.sitting(AGENT), "the character sits already, but not on {x}")
+NOT_IN_BED_ELSEWHERE = missing(~p.lying(AGENT), "the character lies already, but not on {x}")
+
+AT_HAND = p.ontop(X, AGENT) | p.body_part(X) | p.near(X)
+"""Worn, part of the body, or near: FIND does not walk to such an object."""
+
+
+def set_state(name: str, old: Predicate, new: Predicate, *checks: Check) -> Operator:
+    """An action that turns one state of an object into another."""
+    return _unary(name, *checks, effects=(Delete(old(X)), Add(new(X))))
+
+
+def cut_loose(thing: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
+    """Remove an object from these relations, on both sides."""
+    return tuple(e for r in relations for e in both_ways(Delete, r(thing, ANYTHING)))
+
+
+def take_out_of_hand(thing: f.Variable) -> tuple[Effect, ...]:
+    """The object is in neither hand any more."""
+    return Delete(p.holds_rh(AGENT, thing)), Delete(p.holds_lh(AGENT, thing))
+
+
+def forget_origin(thing: f.Variable) -> tuple[Effect, ...]:
+    """Forget where the object was taken from."""
+    return (
+        Delete(p.taken_from_top_of(thing, ANYTHING)),
+        Delete(p.taken_from_inside(thing, ANYTHING)),
+        Delete(p.taken_from_next_to(thing, ANYTHING)),
+    )
+
+
+def brought_along(room_of_held: f.Formula) -> tuple[Effect, ...]:
+    """Held objects come along with all in them or on them, and are in the room ``r`` of ``room_of_held``."""
+
+    def moved(thing: f.Variable) -> tuple[Effect, ...]:
+        return (
+            *cut_loose(thing, p.next_to, p.facing),
+            ForEach(R, p.room(R) & p.inside(thing, R), (Delete(p.inside(thing, R)),)),
+            *both_ways(Add, p.next_to(AGENT, thing)),
+            Let(R, room_of_held, (Add(p.inside(thing, R)),)),
+        )
+
+    return (
+        ForEach(H, p.held(H), (*moved(H), ForEach(Y, p.carries(H, Y), moved(Y)))),
+        ForEach(H, p.held(H), (ForEach(Y, p.carries(H, Y), both_ways(Add, p.next_to(H, Y))),)),
+    )
+
+
+def go_to(target: f.Variable, brought: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """The character goes to an object, or into a room; ``brought`` says what becomes of what it holds."""
+    return (
+        *cut_loose(AGENT, p.inside, p.next_to, p.facing),
+        Let(R, p.room_of(target, R), (Add(p.inside(AGENT, R)),)),
+        When(
+            ~p.room(target),
+            (
+                ForEach(Y, p.inside(target, Y) & ~p.room(Y), both_ways(Add, p.next_to(AGENT, Y))),
+                ForEach(Y, p.body_part(Y), both_ways(Add, p.next_to(AGENT, Y))),
+                *both_ways(Add, p.next_to(AGENT, target)),
+            ),
+        ),
+        *brought,
+        When(p.can_open(target), (ForEach(Y, p.inside(Y, target), both_ways(Add, p.next_to(AGENT, Y))),)),
+        ForEach(Y, p.ontop(target, Y), both_ways(Add, p.next_to(AGENT, Y))),
+    )
+
+
+def find(brought: tuple[Effect, ...]) -> Operator:
+    """FIND: turn away from everything and step up to an object at hand; walk to any other."""
+    checks = (
+        missing(f.Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)), NEAR.reason, sought=(p.near(X),)),
+        missing(f.Or((p.upright(), AT_HAND)), UPRIGHT.reason, sought=(p.upright(),)),
+        affordance(f.Or((p.somewhere(X), AT_HAND)), SOMEWHERE.reason),
+    )
+    step_up = (Delete(p.facing(AGENT, ANYTHING)), *both_ways(Add, p.next_to(AGENT, X)))
+    return _unary("FIND", *checks, effects=(When(p.near(X), step_up, go_to(X, brought)),), role=Role.MOVEMENT)
+
+
+def put(relation: Predicate) -> tuple[Effect, ...]:
+    """The object leaves the hand and stands in a relation to a place next to the character."""
+    return (
+        *take_out_of_hand(X),
+        *both_ways(Add, p.next_to(AGENT, Y)),
+        *both_ways(Add, p.next_to(X, Y)),
+        Add(relation(X, Y)),
+        *forget_origin(X),
+    )
+
+
+ORIGINS = (
+    (p.taken_from_top_of, p.lies_on, p.ontop),
+    (p.taken_from_inside, p.lies_in, p.inside),
+    (p.taken_from_next_to, p.lies_next_to, p.next_to),
+)
+"""For each way of lying somewhere: the memory of it, the lookup that finds it, the relation to restore."""
+
+
+KEPT = (
+    ForEach(Y, p.inside(Y, X), (Add(p.inside(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
+    ForEach(Y, p.ontop(Y, X) & p.grabbable(Y), (Add(p.ontop(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
+)
+"""Things in an object stay in it when it is taken. Things on it do if they can be grabbed: no bed."""
+
+
+def grab(kept: tuple[Effect, ...] = KEPT) -> Operator:
+    """GRAB: the object leaves its place for a free hand, the right one first; its place is remembered.
+
+    ``kept`` says what stays in it and on it.
+    """
+    checks = (
+        affordance(p.grabbable(X) | is_a(X, "water", "child"), "{x} cannot be grabbed"),
+        NOT_HELD,
+        NEAR,
+        REACHABLE,
+        HAND_FREE,
+    )
+    remember = tuple(
+        Let(Y, lies(X, Y), (*both_ways(Add, p.next_to(AGENT, Y)), Add(memory(X, Y))))
+        for memory, lies, _ in ORIGINS
+    )
+    effects = (
+        *cut_loose(X, p.ontop, p.inside, p.next_to, p.holds_lh, p.holds_rh),
+        *kept,
+        *both_ways(Add, p.next_to(AGENT, X)),
+        When(p.right_hand_free(), (Add(p.holds_rh(AGENT, X)),), (Add(p.holds_lh(AGENT, X)),)),
+        Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
+        *forget_origin(X),
+        *remember,
+    )
+    return _unary("GRAB", *checks, effects=effects, role=Role.TAKES)
+
+
+def switch_hands() -> Operator:
+    """SWITCH_HANDS: what one hand holds goes to the other. Subgoals say which hand; no plan can."""
+    one_free = missing(p.right_hand_free() | p.left_hand_free(), "both hands are full")
+    to_left = (Delete(p.holds_rh(AGENT, X)), Add(p.holds_lh(AGENT, X)))
+    to_right = (Delete(p.holds_lh(AGENT, X)), Add(p.holds_rh(AGENT, X)))
+    switched = (When(p.holds_rh(AGENT, X), to_left, to_right),)
+    return _unary("SWITCH_HANDS", HELD, one_free, effects=switched, role=Role.RELEASES)
+
+
+def put_back_where_it_was() -> Operator:
+    """PUTOBJBACK: an object from the hand returns to where it was taken from."""
+    closed = f.Exists(Y, p.taken_from_inside(X, Y) & p.can_open(Y) & ~p.open_(Y))
+    checks = (
+        missing(p.taken(X), "{x} was not grabbed, so it has no place to return to"),
+        HELD,
+        missing(
+            f.Or(tuple(f.Exists(Y, memory(X, Y) & p.near(Y)) for memory, _, _ in ORIGINS)),
+            "the character is not next to the place where {x} was taken from",
+        ),
+        missing(~closed, "the place where {x} was taken from is closed", witness=closed),
+    )
+    effects = tuple(Let(Y, memory(X, Y), put(relation)) for memory, _, relation in ORIGINS)
+    return _unary("PUTOBJBACK", *checks, effects=effects)
+
+
+def watch() -> Operator:
+    """WATCH: look for a while at something in the same room."""
+    return _unary(
+        "WATCH",
+        affordance(p.lookable(X), "{x} cannot be watched"),
+        affordance(p.in_same_room(X), "{x} is not in the character's room"),
+        FACED,
+        missing(
+            p.upright() | is_a(X, "computer") | p.facing(AGENT, X),
+            "the character sits or lies and does not face {x}",
+            sought=(p.facing(AGENT, X),),
+        ),
+        REACHABLE,
+    )
+
+
+def shove(name: str, *checks: Check) -> Operator:
+    """An action that moves something by hand without lifting it."""
+    return _unary(name, *checks, NEAR, REACHABLE, HAND_FREE)
+
+
+def declared_operators() -> tuple[Operator, ...]:
+    """All actions, their checks in the order in which the reference tests them."""
+    return (
+        *moving(brought_along(p.room_of(X, R))),
+        *_posture(),
+        *_handling(),
+        *_devices(),
+        *_looking(),
+        *_using(),
+        *_cleaning(),
+        *_clothing(),
+    )
+
+
+def moving(brought: tuple[Effect, ...]) -> tuple[Operator, ...]:
+    """The actions that go somewhere; ``brought`` says what becomes of what is held."""
+    way = go_to(X, brought)
+    walks = [_unary(name, UPRIGHT, SOMEWHERE, effects=way, role=Role.MOVEMENT) for name in ("WALK", "RUN")]
+    return *walks, find(brought)
+
+
+def _posture() -> tuple[Operator, ...]:
+    resting = missing(p.lying(AGENT) | p.sitting(AGENT), "the character neither lies nor sits")
+    return (
+        _unary(
+            "SIT",
+            NEAR,
+            NOT_SEATED,
+            NOT_SEATED_ELSEWHERE,
+            affordance(p.sittable(X), "{x} is nothing to sit on"),
+            missing(~p.seat_full(X), "there is no room left on {x}"),
+            effects=(
+                Add(p.ontop(AGENT, X)),
+                ForEach(Y, p.facing(X, Y), (Add(p.facing(AGENT, Y)),)),
+                Delete(p.lying(AGENT)),
+                Add(p.sitting(AGENT)),
+            ),
+            role=Role.MOVEMENT,
+        ),
+        _unary(
+            "LIE",
+            NEAR,
+            NOT_IN_BED,
+            NOT_IN_BED_ELSEWHERE,
+            affordance(p.lieable(X), "{x} is nothing to lie on"),
+            missing(~p.bed_full(X), "there is no room left on {x}"),
+            effects=(Add(p.ontop(AGENT, X)), Delete(p.sitting(AGENT)), Add(p.lying(AGENT))),
+            role=Role.MOVEMENT,
+        ),
+        _nullary(
+            "STANDUP",
+            additional(p.sitting(AGENT) | p.lying(AGENT), "the character stands already"),
+            (Delete(p.sitting(AGENT)), Delete(p.lying(AGENT))),
+            Role.MOVEMENT,
+        ),
+        _nullary("SLEEP", resting),
+        _nullary("WAKEUP", resting),
+    )
+
+
+def _handling() -> tuple[Operator, ...]:
+    drop = (*take_out_of_hand(X), Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)), *forget_origin(X))
+    return (
+        grab(),
+        _binary("PUTBACK", HELD, NEAR_TARGET, effects=put(p.ontop)),
+        _binary(
+            "PUTIN",
+            HELD,
+            NEAR_TARGET,
+            missing(~p.can_open(Y) | p.open_(Y), "{y} is closed"),
+            effects=put(p.inside),
+        ),
+        put_back_where_it_was(),
+        _unary("DROP", HELD, effects=drop, role=Role.RELEASES),
+        _unary("RELEASE", HELD, effects=drop, role=Role.RELEASES),
+        _binary(
+            "POUR",
+            affordance(p.pourable(X) | p.drinkable(X), "{x} cannot be poured"),
+            affordance(p.recipient(Y) | is_a(Y, "hands_both", "sponge", "face"), "{y} holds no liquid"),
+            HELD,
+            NEAR_TARGET,
+            effects=(Add(p.inside(X, Y)), When(is_a(X, "water"), take_out_of_hand(X))),
+        ),
+    )
+
+
+def _devices() -> tuple[Operator, ...]:
+    opens = (OPENABLE, OPEN_OR_CLOSED, NEAR)
+    switches = (affordance(p.has_switch(X), "{x} has no switch"), ON_OR_OFF, NEAR)
+    plugs = (affordance(p.has_plug(X), "{x} has no plug"), PLUGGED_IN_OR_OUT, NEAR, HAND_FREE)
+    has_power = missing(~p.plugged_out(X), "{x} is not plugged in")
+    is_closed = additional(p.closed(X), "{x} is not closed")
+    is_unplugged = additional(p.plugged_out(X), "{x} is not unplugged")
+    is_plugged_in = additional(p.plugged_in(X), "{x} is not plugged in")
+    return (
+        set_state("OPEN", p.closed, p.open_, *opens, HAND_FREE, is_closed, NOT_RUNNING),
+        set_state("CLOSE", p.open_, p.closed, *opens, additional(p.open_(X), "{x} is not open")),
+        set_state("SWITCHON", p.off, p.on, *switches, additional(p.off(X), "{x} is not off"), has_power),
+        set_state("SWITCHOFF", p.on, p.off, *switches, additional(p.on(X), "{x} is not on")),
+        set_state("PLUGIN", p.plugged_out, p.plugged_in, *plugs, is_unplugged),
+        set_state("PLUGOUT", p.plugged_in, p.plugged_out, *plugs, is_plugged_in),
+    )
+
+
+def _looking() -> tuple[Operator, ...]:
+    turn = (Delete(p.facing(AGENT, ANYTHING)), Add(p.facing(AGENT, X)))
+    looks = ("LOOKAT", "LOOKAT_SHORT", "LOOKAT_MEDIUM", "LOOKAT_LONG", "POINTAT")
+    return (
+        _unary("TURNTO", effects=turn, role=Role.MOVEMENT),
+        *(_unary(name, FACED) for name in looks),
+        watch(),
+        _unary("READ", affordance(p.readable(X), "{x} cannot be read"), HELD),
+        _unary("GREET", affordance(p.person(X), "{x} is not a person")),
+    )
+
+
+def _using() -> tuple[Operator, ...]:
+    knife_in_hand = f.Exists(Y, p.held(Y) & is_a(Y, "knife"))
+    can_be_moved = affordance(p.movable(X) | is_a(X, "button", "chair", "curtain"), "{x} cannot be moved")
+    return (
+        _unary("DRINK", affordance(p.drinkable(X) | p.recipient(X), "{x} is nothing to drink"), HELD),
+        _unary(
+            "EAT",
+            NEAR,
+            affordance(
+                p.eatable(X) | f.Exists(Y, p.ontop(Y, X) & p.eatable(Y)),
+                "{x} cannot be eaten, nor is there anything eatable on it",
+            ),
+        ),
+        _unary(
+            "CUT",
+            HAND_FREE,
+            NEAR,
+            affordance(p.eatable(X), "{x} cannot be eaten"),
+            affordance(p.cuttable(X), "{x} cannot be cut"),
+            missing(knife_in_hand, "the character holds no knife"),
+        ),
+        _unary("TOUCH", NEAR, REACHABLE),
+        _unary("TYPE", NEAR, affordance(is_a(X, "keyboard") | p.has_switch(X), "{x} is nothing to type on")),
+        shove("PUSH"),
+        shove("PULL", can_be_moved),
+        shove("MOVE", can_be_moved),
+        _unary(
+            "SQUEEZE",
+            HAND_FREE,
+            NEAR,
+            affordance(p.clothes(X) | is_a(X, *SQUEEZABLE), "{x} cannot be squeezed"),
+        ),
+    )
+
+
+def _cleaning() -> tuple[Operator, ...]:
+    cleaned = (Delete(p.dirty(X)), Add(p.clean(X)))
+    something_in_hand = missing(f.Exists(Y, p.held(Y)), "the character holds nothing to wipe with")
+    return (
+        *(_unary(name, NEAR, effects=cleaned) for name in ("WASH", "RINSE", "SCRUB")),
+        _unary("WIPE", NEAR, something_in_hand, effects=cleaned),
+    )
+
+
+def _clothing() -> tuple[Operator, ...]:
+    return (
+        _unary("PUTON", HELD, IS_CLOTHES, effects=(Add(p.ontop(X, AGENT)), *take_out_of_hand(X))),
+        _unary(
+            "PUTOFF",
+            missing(p.ontop(X, AGENT), "the character does not wear {x}"),
+            IS_CLOTHES,
+            effects=(Delete(p.ontop(X, AGENT)),),
+        ),
+    )
+
+
+def _nullary(name: str, check: Check, effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE) -> Operator:
+    return Operator(name, (), (check,), effects, role=role)
+
+
+def _unary(name: str, *checks: Check, effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE) -> Operator:
+    return Operator(name, (X,), checks, effects, role=role)
+
+
+def _binary(name: str, *checks: Check, effects: tuple[Effect, ...]) -> Operator:
+    return Operator(name, (X, Y), checks, effects, role=Role.CHANGE)

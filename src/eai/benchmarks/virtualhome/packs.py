@@ -1,0 +1,12 @@
+"""The packs that VirtualHome reads."""
+
+from __future__ import annotations
+
+from eai.benchmarks.packs import Pack
+from eai.benchmarks.reference_wheel import EAI_EVAL, PUBLISHED
+from eai.benchmarks.virtualhome.benchmark import check_tasks
+from eai.benchmarks.virtualhome.convert import convert_tasks
+from eai.benchmarks.virtualhome.records import PACK
+
+PACKS = (Pack(PACK, (EAI_EVAL,), convert_tasks, check_tasks), *PUBLISHED)
+"""Registered by an entry point."""

@@ -1,0 +1,192 @@
+"""VirtualHome tasks as states and goals, built from the records of the store on first use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import TypeAlias
+
+from eai.base.errors import DataError
+from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION, VOCABULARY
+from eai.benchmarks.virtualhome.records import (
+    CHARACTER_ID,
+    GraphDelta,
+    ObjectRecord,
+    TaskRecord,
+    VirtualHome,
+    open_virtualhome,
+)
+from eai.logic.formula import Atom, Constant, Occurs, Or
+from eai.tasks.source import Source, TaskSet
+from eai.tasks.task import Goal, GoalKind, Task
+from eai.world.action import Action
+from eai.world.relation import Matrix, Relation
+from eai.world.state import Draft, Scene, State, WorldObject
+
+_UNARY = VOCABULARY.unary_slots
+_UNLABELLED = frozenset[str]()
+_BINARY = {name: VOCABULARY.binary_slots[stored] for name, stored in PREDICATE_OF_RELATION.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class _Graph:
+    """A graph of the data set.
+
+    Attributes:
+        things: the objects, in order.
+        labels: those of each object, by id, in that order.
+        index: the place of each id in it.
+        unary: the objects of each unary predicate, as masks.
+        rows: of each relation the targets of each object, as masks.
+        columns: of each relation the sources of each object.
+        ends: of each relation what may be a source, and what may be a target, as masks.
+    """
+
+    things: Sequence[WorldObject]
+    labels: Mapping[int, frozenset[str]]
+    index: Mapping[int, int]
+    unary: Sequence[int]
+    rows: Sequence[Sequence[int]]
+    columns: Sequence[Sequence[int]]
+    ends: Sequence[tuple[int, int]]
+
+    def after(self, delta: GraphDelta) -> _Graph:
+        """The graph that a delta makes of this one.
+
+        Raises:
+            DataError: the delta removes objects, which no graph of the data set does.
+        """
+        if delta.removed_ids:
+            raise DataError(f"objects {delta.removed_ids} vanish; run `eai data fetch --force`")
+        described = (*delta.changed_objects, *delta.added_objects)
+        labels = {**self.labels, **{record.id: record.labels for record in described}}
+        index = {**self.index, **{each.id: i for i, each in enumerate(delta.added_objects, len(self.things))}}
+        empty = [0] * len(delta.added_objects)
+        things = [*self.things, *[_world_object(each.class_name, each.id) for each in delta.added_objects]]
+        for each in delta.changed_objects:
+            things[index[each.id]] = _world_object(each.class_name, each.id)
+        rows, columns = ([[*lines, *empty] for lines in each] for each in (self.rows, self.columns))
+        for source_id, relation, target_id in delta.removed_edges:
+            slot, source, target = _BINARY[relation], index[source_id], index[target_id]
+            rows[slot][source] &= ~(1 << target)
+            columns[slot][target] &= ~(1 << source)
+        ends = list(self.ends)
+        for source_id, relation, target_id in delta.added_edges:
+            slot, source, target = _BINARY[relation], index[source_id], index[target_id]
+            rows[slot][source] |= 1 << target
+            columns[slot][target] |= 1 << source
+            ends[slot] = ends[slot][0] | 1 << source, ends[slot][1] | 1 << target
+        unary = list(self.unary)
+        self._relabel(unary, described, index)
+        return _Graph(things, labels, index, unary, rows, columns, ends)
+
+    def _relabel(self, unary: list[int], records: Iterable[ObjectRecord], index: Mapping[int, int]) -> None:
+        """Change masks of unary predicates to what records say of some objects, which may be new."""
+        for record in records:
+            bit = 1 << index[record.id]
+            for slot in _differing(self.labels.get(record.id, _UNLABELLED), record.labels):
+                unary[slot] ^= bit
+
+    def state(self) -> State:
+        """The state of its objects, the character among them."""
+        relations = tuple(map(_relation, self.rows, self.columns, self.ends))
+        return State(Scene(VOCABULARY, self.things, self.index[CHARACTER_ID]), tuple(self.unary), relations)
+
+    def state_after(self, state: State, delta: GraphDelta) -> State:
+        """The state of this graph after a small difference.
+
+        Raises:
+            DataError: the delta adds or removes objects, which no final graph of the data set does.
+        """
+        if delta.removed_ids or delta.added_objects:
+            raise DataError("objects come or go in a plan; run `eai data fetch --force`")
+        draft, index = Draft(state), self.index
+        self._relabel(draft.unary, delta.changed_objects, index)
+        for source, relation, target in delta.removed_edges:
+            draft.relate(_BINARY[relation], index[source], index[target], False)
+        for source, relation, target in delta.added_edges:
+            draft.relate(_BINARY[relation], index[source], index[target], True)
+        return State(state.scene, tuple(draft.unary), tuple(draft.binary))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VirtualHomeTask(Task):
+    """A task of VirtualHome, with the record of it that the data set has."""
+
+    record: TaskRecord
+
+
+VirtualHomeTasks: TypeAlias = TaskSet[VirtualHomeTask]
+
+
+def build_tasks(records: VirtualHome) -> VirtualHomeTasks:
+    """The tasks of the records."""
+    nothing = [()] * len(VOCABULARY.binary_slots)
+    empty = _Graph((), {}, {}, [0] * len(_UNARY), nothing, nothing, [(0, 0)] * len(nothing))
+    base = empty.after(records.base)
+    return TaskSet(records, lambda task_id: _task(records[task_id], base), records.sha256)
+
+
+def _task(record: TaskRecord, base: _Graph) -> VirtualHomeTask:
+    graph = base.after(record.initial)
+    initial, index = graph.state(), graph.index
+    return VirtualHomeTask(
+        id=record.id,
+        title=record.title,
+        instruction=record.description,
+        initial=initial,
+        annotated_final=graph.state_after(initial, record.final),
+        script=tuple(
+            [Action(word, tuple([index[i] for _, i in objects])) for word, objects in record.script]
+        ),
+        goals=tuple(dict.fromkeys(_goals(record, initial.scene, index))),
+        temporal_goal=record.tl_goal,
+        relevant=tuple(
+            sorted({index[i] for i in (*record.relevant_from_nodes, *record.relevant_from_edges)})
+        ),
+        record=record,
+    )
+
+
+def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
+    """The VirtualHome tasks, fetched first when they are not there.
+
+    Raises:
+        DataError: they cannot be obtained, or the store is damaged.
+    """
+    return build_tasks(open_virtualhome(source))
+
+
+@cache
+def _differing(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
+    """The slots of the labels that one set has and another has not."""
+    return [_UNARY[name] for name in before ^ after]
+
+
+def _relation(rows: Sequence[int], columns: Sequence[int], ends: tuple[int, int]) -> Relation:
+    return Relation(Matrix(rows, columns, *ends)) if ends[0] else _empty(len(rows))
+
+
+@cache
+def _empty(size: int) -> Relation:
+    """The relation of no two of so many objects; states share it."""
+    return Relation(Matrix([0] * size, [0] * size))
+
+
+@cache
+def _world_object(class_name: str, object_id: int) -> WorldObject:
+    return WorldObject(f"{class_name}.{object_id}", class_name)
+
+
+def _goals(record: TaskRecord, scene: Scene, index: Mapping[int, int]) -> Iterable[Goal]:
+    def constant(object_id: int) -> Constant:
+        return Constant(scene.objects[index[object_id]].name)
+
+    for number, _, state in record.node_goals:
+        yield Goal(GoalKind.STATE, Atom(state, (constant(number),)))
+    for source, relation, target in record.edge_goals:
+        predicate = PREDICATE_OF_RELATION[relation]
+        yield Goal(GoalKind.RELATION, Atom(predicate, (constant(source), constant(target))))
+    for alternatives in record.action_goals:
+        yield Goal(GoalKind.ACTION, Or(tuple(Occurs(word) for word in alternatives)))

@@ -1,1 +1,0 @@
-"""The paper's benchmarks: what VirtualHome and BEHAVIOR declare, and what their published files bring."""

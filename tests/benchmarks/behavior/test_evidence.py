@@ -1,0 +1,34 @@
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+
+from eai.base.files import parse_toml
+from eai.benchmarks.behavior.evidence import load_evidence
+from oracle import read_shared
+
+
+def test_every_entry_has_a_reason() -> None:
+    text = (files("eai.benchmarks.behavior") / "evidence.toml").read_text(encoding="utf-8")
+    parts = re.split(r"(?m)^\[+(.+?)\]+\n", text)[1:]
+    tables = zip(parts[::2], parts[1::2], strict=True)
+    entries = [parse_toml(table) for name, table in tables if name != "volume.of_category"]
+    assert len(entries) == 11
+    assert all(entry["reason"].strip().endswith(".") for entry in entries)
+
+
+def test_volumes_go_by_object_then_model_then_default() -> None:
+    volumes = load_evidence().volumes
+    assert volumes.of("Wainscott_0_int", "fridge_97", "fridge") == 1.6
+    assert volumes.of("Pomaria_1_int", "fridge_97", "fridge") == 1.1
+    assert volumes.of("Pomaria_1_int", "gizmo_1", "gizmo") == volumes.default == 0.01
+
+
+def test_the_table_is_the_one_that_was_found() -> None:
+    found = read_shared("spec", "behavior_evidence.json")
+    evidence = load_evidence()
+    assert dict(evidence.volumes.of_model) == found["volume_m3"]["by_category"]
+    assert evidence.standing == set(found["stands_on_its_rooms_floor"]["categories"])
+    assert evidence.initially_open == set(found["initially_open"]["categories"])
+    assert set(evidence.added) == {entry["task"] for entry in found["extra_relations"]}
+    assert set(evidence.removed) == {entry["task"] for entry in found["removed_relations"]}

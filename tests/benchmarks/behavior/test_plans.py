@@ -1,0 +1,196 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks.behavior.kitchen import make_task
+from benchmarks.plan_scorers import behavior_scorer
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.protocol import Protocol
+from eai.abilities.verdict import Verdict
+from eai.results.codec import fields_of
+from sweeps import examples
+
+TASK = make_task()
+STRICT, REFERENCE = (behavior_scorer(TASK, protocol) for protocol in (Protocol.STRICT, Protocol("eai-1.0.5")))
+GOAL_REACHED = (
+    "OPEN fridge_1",
+    "RIGHT_GRASP peach_1",
+    "RIGHT_PLACE_INSIDE saucepan_1",
+    "RIGHT_GRASP rag_1",
+    "CLEAN plate_1",
+    "CLEAN plate_2",
+)
+
+
+def answer(*steps: str) -> str:
+    """An answer from steps like ``OPEN fridge_1``."""
+    words = (step.split(" ", 1) for step in steps)
+    return json.dumps([{"action": action, "object": names} for action, names in words])
+
+
+def told(verdict: Verdict) -> str:
+    """The error with its step, else whether the goals were reached."""
+    if verdict.error is None:
+        return "success" if verdict.success else "failure"
+    step = "" if verdict.error.step is None else f" {verdict.error.step}"
+    return verdict.error.kind.value + step
+
+
+@pytest.mark.parametrize(
+    ("steps", "strict", "reference"),
+    [
+        (GOAL_REACHED, "success", "success"),
+        (GOAL_REACHED[:4], "failure", "failure"),
+        (["OPEN peach_1", "OPEN nothing_1"], "hallucination 1", "hallucination 1"),
+        (["open fridge_1"], "hallucination 0", "hallucination 0"),
+        (["OPEN agent.n.01_1"], "hallucination 0", "hallucination 0"),
+        (["BURN peach_1"], "hallucination 0", "uncategorised 0"),
+        (["OPEN fridge_1, rag_1", "OPEN nothing_1"], "hallucination 1", "hallucination 1"),
+        (["OPEN fridge_1, rag_1"], "argument_number 0", "argument_number 0"),
+        (["LEFT_PLACE_NEXTTO_ONTOP rag_1"], "argument_number 0", "argument_number 0"),
+        (["RIGHT_GRASP peach_1", "OPEN fridge_1"], "missing_step 0", "missing_step 0"),
+        (["OPEN carton_1", "OPEN fridge_1", "OPEN carton_1"], "failure", "failure"),
+    ],
+)
+def test_verdicts(steps: list[str], strict: str, reference: str) -> None:
+    text = answer(*steps)
+    assert (told(STRICT.score(text)), told(REFERENCE.score(text))) == (strict, reference)
+
+
+def test_a_plan_that_fails_after_reaching_the_goal_succeeds_in_the_reference_only() -> None:
+    text = answer(*GOAL_REACHED, "COOK plate_1")
+    assert told(STRICT.score(text)) == told(REFERENCE.score(text)) == "affordance 6"
+    assert not STRICT.score(text).success
+    assert REFERENCE.score(text).success
+
+
+def test_goals_are_told_one_by_one_and_by_kind() -> None:
+    fields = fields_of(STRICT.score(answer(*GOAL_REACHED[:3])))
+    assert fields["goals_satisfied"] == [True, False]
+    assert fields["goals"] == {"state": [0, 1], "relation": [1, 1], "action": [0, 0]}
+
+
+@pytest.mark.parametrize("text", ["nothing to do", answer("FLY fridge_1"), answer("OPEN rag_1, rag_10")])
+def test_an_answer_that_never_ran_meets_no_goal_and_in_the_reference_those_that_hold_at_the_start(
+    text: str,
+) -> None:
+    task = make_task("(and (inside peach.n.01_1 fridge.n.01_1) (open fridge.n.01_1))")
+    for protocol, satisfied in ((Protocol.STRICT, [False, False]), (Protocol("eai-1.0.5"), [True, False])):
+        verdict = behavior_scorer(task, protocol).score(text)
+        assert verdict.executable is False
+        assert fields_of(verdict)["goals_satisfied"] == satisfied
+
+
+def test_additional_steps_are_skipped_and_counted() -> None:
+    verdict = STRICT.score(answer("OPEN carton_1", "OPEN carton_1", *GOAL_REACHED))
+    assert (told(verdict), verdict.additional_steps) == ("success", 2)
+
+
+@pytest.mark.parametrize("scorer", [STRICT, REFERENCE], ids=["strict", "eai-1.0.5"])
+def test_explanations_tell_every_step_and_goal(scorer: ActionSequencing) -> None:
+    explanation = scorer.explain(
+        answer("OPEN fridge_1", "RIGHT_GRASP peach_1", "CLOSE fridge_1", "SLICE plate_1")
+    )
+    assert [step.outcome for step in explanation.steps][:3] == ["executed"] * 3
+    assert explanation.steps[0].added == ("is_open(fridge_1)",)
+    assert explanation.steps[3].reason != ""
+    assert [goal.satisfied for goal in explanation.goals] == [False, False]
+    assert scorer.explain("?").notes[0].startswith("parsing")
+    assert scorer.explain(answer("FLY fridge_1")).notes == ("hallucination: step 1: FLY is not an action",)
+
+
+def test_what_is_put_down_is_told_by_where_it_lies_though_no_goal_names_it() -> None:
+    scorer = behavior_scorer(make_task("(and (open fridge.n.01_1))"), Protocol.STRICT)
+    *_, last = scorer.explain(answer("RIGHT_GRASP detergent_1", "RIGHT_PLACE_NEXTTO sink_1")).steps
+    assert {"stands_by(detergent_1, sink_1)", "stands_by(sink_1, detergent_1)"} <= {*last.added}
+    assert last.hidden_changes == 0
+
+
+SCRAPS = st.sampled_from(
+    [
+        "[",
+        "]",
+        "{",
+        "}",
+        '"action"',
+        '"object"',
+        ":",
+        ",",
+        "'",
+        "#",
+        "OPEN",
+        "fridge_1",
+        '"OPEN"',
+        '"peach_1"',
+        "null",
+    ]
+)
+
+
+@settings(max_examples=examples(200), deadline=None)
+@given(st.one_of(st.text(max_size=60), st.lists(SCRAPS, max_size=30).map(" ".join)))
+def test_any_text_has_a_verdict_and_an_explanation(text: str) -> None:
+    for scorer in (STRICT, REFERENCE):
+        assert scorer.score(text) == scorer.score(text)
+        scorer.explain(text)
+
+
+STEPS = st.lists(
+    st.tuples(st.sampled_from(sorted(REFERENCE.domain.compiled)), st.sampled_from(sorted(TASK.scene.index))),
+    max_size=12,
+)
+
+
+@settings(max_examples=examples(200), deadline=None)
+@given(STEPS)
+def test_any_plan_has_a_verdict(steps: list[tuple[str, str]]) -> None:
+    text = answer(*(" ".join(step) for step in steps)) if steps else "[]"
+    for scorer in (STRICT, REFERENCE):
+        verdict = scorer.score(text)
+        assert verdict.executable is (verdict.error is None)
+
+
+DUSTY = (
+    "is_dusty(plate_1) remains: "
+    "no hand holds a cleaning tool, and plate_1 is in no running sink or dishwasher"
+)
+STAINED = (
+    "is_stained(plate_1) remains: "
+    "no hand holds a soaked cleaning tool or detergent, and plate_1 is in no running sink"
+)
+
+
+@pytest.mark.parametrize(
+    ("steps", "outcome", "reason"),
+    [
+        (
+            ["RIGHT_GRASP rag_1", "CLEAN plate_1"],
+            "executed",
+            STAINED,
+        ),
+        (["RIGHT_GRASP rag_1", "CLEAN plate_2"], "executed", ""),
+        (["RIGHT_GRASP detergent_1", "RIGHT_RELEASE detergent_1"], "executed", ""),
+        (
+            ["CLEAN plate_1"],
+            "missing_step",
+            f"{DUSTY}; {STAINED}",
+        ),
+        (["CLEAN peach_1"], "affordance", "peach_1 can be neither dusty nor stained"),
+    ],
+)
+def test_cleaning_tells_what_dirt_remains(steps: list[str], outcome: str, reason: str) -> None:
+    last = STRICT.explain(answer(*steps)).steps[-1]
+    assert (last.outcome, last.reason) == (outcome, reason)
+
+
+def test_what_the_reference_passes_over_is_told() -> None:
+    text = '[{"action": "OPEN", "object": "fridge_1"}, {"action": "CLEAN"}]'
+    assert REFERENCE.explain(text).notes == (
+        "lossy_reading: what is no step is passed over; steps that are seen: 1",
+        "strict, which passes over nothing: parsing, there is no list of steps with an action and an "
+        'object: step 2 has no "object"',
+    )

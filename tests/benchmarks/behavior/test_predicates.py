@@ -1,0 +1,91 @@
+"""Supports must be followed to their end."""
+
+from __future__ import annotations
+
+import random
+from itertools import product
+
+import pytest
+
+from benchmarks.behavior.kitchen import actions, make_task
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.predicates import VOCABULARY
+from eai.logic.formula import Atom, Constant
+from eai.world.action import Action
+from eai.world.execution import attempt, execute
+from eai.world.history import Past
+from eai.world.relation import bits
+from eai.world.state import State
+
+DOMAIN = behavior.as_meant()
+IN_CARTON = (
+    "RIGHT_GRASP plate_2",
+    "RIGHT_PLACE_ONTOP plate_1",
+    "RIGHT_GRASP plate_1",
+    "RIGHT_PLACE_INSIDE carton_1",
+)
+
+
+def walk(seed: int, steps: int = 60) -> list[State]:
+    """States on a random walk."""
+    choice = random.Random(seed)
+    state = make_task().initial
+    past = Past(state)
+    for _ in range(steps):
+        operator = choice.choice(DOMAIN.operators)
+        arguments = tuple(choice.randrange(len(state.scene.objects)) for _ in operator.parameters)
+        outcome = attempt(DOMAIN, past, Action(operator.name, arguments))
+        if isinstance(outcome, State):
+            past = past.then(outcome)
+    return list(past.states)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_nothing_rests_on_more_than_one_thing_or_on_itself(seed: int) -> None:
+    for state in walk(seed):
+        for x in range(len(state.scene.objects)):
+            supports = list(bits(state.relation("lies_in").row(x))) + list(
+                bits(state.relation("lies_on").row(x))
+            )
+            assert len(supports) <= 1
+            assert not DOMAIN.holds(Atom("carried_by", (_name(state, x), _name(state, x))), state)
+
+
+def _name(state: State, index: int) -> Constant:
+    return Constant(state.scene.objects[index].name)
+
+
+def test_carriers_are_followed_to_their_end() -> None:
+    initial = make_task().initial
+    state = execute(DOMAIN, initial, actions(initial, *IN_CARTON)).final
+    plate, other, carton = (Constant(name) for name in ("plate_1", "plate_2", "carton_1"))
+    assert DOMAIN.holds(Atom("carried_by", (other, plate)), state)
+    assert DOMAIN.holds(Atom("carried_by", (other, carton)), state)
+    assert DOMAIN.holds(Atom("inside", (other, carton)), state)
+    assert not DOMAIN.holds(Atom("directly_inside", (other, carton)), state)
+    assert DOMAIN.holds(Atom("floor_below", (other, Constant("room_floor_garage_0"))), state)
+    assert not DOMAIN.holds(Atom("shut_in", (other,)), state)
+    closed = execute(DOMAIN, state, actions(initial, "CLOSE carton_1")).final
+    assert DOMAIN.holds(Atom("shut_in", (other,)), closed)
+
+
+def test_a_circle_of_supports_is_walked_once() -> None:
+    """No action leads to one, but whoever perceives a scene wrongly may believe in one."""
+    scene = make_task().initial.scene
+    circle = [("lies_in", "carton_1", "saucepan_1"), ("lies_on", "saucepan_1", "carton_1")]
+    beside = [("lies_on", "plate_1", "carton_1"), ("lies_in", "plate_2", "plate_1")]
+    itself = [("lies_in", "rag_1", "rag_1"), ("lies_on", "rag_10", "rag_10")]
+    facts = [(name, (scene.index[x], scene.index[y])) for name, x, y in (*circle, *beside, *itself)]
+    state = scene.state(facts)
+    everything = range(len(scene.objects))
+    for predicate in VOCABULARY.derived:
+        for things in product([_name(state, thing) for thing in everything], repeat=predicate.arity):
+            DOMAIN.holds(Atom(predicate.name, things), state)
+    assert DOMAIN.holds(Atom("carried_by", (Constant("plate_2"), Constant("saucepan_1"))), state)
+    assert not DOMAIN.holds(
+        Atom("floor_below", (Constant("plate_2"), Constant("room_floor_garage_0"))), state
+    )
+    past = Past(state)
+    for operator in DOMAIN.operators:
+        for things in product(everything, repeat=operator.arity):
+            attempt(DOMAIN, past, Action(operator.name, things))

@@ -1,0 +1,281 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks.behavior.kitchen import make_task
+from eai.abilities.protocol import Protocol
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
+from eai.abilities.verdict import Verdict
+from eai.logic.formula import Atom, Constant
+from eai.tasks.share import Share
+from eai.tasks.task import Goal, GoalKind
+from eai.world.fault import FaultKind
+from subgoal_scorers import behavior_subgoals
+from sweeps import examples
+from threading_tests import asked_by_threads
+
+TASK = make_task()
+STRICT, REFERENCE = (
+    behavior_subgoals(protocol)(TASK) for protocol in (Protocol.STRICT, Protocol("eai-1.0.5"))
+)
+REACHED = (
+    "open(fridge.1)",
+    "inside(peach.1, saucepan.1)",
+    "holds_rh(rag.1)",
+    "not dusty(plate.1) and not dusty(plate.2)",
+)
+EITHER = "holds_rh(plate.1) or holds_rh(rag.1)"
+
+
+def answer(*subgoals: object) -> str:
+    return json.dumps({"output": subgoals})
+
+
+def told(verdict: Verdict) -> str:
+    """The category, and what ended the answer: of those that run, also where."""
+    assert verdict.category is not None
+    error = "" if verdict.error is None else f" {verdict.error.kind.value}"
+    runs = verdict.category is SubgoalCategory.RUNTIME
+    step = f" {verdict.error.step}" if verdict.error is not None and runs else ""
+    return f"{verdict.category.value}{error}{step}"
+
+
+@pytest.mark.parametrize(
+    ("subgoals", "strict", "reference"),
+    [
+        (REACHED, "correct", "correct"),
+        ([" then ".join(REACHED)], "runtime missing_step 0", "correct"),
+        (REACHED[:2], "goal_unreachable", "goal_unreachable"),
+        ([], "goal_unreachable", "not_parseable parsing"),
+        (["inside(peach.1, saucepan.1)"], "runtime missing_step 0", "runtime missing_step 0"),
+        (["open(fridge.1)", "open(fridge.1)"], "goal_unreachable", "goal_unreachable"),
+        (["holds_rh(car.1)"], "runtime affordance 0", "runtime affordance 0"),
+        # Names.
+        (["flies(rag.1)"], "hallucination hallucination", "hallucination hallucination"),
+        (["open(rag.7)"], "hallucination hallucination", "hallucination hallucination"),
+        (["open(rag.1, rag.10)"], "hallucination argument_number", "hallucination argument_number"),
+        (["open()"], "hallucination argument_number", "not_parseable parsing"),
+        (["burn(rag.1)"], "hallucination hallucination", "not_parseable parsing"),
+        (["rag_n_01(rag.1)"], "goal_unreachable", "not_parseable parsing"),
+        (["open(rag_1)"], "runtime affordance 0", "hallucination hallucination"),
+        (["holds_rh(peach_1_part.0)"], "runtime missing_step 0", "hallucination hallucination"),
+        # Syntax.
+        (["open(fridge.1"], "not_parseable parsing", "not_parseable parsing"),
+        (["not not open(fridge.1)"], "goal_unreachable", "not_parseable parsing"),
+        (["not (open(fridge.1) and open(carton.1))"], "goal_unreachable", "not_parseable parsing"),
+        (["forall(x, open(x))"], "not_parseable parsing", "not_parseable parsing"),
+        (["onfloor(agent_n_01.1, room_floor_kitchen.0)"], "goal_unreachable", "not_parseable parsing"),
+        ([7], "not_parseable parsing", "not_parseable parsing"),
+        # What no action brings about is skipped there; actions are, too.
+        (["stained(fridge.1)"], "runtime missing_step 0", "goal_unreachable"),
+        (["dusty(plate.1)", "isInKitchen(rag.1)"], "goal_unreachable", "goal_unreachable"),
+        (["inHandOfRobot(rag.1)"], "goal_unreachable", "goal_unreachable"),
+        (["inHandOfRobot(rag.1) and holds_rh(rag.1)"], "goal_unreachable", "goal_unreachable"),
+        (["inHandOfRobot(rag.1) then holds_rh(rag.1)"], "goal_unreachable", "goal_unreachable"),
+        (["not (holds_rh(plate.1) or not inHandOfRobot(rag.1) or not holds_rh(rag.1))"],
+         "goal_unreachable", "goal_unreachable"),
+        (["close(fridge.1)"], "goal_unreachable", "goal_unreachable"),
+        (["left_grasp(rag.1)", "inHandOfRobot(rag.1)"], "goal_unreachable", "goal_unreachable"),
+        # Alternatives: the first one is taken there, with the text that follows.
+        ([*REACHED[:2], EITHER, REACHED[3]], "correct", "runtime missing_step 3"),
+        (["(open(fridge.1) or open(carton.1))"], "goal_unreachable", "not_parseable parsing"),
+    ],
+)  # fmt: skip
+def test_verdicts(subgoals: list[object], strict: str, reference: str) -> None:
+    text = answer(*subgoals)
+    assert (told(STRICT.score(text)), told(REFERENCE.score(text))) == (strict, reference)
+
+
+def actions_of(scorer: SubgoalDecomposition, *subgoals: str) -> list[str]:
+    """The actions that subgoals are translated into."""
+    return [f"{step.action}" for step in scorer.explain(answer(*subgoals)).steps]
+
+
+@pytest.mark.parametrize(
+    ("subgoals", "actions"),
+    [
+        (["ontop(rag.1, table.1)"], ["RIGHT_GRASP(rag_1)", "RIGHT_PLACE_ONTOP(table_1)"]),
+        (["onfloor(rag.1, table.1)"], ["RIGHT_GRASP(rag_1)", "RIGHT_PLACE_ONTOP(table_1)"]),
+        (["under(rag.1, plate.1)"], ["RIGHT_GRASP(rag_1)", "RIGHT_PLACE_UNDER(plate_1)"]),
+        (["touching(rag.1, plate.1)"], ["RIGHT_GRASP(rag_1)", "RIGHT_PLACE_NEXTTO(plate_1)"]),
+        (["not inside(rag.1, sink.1)"], ["RIGHT_GRASP(rag_1)", "RIGHT_RELEASE(rag_1)"]),
+        (["holds_lh(rag.1)", "not holds_lh(rag.1)"], ["LEFT_GRASP(rag_1)", "LEFT_RELEASE(rag_1)"]),
+        (["not holds_lh(rag.1)"], []),
+        (["toggledon(sink.1)", "not toggledon(sink.1)"], ["TOGGLE_ON(sink_1)", "TOGGLE_OFF(sink_1)"]),
+        # An object that is put onto something and next to something is placed once.
+        (
+            ["ontop(rag.1, table.1)", "nextto(plate.1, rag.1)"],
+            ["RIGHT_GRASP(rag_1)", "RIGHT_PLACE_NEXTTO_ONTOP(plate_1, table_1)"],
+        ),
+        # Hands: the right one first, then the left one, then the right one is emptied.
+        (
+            ["holds_rh(rag.1)", "ontop(plate.1, sink.1)"],
+            ["RIGHT_GRASP(rag_1)", "LEFT_GRASP(plate_1)", "LEFT_PLACE_ONTOP(sink_1)"],
+        ),
+        (
+            ["holds_rh(rag.1) and holds_lh(plate.1)", "open(fridge.1)"],
+            ["RIGHT_GRASP(rag_1)", "LEFT_GRASP(plate_1)", "RIGHT_RELEASE(rag_1)", "OPEN(fridge_1)"],
+        ),
+    ],
+)  # fmt: skip
+def test_what_the_reference_does_for_subgoals(subgoals: list[str], actions: list[str]) -> None:
+    assert actions_of(REFERENCE, *subgoals) == actions
+
+
+@pytest.mark.parametrize(
+    ("subgoals", "actions"),
+    [
+        (["ontop(rag.1, table.1)"], ["LEFT_GRASP(rag_1)", "LEFT_PLACE_ONTOP(table_1)"]),
+        (["under(rag.1, plate.1)"], ["LEFT_GRASP(rag_1)", "LEFT_PLACE_UNDER(plate_1)"]),
+        (["not inside(rag.1, sink.1)"], []),
+        (["onfloor(rag.1, table.1)"], []),
+        # What is wanted is done once, whichever hands there are for it.
+        (
+            ["ontop(rag.1, table.1) and nextto(plate.1, rag.1)"],
+            ["LEFT_GRASP(rag_1)", "LEFT_PLACE_NEXTTO(plate_1)"],
+        ),
+        (
+            ["holds_rh(rag.1)", "ontop(plate.1, sink.1)"],
+            ["RIGHT_GRASP(rag_1)", "LEFT_GRASP(plate_1)", "LEFT_PLACE_ONTOP(sink_1)"],
+        ),
+        (
+            ["holds_rh(rag.1) and holds_lh(plate.1)", "open(fridge.1)"],
+            ["RIGHT_GRASP(rag_1)", "LEFT_GRASP(plate_1)", "LEFT_RELEASE(plate_1)", "OPEN(fridge_1)"],
+        ),
+        # It takes more than one change.
+        (["inside(rag.1, fridge.1)"], ["LEFT_GRASP(rag_1)", "LEFT_PLACE_INSIDE(fridge_1)"]),
+        (["holds_rh(rag.1) and not holds_rh(rag.1)"], []),
+    ],
+)  # fmt: skip
+def test_what_is_done_for_subgoals(subgoals: list[str], actions: list[str]) -> None:
+    assert actions_of(STRICT, *subgoals) == actions
+
+
+def test_a_hand_holds_what_its_content_is_named_after_in_the_reference() -> None:
+    subgoals = ("holds_lh(rag.10)", "inside(rag.1, sink.1)")
+    assert actions_of(REFERENCE, *subgoals)[1:] == ["LEFT_PLACE_INSIDE(sink_1)"]
+
+
+def test_a_quantifier_cannot_be_read_as_the_prompt_rules_it_out() -> None:
+    verdict = STRICT.score(answer(*REACHED, "forall(rag_n_01, inside(rag_n_01, sink.1))"))
+    assert verdict.error is not None
+    assert (verdict.error.kind, verdict.error.step) == (FaultKind.PARSING, len(REACHED))
+
+
+@pytest.mark.parametrize(
+    "robot", ["onfloor(agent_n_01.1, room_floor_kitchen.0)", "not holds_rh(agent_n_01.1)"]
+)
+def test_literals_about_the_robot_are_taken_to_hold(robot: str) -> None:
+    assert told(STRICT.score(answer(*REACHED, robot))) == "correct"
+    assert told(STRICT.score(answer(robot, f"{REACHED[0]} and {robot}", *REACHED[1:]))) == "correct"
+
+
+def test_an_entry_that_is_no_formula_makes_an_answer_unreadable() -> None:
+    verdict = STRICT.score(answer("or", *REACHED))
+    assert verdict.error is not None
+    assert (verdict.error.kind, verdict.error.step) == (FaultKind.PARSING, 0)
+
+
+def test_errors_and_goals_are_told() -> None:
+    verdict = STRICT.score(answer("open(carton.1)", *REACHED))
+    assert (told(verdict), verdict.additional_steps) == ("correct", 1)
+    assert verdict.errors == (FaultKind.ADDITIONAL_STEP,)
+    assert verdict.goals_satisfied == (True, True)
+    rejected = STRICT.score("?")
+    assert (rejected.goals_satisfied, rejected.errors) == ((False, False), ())
+
+
+def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
+    dusty = Goal(GoalKind.STATE, Atom("dusty", (Constant("plate_1"),)))
+    task = replace(TASK, goals=(dusty,))
+    for protocol, state in ((Protocol.STRICT, Share(0, 1)), (Protocol("eai-1.0.5"), Share(1, 1))):
+        for text in ("?", answer("flies(rag.1)")):
+            goals = behavior_subgoals(protocol)(task).score(text).goals
+            assert goals is not None
+            assert goals.state == state, "the reference tests the initial state"
+
+
+def test_explanations_tell_subgoals_and_what_failed() -> None:
+    notes = STRICT.explain(answer("holds_rh(peach.1)")).notes
+    assert notes[0] == "runtime"
+    assert notes[1] == "subgoal 1: holds_rh(peach.1)"
+    closed = "subgoal 1 fails: missing_step, peach_1 is inside something that is closed: fridge_1"
+    assert notes[2] == closed
+    too_far = STRICT.explain(answer("inside(peach.1, saucepan.1)")).notes
+    assert too_far[2].startswith("subgoal 1 fails: missing_step, it takes more than 2 actions")
+    assert REFERENCE.explain("?").notes[0] == "not_parseable"
+
+
+@pytest.mark.parametrize(
+    ("subgoal", "excluded"),
+    [
+        ("holds_rh(rag.1) and onfloor(rag.1, room_floor_kitchen.0)", True),
+        ("holds_rh(peach.1) and inside(peach.1, fridge.1)", False),  # its halves may be inside
+        ("holds_rh(rag.1) and inside(rag.1, sink.1)", True),
+        ("holds_rh(rag.1) and holds_lh(rag.1)", True),
+        ("holds_rh(rag.1) and holds_rh(peach.1)", True),
+        ("holds_rh(rag.1) and holds_lh(peach.1)", False),
+    ],
+)
+def test_parts_that_exclude_each_other_are_told(subgoal: str, excluded: bool) -> None:
+    """What is told is no action that the search tried in vain, and none is taken."""
+    error = STRICT.score(answer(subgoal)).error
+    assert (error is not None and error.check == "parts_exclude_each_other") is excluded
+    if excluded:
+        assert error is not None
+        assert (error.kind.value, error.detail) == (
+            "missing_step",
+            f"{subgoal} does not hold, and its parts exclude each other",
+        )
+        assert not STRICT.explain(answer(subgoal)).steps
+
+
+def test_no_action_is_told_that_does_no_more_than_others_did() -> None:
+    """Each thing can be put where it shall be; to put one next to itself is what no plan needs."""
+    subgoal = "ontop(carton.1, sink.1) and ontop(plate.2, rag.10) and ontop(rag.1, table.1)"
+    error = STRICT.score(answer(subgoal)).error
+    assert error is not None
+    assert error.check == "too_many_actions"
+
+
+SCRAPS = st.sampled_from(
+    [
+        "open(fridge.1)",
+        "not",
+        "and",
+        "or",
+        "then",
+        "(",
+        ")",
+        "inside(rag.1, sink.1)",
+        "holds_rh(rag.1)",
+        "x",
+        "open()",
+    ]
+)
+
+
+@settings(max_examples=examples(150), deadline=None)
+@given(
+    st.one_of(
+        st.text(max_size=40),
+        st.lists(st.lists(SCRAPS, max_size=6).map(" ".join), max_size=4).map(lambda s: answer(*s)),
+    )
+)
+def test_any_text_has_a_verdict_and_an_explanation(text: str) -> None:
+    for scorer in (STRICT, REFERENCE):
+        assert scorer.score(text) == scorer.score(text)
+        scorer.explain(text)
+
+
+@pytest.mark.parametrize("scorer", [STRICT, REFERENCE])
+def test_any_number_of_threads_may_ask_one_scorer(scorer: SubgoalDecomposition) -> None:
+    answers = [answer(*subgoals) for subgoals in (REACHED, REACHED[:2], [EITHER], ["stained(fridge.1)"])]
+    expected = [scorer.score(text) for text in answers]
+    assert asked_by_threads(lambda i: scorer.score(answers[i % 4]) == expected[i % 4], 1_500)

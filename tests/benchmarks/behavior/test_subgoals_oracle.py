@@ -1,0 +1,71 @@
+"""Verdicts under `eai-1.0.5` against those of the reference, row by row."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from eai.abilities.protocol import Protocol
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.benchmarks.behavior.tasks import BehaviorTasks
+from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
+from subgoal_scorers import behavior_subgoals
+
+SETS = (*MODELS, "gt", "perturb0", "perturb1", "perturb2")
+
+KINDS = {"wrong_temporal_order": "wrong_order", "affordance_error": "affordance"}
+"""The reference's names of errors -> ours, where they differ."""
+
+
+def told_by_us(scorer: SubgoalDecomposition, text: str) -> tuple[object, ...]:
+    verdict = scorer.score(text)
+    assert verdict.category is not None
+    rejected = verdict.category.value in ("hallucination", "not_parseable")
+    goals = None if rejected else list(verdict.goals_satisfied)
+    errors = [kind.value for kind in verdict.errors]
+    return verdict.category.value, verdict.success, errors, goals
+
+
+def told_by_reference(verdict: Any) -> tuple[object, ...]:
+    kinds = [KINDS.get(kind, kind) for (kind,) in verdict["error_types"] if kind != "goal_failed"]
+    return SUBGOAL_CATEGORIES[verdict["category"]], verdict["task_success"], kinds, verdict["goals"]
+
+
+def drawn(text: str) -> Iterator[str]:
+    """The answer with one piece of each subgoal left, for all that the reference may draw."""
+    found = re.search(r"{[^{}]*}", text.strip().replace("}}", "}"))
+    assert found is not None
+    output = json.loads(found[0])["output"]
+    for pieces in itertools.product(*(dict.fromkeys(subgoal.split(" or ")) for subgoal in output)):
+        yield json.dumps({"output": pieces})
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_every_row_has_the_references_verdict(
+    behavior_tasks: BehaviorTasks, oracle: Oracle, name: str
+) -> None:
+    for row in oracle("behavior", "subgoal_decomposition", name)["records"]:
+        scorer = behavior_subgoals(Protocol("eai-1.0.5"))(behavior_tasks[row["identifier"]])
+        expected = told_by_reference(row["verdict"])
+        if not row["contains_or"]:
+            assert (row["identifier"], told_by_us(scorer, row["response"])) == (row["identifier"], expected)
+        elif told_by_us(scorer, row["response"]) != expected:
+            others = itertools.islice(drawn(row["response"]), 2_000)
+            assert any(told_by_us(scorer, other) == expected for other in others), row["identifier"]
+
+
+def test_strict_finds_at_least_what_the_reference_finds(
+    behavior_tasks: BehaviorTasks, oracle: Oracle
+) -> None:
+    """Whatever ends well there ends well here, in the data set's own subgoals."""
+    rows = oracle("behavior", "subgoal_decomposition", "gt")["records"]
+    make = behavior_subgoals(Protocol.STRICT)
+    for row in rows:
+        if row["verdict"]["task_success"]:
+            verdict = make(behavior_tasks[row["identifier"]]).score(row["response"])
+            assert verdict.success, row["identifier"]

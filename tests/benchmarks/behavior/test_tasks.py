@@ -1,0 +1,155 @@
+from __future__ import annotations
+
+import ast
+from typing import Any
+
+import pytest
+
+from benchmarks.behavior.kitchen import EVIDENCE, GOAL, make_record, make_task
+from eai.benchmarks.behavior.evidence import load_evidence
+from eai.benchmarks.behavior.tasks import (
+    BehaviorTasks,
+    build_tasks,
+    initial_relations,
+    initial_states,
+    listed_relations,
+    standing_relations,
+)
+from eai.tasks.source import TaskSet
+from eai.tasks.task import GoalKind
+from logic.bddl_text import print_condition
+from oracle import read_shared
+
+
+def spelt(state: str) -> str:
+    """A state as the reference spells it."""
+    return "".join(word.capitalize() for word in state.split("_"))
+
+
+def triples(relations: Any) -> list[tuple[str, ...]]:
+    return sorted(map(tuple, relations))
+
+
+@pytest.fixture(scope="module")
+def reconstructed() -> Any:
+    return read_shared("oracle", "behavior", "reconstructed.json.gz")
+
+
+def test_all_records_equal_the_reconstruction(behavior_tasks: BehaviorTasks, reconstructed: Any) -> None:
+    evidence = load_evidence()
+    assert behavior_tasks.keys() == reconstructed.keys()
+    for task_id, expected in reconstructed.items():
+        record = behavior_tasks[task_id].record
+        assert (record.activity, record.definition, record.scene) == (
+            expected["task_name"],
+            expected["definition"],
+            expected["scene"],
+        )
+        assert [
+            {
+                "name": thing.name,
+                "bddl_instance": thing.instance,
+                "category": thing.category,
+                "igibson_category": thing.model,
+                "igibson_synset": thing.synset,
+                "kind": "room_floor" if thing.is_floor else "object",
+                "parts": list(thing.parts),
+                "states": sorted(map(spelt, thing.states)),
+                "cleaning_tool": "cleaningTool" in thing.abilities,
+                "slicer": "slicer" in thing.abilities,
+                "water_source": "waterSource" in thing.abilities,
+                "volume_m3_ESTIMATED": None
+                if thing.is_floor
+                else evidence.volumes.of(record.scene, thing.name, thing.model),
+            }
+            for thing in record.objects
+        ] == [{**thing, "states": sorted(thing["states"])} for thing in expected["objects"]]
+        relations = expected["initial_relations"]
+        assert triples(listed_relations(record)) == triples(relations["listed"])
+        assert triples(standing_relations(record, evidence)) == triples(
+            relations["assumed_furniture_onfloor"]
+        )
+        assert triples(initial_relations(record, evidence)) == triples(relations["used"])
+        states = {(name, spelt(state)) for state, name in initial_states(record, evidence)}
+        assert states == set(map(tuple, expected["initial_states_true"]))
+
+
+def test_initial_facts_are_those_of_the_authors_simulator_log(behavior_tasks: BehaviorTasks) -> None:
+    """Two facts that the log lists are removed with a reason (evidence.toml): sweaters on a bed."""
+    evidence = load_evidence()
+    robot, differing = "agent.n.01_1", set()
+    for row in read_shared("oracle", "behavior", "igibson_run.claude-3-haiku-20240307.json.gz"):
+        record = behavior_tasks[row["identifier"]].record
+        facts = {*map(tuple, initial_relations(record, evidence)), *initial_states(record, evidence)}
+        logged = [tuple(ast.literal_eval(fact)) for fact in row["initial_state"]]
+        true = {fact for fact in logged if fact[0] != "not" and robot not in fact}
+        false = {fact[1:] for fact in logged if fact[0] == "not"}
+        assert true >= set(map(tuple, listed_relations(record)))
+        assert not false & facts
+        differing |= {(record.activity, *fact) for fact in true - facts}
+    assert differing == {
+        ("brushing_lint_off_clothing", "ontop", sweater, "bed_11") for sweater in ("sweater_38", "sweater_39")
+    }
+
+
+def test_what_operators_ask_by_model_is_what_the_reference_asks_by_name(
+    behavior_tasks: BehaviorTasks,
+) -> None:
+    """It looks for words in names; with the names of the data set that comes to the same."""
+    for task in behavior_tasks.values():
+        models = {thing.name: thing.model for thing in task.record.objects}
+        for word in ("sink", "dishwasher", "teapot", "saucepan", "detergent"):
+            assert {n for n in task.scene.index if word in n} == {n for n, m in models.items() if m == word}
+        for whole in task.record.objects:
+            alike = {n for n in task.scene.index if "_part_" in n and whole.name in n}
+            assert alike == set(whole.parts)
+
+
+def test_the_initial_state_has_what_files_and_evidence_say() -> None:
+    state = make_task().initial
+    index = state.scene.index
+    assert state.has("lies_in", index["peach_1"], index["fridge_1"])
+    assert state.has("stands_on", index["sink_1"], index["room_floor_kitchen_0"])
+    assert state.has("stands_by", index["rag_10"], index["rag_1"])
+    assert not state.has("lies_on", index["pebble_1"], index["table_1"])
+    assert state.has("is_open", index["carton_1"])
+    assert not state.has("is_open", index["fridge_1"])
+    assert state.has("robot_on", index["room_floor_kitchen_0"])
+    assert state.has("part_of", index["peach_1_part_1"], index["peach_1"])
+    assert state.has("ungraspable", index["car_1"])
+    assert not state.has("ungraspable", index["fridge_1"])
+    assert state.has("larger", index["peach_1"], index["peach_1_part_0"])
+    assert state.has("much_larger", index["fridge_1"], index["plate_1"])
+    assert not state.has("much_larger", index["plate_1"], index["peach_1_part_0"])
+
+
+def test_goals_are_about_objects_by_name() -> None:
+    inside, clean = make_task().goals
+    assert print_condition(inside.formula) == "(inside peach_1 saucepan_1)"
+    assert print_condition(clean.formula).startswith("(forall (?plate.n.01 - plate.n.01) (not")
+    assert (inside.kind, clean.kind) == (GoalKind.RELATION, GoalKind.STATE)
+
+
+def test_parts_are_of_no_category_of_the_problem() -> None:
+    scene = make_task(GOAL).scene
+    assert scene.names(scene.category("peach.n.01")) == ("peach_1",)
+
+
+def test_a_plan_keeps_a_misspelt_action(behavior_tasks: BehaviorTasks) -> None:
+    (task,) = (task for task in behavior_tasks.values() if task.title == "preserving_food")
+    assert "RIGHT_REALEASE" in [action.operator for action in task.script]
+
+
+def test_furniture_that_is_placed_nowhere_stands_on_the_floor_of_its_room() -> None:
+    record = make_record()
+    placed = {source for _, source, _ in standing_relations(record, EVIDENCE)}
+    assert placed == {"fridge_1", "table_1", "sink_1", "dishwasher_1", "car_1"}
+
+
+def test_digest_is_of_data_and_evidence() -> None:
+    records = TaskSet({}, {}.__getitem__, "0")
+    assert build_tasks(records, load_evidence()).sha256 != build_tasks(records, EVIDENCE).sha256
+    assert (
+        build_tasks(records, EVIDENCE).sha256
+        != build_tasks(TaskSet({}, {}.__getitem__, "1"), EVIDENCE).sha256
+    )

@@ -1,0 +1,16 @@
+"""The real data of BEHAVIOR-1K, and a kitchen of its kinds made up."""
+
+from __future__ import annotations
+
+import pytest
+
+from eai.base.store import Store
+from eai.benchmarks.behavior_1k.benchmark import behavior_1k
+from eai.tasks.source import Source, TaskSet
+from eai.tasks.task import Task
+
+
+@pytest.fixture(scope="session")
+def activities(activity_store: Store) -> TaskSet[Task]:
+    """The tasks of all activities."""
+    return behavior_1k().tasks(Source(store=activity_store))

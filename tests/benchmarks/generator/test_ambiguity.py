@@ -1,0 +1,153 @@
+"""Pairs in the same words: they fit two things in one, one in the other; a guess is right half the time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import eai
+from benchmarks.generator.worlds import HOUSEHOLDS, generator
+from eai import Benchmark, given
+from eai.abilities.notation.plans import QUESTION, refusal
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import PlanVerdict
+from eai.acting.play import rules_of
+from eai.acting.setting import STANDARD
+from eai.benchmarks.generator.spec import Generated, TaskKind
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
+from eai.envs.game import Game
+from eai.envs.reference import staged
+from eai.envs.rules import TRAINING
+from eai.tasks.goal_test import solves
+from eai.tasks.source import Source
+from eai.tasks.task import Task
+from eai.tasks.task_files import problems_of
+from eai.tasks.task_lines import read_line, task_of, written
+from eai.world.action import Action
+
+pytestmark = pytest.mark.usefixtures("data_store")
+SEEDS = {"virtualhome": (1, 22), "behavior": (1, 8)}
+"""Of which each gives a pair."""
+
+
+@cache
+def pairs(like: str) -> list[tuple[Task, Task]]:
+    """The pairs: of the first the words fit one thing, of the second two."""
+    made = generator(like, kind=TaskKind.AMBIGUOUS)
+    found = [made.task(f"tasks-7-{seed}") for seed in SEEDS[like]]
+    return [(each.task, each.twin.task) for each in found if isinstance(each, Generated) and each.twin]
+
+
+def of_the_other(task: Task, plan: tuple[Action, ...]) -> list[Action]:
+    """A plan in which the two things change parts."""
+    one, other = (task.scene.index[name] for name in task.fits or ())
+    swapped = {one: other, other: one}
+    return [Action(step.operator, tuple([swapped.get(i, i) for i in step.arguments])) for step in plan]
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_they_differ_in_where_the_second_thing_stands(like: str) -> None:
+    domain = find_benchmark(like).domain
+    assert len(pairs(like)) == len(SEEDS[like])
+    for clear, unclear in pairs(like):
+        assert (clear.instruction, clear.goals, clear.script, clear.title) == (
+            unclear.instruction,
+            unclear.goals,
+            unclear.script,
+            unclear.title,
+        )
+        assert unclear.fits is not None
+        assert clear.fits == unclear.fits[:1]
+        second = unclear.scene.index[unclear.fits[1]]
+        changed = set(clear.initial.facts()) ^ set(unclear.initial.facts())
+        assert changed
+        assert all(second in fact.arguments for fact in changed)
+        for task in (clear, unclear):
+            assert solves(domain, task, task.script)
+            assert list(problems_of(task, domain)) == []
+            line = written(task, like, domain)
+            assert written(task_of(read_line(line), domain), like, domain) == line
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_nothing_but_their_names_tells_the_two_apart(like: str) -> None:
+    for _, unclear in pairs(like):
+        one, other = (unclear.scene.index[name] for name in unclear.fits or ())
+        swapped, facts = {one: other, other: one}, set(unclear.initial.facts())
+        assert {(name, tuple([swapped.get(i, i) for i in arguments])) for name, arguments in facts} == facts
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_with_the_other_thing_or_both_it_fails(like: str) -> None:
+    domain = find_benchmark(like).domain
+    for _, unclear in pairs(like):
+        other = of_the_other(unclear, unclear.script)
+        assert solves(domain, replace(unclear, goals=unclear.goals[:-1]), unclear.script)
+        assert not solves(domain, unclear, other)
+        assert not solves(domain, unclear, [*unclear.script, *other])
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_prompts_tell_the_words_alone_and_that_one_may_ask(like: str) -> None:
+    benchmark = find_benchmark(like)
+    for pair in pairs(like):
+        alone = Benchmark("pair", benchmark.domain, given(*pair))
+        suite = eai.open(alone, Ability.ACTION_SEQUENCING)
+        prompts = Library("eai").open(alone, Ability.ACTION_SEQUENCING)
+        for task in pair:
+            told = prompts[task.id].user
+            assert told.count(task.instruction) == 1
+            assert '{"ask"' in told
+            assert '"impossible"' not in told
+            asked = suite.score(task.id, refusal("Which one?", QUESTION))
+            assert isinstance(asked, PlanVerdict)
+            assert (asked.success, asked.refused) == (task.is_ambiguous, "Which one?")
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_the_budget_does_not_say_whether_to_ask(like: str) -> None:
+    rules = rules_of(STANDARD)
+    stages = [staged(task, find_benchmark(like), rules) for pair in pairs(like) for task in pair]
+    assert {stage.limit for stage in stages} == {50}
+    assert all(len(stage.reference.commands or ()) < 50 for stage in stages)
+
+
+def test_an_acting_agent_is_told_which_and_it_costs_an_action() -> None:
+    benchmark = find_benchmark("behavior")
+    rules = TRAINING.model_copy(update={"until": "done", "feedback": "changes", "max_steps": 2})
+    for task in pairs("behavior")[0]:
+        stage = staged(task, benchmark, rules)
+        assert "ASK(your question)" in stage.opening
+        assert stage.opening.count(task.instruction) == 1
+        game = Game(stage)
+        told = [game.act("ASK(which one, please?)").observation for _ in range(3)]
+        assert told[0].startswith(f"{(task.fits or ('',))[0]} is meant.")
+        assert (told[1], game.tried) == (told[0], 2)
+        assert told[2].startswith("No actions are left.")
+        assert game.ended == "steps"
+
+
+def test_elsewhere_nobody_can_ask() -> None:
+    task = replace(pairs("behavior")[0][1], fits=None)
+    game = Game(staged(task, find_benchmark("behavior"), TRAINING))
+    assert game.act("ASK(which one?)").info["fault"] == "hallucination"
+
+
+def test_neither_goals_nor_subgoals_are_asked_for_where_words_may_fit_two_nor_are_such_twins(
+    tmp_path: Path,
+) -> None:
+    domain = find_benchmark("behavior").domain
+    (clear, unclear), *_ = pairs("behavior")
+    plain = replace(clear, id="plain", fits=None)
+    lines = [written(task, "behavior", domain) for task in (clear, unclear, plain)]
+    (tmp_path / "tasks.jsonl").write_text("\n".join(lines), encoding="utf-8")
+    benchmark, twin = find_benchmark(f"{tmp_path}/"), find_benchmark(f"obfuscated:{tmp_path}/")
+    for ability in (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION):
+        assert list(benchmark.tasks_for(ability, Source())) == ["plain"]
+    assert len(benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())) == 3
+    for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
+        assert list(twin.tasks_for(ability, Source())) == ["plain"]

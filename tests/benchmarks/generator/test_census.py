@@ -1,0 +1,20 @@
+"""The counts of the tasks of a benchmark."""
+
+from __future__ import annotations
+
+from eai.benchmarks.generator.census import _conceivable
+from eai.benchmarks.generator.prior import Pattern
+from eai.world import Predicate, Scene, Vocabulary, WorldObject
+
+
+def test_without_plans_everything_that_goals_say_is_conceivable_of_every_kind() -> None:
+    vocabulary = Vocabulary((Predicate("on", 2), Predicate("lit", 1), Predicate("raining", 0)))
+    objects = [WorldObject("lamp_1", "lamp"), WorldObject("lamp_2", "lamp"), WorldObject("desk", "desk")]
+    state = Scene(vocabulary, objects, None).state([])
+    wanted = [("on", True), ("lit", False), ("raining", True)]
+    kinds = ("lamp", "desk")
+    assert list(_conceivable(wanted, [state])) == [
+        *(Pattern("on", (one, other), True) for one in kinds for other in kinds),
+        *(Pattern("lit", (kind,), False) for kind in kinds),
+        Pattern("raining", (), True),
+    ]

@@ -1,0 +1,122 @@
+"""How much is tried for a task: how many goals are proposed, and after how many failures a scene is left."""
+
+from __future__ import annotations
+
+from itertools import islice
+
+import pytest
+
+import eai.logic.formula as f
+from eai.base.errors import InputError
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator import sets
+from eai.benchmarks.generator.generator import Generator, generate
+from eai.benchmarks.generator.goals import Proposals
+from eai.benchmarks.generator.sets import seeds_of
+from eai.benchmarks.generator.spec import Reason, Spec, Split, Tier
+from eai.benchmarks.generator.walk import Walk
+from eai.tasks.source import Source
+
+TITLES = 2
+"""Of the world of lamps, each of which is tried as long as nothing is reached."""
+
+
+def made(lamps: Benchmark, tier: Tier, **options: object) -> Generator:
+    spec = Spec("lamps:lamps", lamps.tasks(Source()).sha256, tier, disturbances=0, **options)  # type: ignore[arg-type]
+    return Generator(lamps, spec, Source())
+
+
+def proposed(monkeypatch: pytest.MonkeyPatch, wishes: list[f.Formula | None]) -> list[f.Formula | None]:
+    """Has these goals proposed, and then none; gives what is asked for."""
+    asked: list[f.Formula | None] = []
+
+    def goal(self: Proposals, rng: object) -> f.Formula | None:
+        asked.append(wishes[len(asked)] if len(asked) < len(wishes) else None)
+        return asked[-1]
+
+    monkeypatch.setattr(Proposals, "goal", goal)
+    return asked
+
+
+@pytest.mark.parametrize(
+    ("tier", "numbers"),
+    [
+        (Tier.DATA, {24}),  # twelve for each of two goals, of which a plan of 5 to 7 steps is long
+        (Tier.S, {24}),
+        (Tier.M, {36, 48}),  # of three steps each
+        (Tier.L, {720, 840, 960}),  # ten times as many
+        (Tier.XL, {120 * wanted for wanted in range(12, 17)}),
+    ],
+)
+def test_so_many_goals_are_proposed_for_each_title(
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, tier: Tier, numbers: set[int]
+) -> None:
+    generator, found = made(lamps, tier), set()
+    for seed in range(12):
+        asked = proposed(monkeypatch, [])
+        assert generator.task(str(seed)) == Reason.NO_GOALS
+        assert len(asked) % TITLES == 0
+        found.add(len(asked) // TITLES)
+    assert found <= numbers
+    assert len(found) > len(numbers) // 2
+
+
+@pytest.mark.parametrize(
+    ("tier", "failures"), [(Tier.DATA, {5}), (Tier.M, {5}), (Tier.XL, set(range(12, 17)))]
+)
+def test_a_scene_is_left_after_so_many_failures_in_a_row(
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, tier: Tier, failures: set[int]
+) -> None:
+    generator, found = made(lamps, tier), set()
+    for seed in range(8):
+        lamp = f.Variable("x", "lamp")
+        wishes = [f.Exactly(n, lamp, f.Atom("lit", (f.Variable("x"),))) for n in range(3, 200)]
+        proposed(monkeypatch, list(wishes))
+        reached: list[f.Formula] = []
+        monkeypatch.setattr(Walk, "reach", lambda self, wish, reached=reached: reached.append(wish))
+        assert generator.task(str(seed)) == Reason.NO_GOALS
+        assert len(reached) == len(set(reached))
+        found.add(len(reached) // TITLES)
+    assert found <= failures
+
+
+@pytest.mark.parametrize(("split", "limit"), [(Split.ALL, 300), (Split.TRAIN, 1500), (Split.TEST, 1500)])
+def test_there_are_no_more_tasks_after_so_many_seeds(
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, split: Split, limit: int
+) -> None:
+    tried: list[str] = []
+    monkeypatch.setattr(
+        Generator,
+        "task",
+        lambda self, seed, known: tried.append(seed) or Reason.COPY,
+    )
+    monkeypatch.setattr(sets, "bases_of", lambda tasks, split, held_out: tasks)
+    generator = made(lamps, Tier.DATA, split=split)
+    with pytest.raises(InputError, match=f"only 0 of 1 tasks found; the last {limit} seeds gave none: "):
+        list(generate(generator, seeds_of("train", 0), 1, set()))
+    assert len(tried) == limit
+
+
+def test_seeds_in_a_row_are_counted_from_the_last_task_on(
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    generator = made(lamps, Tier.DATA)
+    *_, task = generate(generator, seeds_of("train", 0), 1, set())
+    outcomes = iter([Reason.COPY, task])
+    monkeypatch.setattr(Generator, "task", lambda self, seed, known: next(outcomes, Reason.COPY))
+    tried = generate(generator, seeds_of("train", 0), 2, set())
+    assert [next(tried), next(tried)] == [Reason.COPY, task]
+    assert list(islice(tried, 300)) == [Reason.COPY] * 300
+    with pytest.raises(InputError, match="only 1 of 2 tasks found; the last 300 seeds gave none: "):
+        next(tried)
+
+
+def test_the_planner_begins_anew_after_two_hundred_tasks(
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    proposed(monkeypatch, [])
+    generator, planners = made(lamps, Tier.DATA), []
+    for number in range(401):
+        generator.task(str(number))
+        planners.append(generator._planner)
+    assert [n for n in range(1, 401) if planners[n] is not planners[n - 1]] == [199, 399]

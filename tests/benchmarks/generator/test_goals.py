@@ -1,0 +1,108 @@
+"""Goals proposed for small scenes, of one shape at a time, by a prior that is written down here."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from dataclasses import replace
+
+import pytest
+
+import eai.logic.formula as f
+from benchmarks.generator.worlds import NOTHING_IS_USUAL
+from eai.benchmarks.generator.goals import Proposals
+from eai.benchmarks.generator.prior import Pattern, Prior
+from eai.world import Predicate, Scene, Vocabulary, WorldObject
+
+PUT = Pattern("inside", ("cup", "box"), True)
+CLEAN, DIRTY = Pattern("clean", ("cup",), True), Pattern("clean", ("cup",), False)
+VOCABULARY = Vocabulary((Predicate("inside", 2), Predicate("clean", 1)))
+DRAWN = 60
+
+
+def prior(patterns: Mapping[Pattern, int], forms: Mapping[str, int], several: frozenset[str]) -> Prior:
+    by_key: dict[tuple[str, bool], dict[Pattern, float]] = {}
+    for pattern, weight in patterns.items():
+        by_key.setdefault((pattern.predicate, pattern.truth), {})[pattern] = weight
+    wanted = {key: int(sum(known.values())) for key, known in by_key.items()}
+    return replace(NOTHING_IS_USUAL, patterns=by_key, wanted=wanted, forms=forms, several=several)
+
+
+def drawn(
+    things: Mapping[str, int],
+    patterns: Mapping[Pattern, int],
+    *shapes: str,
+    several: frozenset[str] = frozenset(),
+) -> set[f.Formula]:
+    """All goals of some shapes that are proposed for a scene with so many things of each kind."""
+    objects = [WorldObject(f"{kind}_{n}", kind) for kind, number in things.items() for n in range(number)]
+    known = prior(patterns, dict.fromkeys(shapes, 1), several)
+    proposals = Proposals.for_scene(Scene(VOCABULARY, objects, None), known, "data", actions=False)
+    rng = random.Random(0)
+    return {goal for goal in (proposals.goal(rng) for _ in range(DRAWN)) if goal is not None}
+
+
+@pytest.mark.parametrize(
+    ("cups", "boxes", "is_made"), [(1, 2, False), (2, 1, False), (2, 2, True), (2, 3, True), (3, 2, False)]
+)
+def test_pairs_are_of_two_things_or_more_each_with_one_of_its_own(
+    cups: int, boxes: int, is_made: bool
+) -> None:
+    pairs = f.ForPairs(
+        f.Variable("x", "cup"), f.Variable("y", "box"), f.Atom("inside", (f.Variable("x"), f.Variable("y")))
+    )
+    made = drawn({"cup": cups, "box": boxes}, {PUT: 1}, "Atom", "ForPairs")
+    assert (pairs in made) is is_made
+    assert all(isinstance(goal, f.Atom) or goal == pairs for goal in made)
+
+
+@pytest.mark.parametrize(("cups", "numbers"), [(2, {1}), (3, {1, 2}), (6, {1, 2, 3, 4})])
+def test_exactly_so_many_are_fewer_than_all_and_four_at_most(cups: int, numbers: set[int]) -> None:
+    made = drawn({"cup": cups}, {CLEAN: 1}, "Exactly")
+    assert made == {
+        f.Exactly(number, f.Variable("x", "cup"), f.Atom("clean", (f.Variable("x"),))) for number in numbers
+    }
+
+
+def test_all_and_some_are_of_a_kind_of_which_there_are_several() -> None:
+    body = f.Atom("clean", (f.Variable("x"),))
+    assert drawn({"cup": 2}, {CLEAN: 1}, "ForAll") == {f.ForAll(f.Variable("x", "cup"), body)}
+    assert drawn({"cup": 2}, {CLEAN: 1}, "Exists") == {f.Exists(f.Variable("x", "cup"), body)}
+    one = {f.Atom("clean", (f.Constant("cup_0"),))}
+    assert drawn({"cup": 1}, {CLEAN: 1}, "Atom", "ForAll", "Exists", "Exactly") == one
+    others = frozenset({"plate"})
+    assert drawn({"cup": 2}, {CLEAN: 1}, "Atom", "ForAll", several=others) == {
+        f.Atom("clean", (f.Constant(f"cup_{n}"),)) for n in range(2)
+    }
+    assert len(drawn({"cup": 2}, {CLEAN: 1}, "Atom", "ForAll", several=frozenset({"cup"}))) == 3
+
+
+def test_what_is_denied_is_wanted_false() -> None:
+    not_clean = f.Not(f.Atom("clean", (f.Constant("cup_0"),)))
+    assert drawn({"cup": 1}, {CLEAN: 1, DIRTY: 1}, "Not") == {not_clean}
+    assert drawn({"cup": 1}, {CLEAN: 1}, "Not") == set()
+    assert f.ForAll(f.Variable("x", "cup"), f.Not(f.Atom("clean", (f.Variable("x"),)))) in drawn(
+        {"cup": 2}, {CLEAN: 1, DIRTY: 1}, "ForAll"
+    )
+
+
+def test_some_of_several_places_may_be_one_for_each() -> None:
+    x, y = f.Variable("x"), f.Variable("y")
+    anywhere = f.Exists(f.Variable("y", "box"), f.Atom("inside", (x, y)))
+    made = drawn({"cup": 2, "box": 2}, {PUT: 1}, "ForAll")
+    assert made == {
+        f.ForAll(f.Variable("x", "cup"), body)
+        for body in (anywhere, *(f.Atom("inside", (x, f.Constant(f"box_{n}"))) for n in range(2)))
+    }
+    assert len(drawn({"cup": 2, "box": 1}, {PUT: 1}, "ForAll")) == 1
+
+
+def test_one_of_two_places_is_of_the_same_thing_and_of_different_others() -> None:
+    made = drawn({"cup": 2, "box": 2}, {PUT: 1, CLEAN: 1}, "Or")
+    boxes = [("box_0", "box_1"), ("box_1", "box_0")]
+    assert made == {
+        f.Or(tuple(f.Atom("inside", (f.Constant(f"cup_{n}"), f.Constant(box))) for box in both))
+        for n in range(2)
+        for both in boxes
+    }
+    assert drawn({"cup": 2, "box": 1}, {PUT: 1, CLEAN: 1}, "Or") == set()

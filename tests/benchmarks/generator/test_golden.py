@@ -1,0 +1,117 @@
+"""The tasks of some seeds, of all kinds of specifications, are those that they have been.
+
+A change of what is generated is meant or a mistake: if it is meant, the version of the generator is another.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import random
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from itertools import islice, pairwise, product
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from benchmarks.generator.worlds import HOUSEHOLDS
+from eai.base.store import Store
+from eai.benchmarks.generator.census import prior_of
+from eai.benchmarks.generator.generator import Generator
+from eai.benchmarks.generator.goals import Proposals
+from eai.benchmarks.generator.measures import Measure
+from eai.benchmarks.generator.prior import clash, is_idle
+from eai.benchmarks.generator.scene import closed_scene, hiding_places, with_guests, with_more_of_a_kind
+from eai.benchmarks.generator.sets import seeds_of
+from eai.benchmarks.generator.spec import Forms, Generated, Reason, Spec, TaskKind, Tier
+from eai.benchmarks.registry import find_benchmark
+from eai.tasks.source import Source
+from eai.tasks.task_lines import written
+from golden_files import assert_golden
+
+SPECS = {
+    "data": {},
+    "all forms": {"forms": "all", "tier": Tier.M},
+    "actions, over time": {"actions": True, "kind": TaskKind.ORDER},
+    "by place": {"by_place": True, "forms": "all"},
+    "hidden": {"at_least": ((Measure.HIDDEN, 1),)},
+    "little": {"tier": Tier.S, "disturbances": 0, "most_objects": 8, "depth": 2},
+}
+SEEDS, TASKS = 40, 4
+"""How many seeds are asked of each at most, and how many tasks end it."""
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_equal_seeds_give_what_they_have_given(like: str, data_store: Store) -> None:
+    benchmark, source = find_benchmark(like), Source()
+    lines = []
+    for name, options in SPECS.items():
+        made = Generator(benchmark, Spec(like, benchmark.tasks(source).sha256, **options), source)  # type: ignore[arg-type]
+        tasks = 0
+        for seed in islice(seeds_of("golden", 0), SEEDS):
+            if tasks == TASKS:
+                break
+            outcome = made.task(seed)
+            tasks += isinstance(outcome, Generated)
+            if isinstance(outcome, Reason):
+                lines.append(f"{name} {seed}: {outcome.value}")
+                continue
+            line = written(outcome.task, like, benchmark.domain, outcome.about)
+            digest = hashlib.sha256(line.encode()).hexdigest()[:12]
+            lines.append(f"{name} {seed}: {len(outcome.task.script)} steps, {digest}")
+    assert_golden(Path(__file__).with_name(f"golden_{like}.txt"), lines)
+
+
+def digest(what: object) -> str:
+    return hashlib.sha256(repr(what).encode()).hexdigest()[:12]
+
+
+def plain(value: object) -> object:
+    """A value whose text does not depend on the order of a set."""
+    if isinstance(value, frozenset):
+        return sorted(map(repr, value))
+    if isinstance(value, Mapping):
+        return [(key, plain(part)) for key, part in value.items()]
+    return [plain(getattr(value, each.name)) for each in fields(value)] if is_dataclass(value) else value
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_what_is_usual_is_what_it_has_been(like: str, data_store: Store) -> None:
+    benchmark = find_benchmark(like)
+    prior = prior_of(benchmark, benchmark.tasks(Source()).values())
+    lines = [f"{each.name}: {digest(plain(getattr(prior, each.name)))}" for each in fields(prior)]
+    assert_golden(Path(__file__).with_name(f"golden_prior_{like}.txt"), lines)
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_equal_chances_give_the_scenes_and_proposals_that_they_have_given(
+    like: str, data_store: Store
+) -> None:
+    """Of some public tasks: their closed scenes, plain and rich, and what is proposed in these."""
+    benchmark = find_benchmark(like)
+    tasks = list(benchmark.tasks(Source()).values())
+    prior, lines = prior_of(benchmark, tasks), []
+    hiding = hiding_places(benchmark.domain, prior)
+    for number, task in enumerate(tasks[:: len(tasks) // 12]):
+        rng, theme = random.Random(number), prior.themes[task.title]
+        scene = closed_scene(task, prior, rng, 30, rich=number % 2 > 0)
+        kinds = {thing.category for thing in scene.scene.objects}
+        scene = with_more_of_a_kind(scene, prior, rng, 34, kinds)
+        scene = with_guests(scene, tasks, prior, rng, 40)
+        names = [f"{thing.name} {thing.category}" for thing in scene.scene.objects]
+        lines.append(f"{task.id}: {len(names)} objects, {digest((names, sorted(scene.facts())))}")
+        lines.append(f"{task.id}: hidden {digest(hiding(task))}")
+        for forms, about in product(get_args(Forms), (None, theme)):
+            known = Proposals.for_scene(scene.scene, prior, forms, actions=number % 3 > 0, theme=about)
+            told = [known.goal(rng) for _ in range(60)] if known.patterns else []
+            told += [known.literal(rng) for _ in range(10)] + [known.literal(rng, 0.5) for _ in range(10)]
+            told += known.ending(theme, rng)
+            told += [known.about(kinds)._pattern(rng)] if known.patterns else []
+            pairs = list(pairwise([goal for goal in told[:60] if goal is not None]))
+            clashes = [clash(*pair, scene.scene, prior) for pair in pairs]
+            idle = [is_idle(one, [other], scene.scene, prior) for one, other in pairs]
+            lines.append(
+                f"{task.id}: {sum(clashes)} clash, {sum(idle)} idle, {digest((told, clashes, idle))}"
+            )
+    assert_golden(Path(__file__).with_name(f"golden_proposals_{like}.txt"), lines)

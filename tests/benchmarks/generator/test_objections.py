@@ -1,0 +1,108 @@
+"""Why a task is not to be asked, each reason by a task of the world of lamps that has no other."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+import eai.logic.formula as f
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator.generator import Generator, _Objections
+from eai.benchmarks.generator.spec import Reason, Spec
+from eai.benchmarks.generator.words import Words
+from eai.tasks.source import Source
+from eai.tasks.task import Task, goal
+from eai.world.action import Action
+from eai.world.state import Fact
+
+WAY = "GO lamp_1; PRESS lamp_1; GO box; OPEN box"
+
+
+def steps(task: Task, way: str) -> tuple[Action, ...]:
+    words = (step.split() for step in way.split("; "))
+    return tuple([Action(name, (task.scene.index[about],)) for name, about in words])
+
+
+def of(name: str, *about: str) -> f.Formula:
+    return f.Atom(name, tuple(map(f.Constant, about)))
+
+
+LIT, OPEN = of("lit", "lamp_1"), of("is_open", "box")
+
+
+def made(lamps: Benchmark, *goals: f.Formula, way: str = WAY, facts: tuple[Fact, ...] = ()) -> Task:
+    task = lamps.tasks(Source())["light"]
+    initial = task.scene.state(facts)
+    instruction = Words.of(lamps, initial).instruction(goals, random.Random(0))
+    asked = replace(task, initial=initial, goals=tuple(map(goal, goals)), instruction=instruction)
+    return replace(asked, script=steps(task, way))
+
+
+Change = Callable[[Task], Task]
+
+
+@pytest.mark.parametrize(
+    ("change", "least", "most", "reason"),
+    [
+        (lambda task: task, 4, 4, None),
+        (lambda task: task, 5, 9, Reason.TOO_SHORT),
+        (lambda task: task, 3, 3, Reason.TOO_LONG),
+        (lambda task: replace(task, script=task.script[:3]), 3, 3, Reason.NO_CERTIFICATE),
+        (
+            lambda task: replace(task, initial=task.scene.state([Fact("is_open", (4,))])),
+            4,
+            4,
+            Reason.HOLDS_ALREADY,
+        ),
+        (lambda task: replace(task, instruction="Light it."), 4, 4, Reason.AMBIGUOUS),
+        (lambda task: replace(task, goals=task.goals[:1]), 4, 4, Reason.AMBIGUOUS),
+        (lambda task: replace(task, goals=task.goals[::-1]), 4, 4, Reason.AMBIGUOUS),
+    ],
+)
+def test_a_task_is_refused_for_one_reason(
+    lamps: Benchmark, change: Change, least: int, most: int, reason: Reason | None
+) -> None:
+    task = change(made(lamps, LIT, OPEN))
+    objections = _Objections(lamps.domain, (), by_place=False)
+    assert objections.to(task, Words.of(lamps, task.initial), least, most) is reason
+
+
+def test_what_is_public_or_solved_by_a_public_plan_is_refused(lamps: Benchmark) -> None:
+    public = made(lamps, LIT, OPEN)
+    objections = _Objections(lamps.domain, [public], by_place=False)
+
+    def reason(task: Task) -> Reason | None:
+        task = replace(task, id="new")
+        return objections.to(task, Words.of(lamps, task.initial), 0, 9)
+
+    assert reason(public) is Reason.PUBLIC
+    assert reason(made(lamps, of("lit", "lamp_2"), OPEN, way=WAY.replace("_1", "_2"))) is Reason.PUBLIC
+    assert reason(made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")) is Reason.PUBLIC_PLAN
+    assert reason(made(lamps, of("at", "robot", "ball"), way="GO ball")) is None
+
+
+def test_without_names_a_thing_must_be_told_by_its_place(lamps: Benchmark) -> None:
+    task = made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")
+    words = Words.of(lamps, task.initial, by_place=True)
+    by_place = _Objections(lamps.domain, (), by_place=True)
+    assert by_place.to(task, words, 0, 9) is Reason.NAMELESS
+    assert _Objections(lamps.domain, (), by_place=False).to(task, words, 0, 9) is None
+    alone = made(lamps, OPEN, way="GO box; OPEN box")
+    assert by_place.to(alone, words, 0, 9) is None
+
+
+@pytest.mark.parametrize(("where", "is_seen"), [("box", True), ("lamp_1", False)])
+def test_what_goals_name_must_come_into_sight(lamps: Benchmark, where: str, is_seen: bool) -> None:
+    """A box can be opened, and a lamp cannot."""
+    x, y = map(f.Variable, "xy")
+    hidden = f.Exists(y, f.And((f.Atom("inside", (x, y)), f.Not(f.Atom("is_open", (y,))))))
+    world = replace(lamps, domain=replace(lamps.domain, visible=f.Not(hidden)))
+    generator = Generator(world, Spec("lamps", ""), Source())
+    index = made(lamps, LIT).scene.index
+    put_away = (Fact("inside", (index["ball"], index[where])),)
+    assert generator._can_be_seen(made(lamps, of("at", "robot", "ball"), facts=put_away)) is is_seen
+    assert generator._can_be_seen(made(lamps, LIT, facts=put_away))
+    assert Generator(lamps, Spec("lamps", ""), Source())._can_be_seen(made(lamps, LIT, facts=put_away))

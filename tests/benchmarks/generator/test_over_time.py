@@ -1,0 +1,238 @@
+"""Goals over time that are generated: the certificate keeps them, and the temptation does not."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from functools import cache, partial
+from typing import Any
+
+import pytest
+
+import eai.logic.formula as f
+from benchmarks.generator.worlds import HOUSEHOLDS, NOTHING_IS_USUAL, generator, tempting
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import PlanVerdict
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator import walk as module
+from eai.benchmarks.generator.goals import Proposals
+from eai.benchmarks.generator.prior import Prior
+from eai.benchmarks.generator.spec import Generated, TaskKind
+from eai.benchmarks.generator.walk import Seeker, Walk, _are_apart, _if_it_matters, reach_all
+from eai.benchmarks.random_answers import random_walk
+from eai.benchmarks.registry import find_benchmark
+from eai.logic.ltl_printer import print_ltl
+from eai.planning.planner import Planner
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.source import Source
+from eai.tasks.task import Task, goal
+from eai.world.action import Action
+from eai.world.execution import Step, Trajectory, execute
+from eai.world.listing import Listing
+from eai.world.state import State
+from logic.naive import Facts, Naive
+
+pytestmark = pytest.mark.usefixtures("data_store")
+WALKS = 8
+DETOUR = 54
+"""A task of VirtualHome in which one thing is to be so before another; few are."""
+
+
+@cache
+def tasks(like: str) -> list[Generated]:
+    made = generator(like, kind=TaskKind.ORDER)
+    return [each for each in map(made.task, map(str, (*range(30), DETOUR))) if isinstance(each, Generated)]
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_certificates_keep_it_and_temptations_break_it_alone(like: str) -> None:
+    benchmark = find_benchmark(like)
+    assert len(tasks(like)) > 6
+    for made in tasks(like):
+        task = made.task
+        assert [goal.is_over_time for goal in task.goals] == [False] * (len(task.goals) - 1) + [True]
+        scorer = ActionSequencing(task, benchmark.domain, benchmark.plans)
+        write = benchmark.plans
+        verdict = scorer.score(write.join(write.write(task.script, task.scene)))
+        assert isinstance(verdict, PlanVerdict)
+        assert verdict.success, task.id
+        assessment = scorer.assess(write.join(write.write(tempting(made), task.scene)))
+        verdict = assessment.verdict
+        assert isinstance(verdict, PlanVerdict)
+        assert verdict.executable, task.id
+        assert verdict.goals_satisfied == (True,) * (len(task.goals) - 1) + (False,), task.id
+        assert assessment.explain().goals[-1].why, task.id
+
+
+def test_all_kinds_are_made() -> None:
+    kinds = {type(made.task.goals[-1].formula).__name__ for like in HOUSEHOLDS for made in tasks(like)}
+    assert kinds == {"Until", "Always", "Then"}
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_a_naive_twin_judges_random_courses_alike(like: str) -> None:
+    listings = find_benchmark(like).wording(Ability.ACTION_SEQUENCING).listings
+    domain, judged = find_benchmark(like).domain, set()
+    for made in tasks(like)[:12]:
+        task, rng = made.task, random.Random(made.task.id)
+        for _ in range(WALKS):
+            plan = rng.choice((task.script, tempting(made)))
+            begun = execute(domain, task.initial, plan[: rng.randint(0, len(plan))])
+            steps = list(random_walk(domain, begun.final, task.relevant, rng, rng.randint(0, 4)))
+            states = (*begun.states, *(state for _, state in steps))
+            actions = [*begun.executed, *(action for action, _ in steps)]
+            course = Trajectory(states, tuple(Step(action, None) for action in actions))
+            naive = naively(task, states, actions, listings)
+            assert GoalTest(task).reached(course.final, (), course)[-1] == naive, task.id
+            judged.add(naive)
+    assert judged == {True, False}
+
+
+def naively(
+    task: Task, states: tuple[State, ...], actions: list[Action], listings: tuple[Listing, ...]
+) -> bool:
+    things = task.scene.objects
+    categories = tuple((thing.name, thing.category) for thing in things)
+    seen = [
+        Facts(
+            frozenset(
+                (fact.predicate, tuple(things[i].name for i in fact.arguments))
+                for each in listings
+                for fact in each.facts(state, task.relevant)
+            ),
+            categories,
+        )
+        for state in states
+    ]
+    taken = [(a.operator, tuple(things[i].name for i in a.arguments)) for a in actions]
+    return Naive(tuple(seen), tuple(taken)).on(task.goals[-1].formula, 0, len(seen) - 1, {})
+
+
+WANTED = {(name, True): 1 for name in ("at", "holds", "inside", "lit")}
+WAY = "GO lamp_1; PRESS lamp_1; GO box; OPEN box; GO ball; TAKE ball; GO box; PUT ball box"
+LIT, PACKED = {"lit(lamp_1)": list(range(2, 9))}, {"inside(ball, box)": [8]}
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({}, LIT | PACKED),
+        ({"wanted": {("inside", True): 1, ("lit", False): 1}}, PACKED),
+        ({"kinds": frozenset({("TAKE", 0, "ball")}), "taken": frozenset({"ball"})}, LIT | PACKED),
+        ({"kinds": frozenset({("TAKE", 0, "cup")}), "taken": frozenset({"cup"})}, LIT),
+    ],
+)
+def test_what_came_to_be_so_is_of_things_that_move_and_not_of_the_agent(
+    lamps: Benchmark, changes: dict[str, Any], expected: dict[str, list[int]]
+) -> None:
+    task = lamps.tasks(Source())["pack"]
+    steps = [
+        Action(name, tuple([task.scene.index[each] for each in about]))
+        for name, *about in (step.split() for step in WAY.split("; "))
+    ]
+    way = execute(lamps.domain, task.initial, steps)
+    assert way.failure is None
+    prior = replace(NOTHING_IS_USUAL, **{"wanted": WANTED, **changes})
+    became = seeker(lamps, task, prior)._became(way.states)
+    assert {print_ltl(atom): when for atom, when in became.items()} == expected
+
+
+def atom(name: str, *about: str) -> f.Formula:
+    return f.Atom(name, tuple(map(f.Constant, about)))
+
+
+ONE, OTHER = atom("lit", "lamp_1"), atom("lit", "lamp_2")
+
+
+def asked(lamps: Benchmark, way: str, *goals: f.Formula) -> Task:
+    """Both lamps are to be lit, or what else is asked for, on this way."""
+    task = lamps.tasks(Source())["light"]
+    steps = [
+        Action(name, tuple([task.scene.index[each] for each in about]))
+        for name, *about in (step.split() for step in way.split("; "))
+    ]
+    return replace(task, goals=tuple(map(goal, goals or (ONE, OTHER))), script=tuple(steps))
+
+
+def seeker(lamps: Benchmark, task: Task, prior: Prior) -> Seeker:
+    listings = lamps.wording(Ability.ACTION_SEQUENCING).listings
+    proposals = Proposals(prior, task.scene, {}, {})
+    begin = partial(Walk, Planner(lamps.domain), task.initial)
+    return Seeker(task, lamps.domain, listings, proposals, random.Random(0), begin)
+
+
+USUAL = replace(NOTHING_IS_USUAL, wanted={(name, True): 1 for name in ("lit", "is_open", "inside")})
+
+
+FIRST, SECOND = "GO lamp_1; PRESS lamp_1", "GO lamp_2; PRESS lamp_2"
+BOX = "GO box; OPEN box"
+
+
+@pytest.mark.parametrize(
+    ("way", "cuts"),
+    [
+        (f"{FIRST}; {SECOND}", [2, 4]),
+        (f"{SECOND}; {FIRST}", [2, 4]),
+        (f"{BOX}; {FIRST}; {SECOND}; GO ball", [4, 6]),
+        ("GO lamp_1; PRESS lamp_1; GO box; GO lamp_2; PRESS lamp_2", [2, 5]),
+    ],
+)
+def test_a_plan_is_cut_where_one_goal_more_holds_to_the_end(
+    lamps: Benchmark, way: str, cuts: list[int]
+) -> None:
+    assert seeker(lamps, asked(lamps, way), USUAL)._cuts == cuts
+
+
+def test_what_comes_first_and_what_is_so_at_once_tells_two_ways_apart(lamps: Benchmark) -> None:
+    task = asked(lamps, f"{BOX}; {FIRST}; {SECOND}")
+    found = seeker(lamps, task, USUAL)
+    ours, other = found._ours, found._course(asked(lamps, f"{SECOND}; {BOX}; {FIRST}").script)
+    is_open = atom("is_open", "box")
+    assert [ours.comes_first(*pair) for pair in ((is_open, ONE), (ONE, OTHER), (OTHER, ONE))] == [
+        True,
+        True,
+        False,
+    ]
+    assert ours.comes_first(ONE, ONE)
+    assert ours.has_both(is_open, OTHER)
+    goals = {print_ltl(goal): apart for apart, goal in found._candidates(other)}
+    assert goals == {
+        "not lit(lamp_2) until lit(lamp_1)": True,
+        "not lit(lamp_2) until is_open(box)": True,
+    }
+    for text in goals:
+        (goal,) = [each for _, each in found._candidates(other) if print_ltl(each) == text]
+        kept = _if_it_matters(goal, ours, other)
+        assert kept is not None
+        assert (kept.plan, kept.temptation) == (ours.plan, other.plan)
+        assert _if_it_matters(goal, other, ours) is None
+        assert _if_it_matters(goal, ours, ours) is None
+    pressing = seeker(lamps, task, replace(USUAL, actions={("PRESS",): 1}))
+    pressed = pressing._candidates(pressing._ours)
+    told = [print_ltl(goal) for _, goal in pressed]
+    assert len(told) == 2 * 3
+    assert "not is_open(box) until PRESS(lamp_1)" in told
+
+
+@pytest.mark.parametrize(("goals", "walks"), [((ONE,), 0), ((ONE, OTHER), 1)])
+def test_goals_are_reached_in_another_order_where_there_are_several(
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, goals: tuple[f.Formula, ...], walks: int
+) -> None:
+    task, reached = asked(lamps, f"{FIRST}; {SECOND}", *goals), []
+    monkeypatch.setattr(module, "reach_all", lambda walk, goals: reached.append(goals))
+    monkeypatch.setattr(Seeker, "_between", lambda *asked: None)
+    assert seeker(lamps, task, USUAL)._in_order() is None
+    assert len(reached) == walks
+
+
+def test_all_goals_are_reached_or_not(lamps: Benchmark) -> None:
+    def reached(*goals: f.Formula) -> tuple[bool, int]:
+        walk = Walk(Planner(lamps.domain), asked(lamps, FIRST).initial)
+        return reach_all(walk, goals), len(walk.conditions)
+
+    assert reached(ONE, OTHER) == (True, 2)
+    assert reached(ONE, ONE) == (True, 2), "what holds already is kept, too"
+    assert reached(ONE, atom("lit", "ball")) == (False, 1)
+    assert _are_apart(ONE, OTHER)
+    assert not _are_apart(atom("inside", "ball", "box"), atom("is_open", "box"))

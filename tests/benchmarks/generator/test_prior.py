@@ -1,0 +1,78 @@
+"""Which goals are wanted together, by what the public tasks of a household want."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.generator.worlds import generator
+from eai.benchmarks.generator.prior import clash, is_idle
+from eai.benchmarks.registry import find_benchmark
+from eai.logic.ltl import parse
+from eai.world.state import Scene, WorldObject
+
+pytestmark = pytest.mark.usefixtures("data_store")
+
+_KINDS = {
+    "behavior": {
+        "plate": "plate.n.04",
+        "other": "plate.n.04",
+        "chicken": "chicken.n.01",
+        "table": "table.n.02",
+        "cabinet": "cabinet.n.01",
+        "carton": "carton.n.02",
+        "apple": "apple.n.01",
+        "pear": "apple.n.01",
+        "fridge": "electric_refrigerator.n.01",
+        "towel": "towel.n.01",
+        "sink": "sink.n.01",
+    },
+    "virtualhome": {"dishwasher": "dishwasher", "plate": "plate", "light": "light"},
+}
+
+
+def scene(like: str) -> Scene:
+    things = [WorldObject(name, kind) for name, kind in _KINDS[like].items()]
+    return Scene(find_benchmark(like).domain.vocabulary, things, None)
+
+
+@pytest.mark.parametrize(
+    ("goal", "other", "clashes"),
+    [
+        # A public task lays plates with chicken on the table, none puts them away so.
+        ("ontop(chicken, plate)", "ontop(plate, table)", False),
+        ("ontop(chicken, plate)", "inside(plate, cabinet)", True),
+        ("ontop(chicken, plate)", "inside(other, cabinet)", False),
+        ("inside(apple, carton)", "ontop(carton, table)", False),
+        # One apple beside the other, which is put away.
+        ("nextto(apple, pear)", "inside(pear, fridge)", True),
+        ("nextto(apple, pear)", "inside(chicken, fridge)", False),
+        # A towel that is soaked lies in the sink, not on the table.
+        ("soaked(towel)", "inside(towel, sink)", False),
+        ("soaked(towel)", "ontop(towel, table)", True),
+        # One thing has one place, and one state once.
+        ("inside(apple, carton)", "inside(apple, fridge)", True),
+        ("sliced(apple)", "not sliced(apple)", True),
+        ("sliced(apple)", "sliced(pear)", False),
+        ("forall x: apple.n.01. (sliced(x))", "sliced(pear)", True),
+    ],
+)
+def test_what_nobody_wants_together(goal: str, other: str, clashes: bool) -> None:
+    formulas = [parse(text) for text in (goal, other)]
+    where, prior = scene("behavior"), generator("behavior").prior
+    assert clash(formulas[0], formulas[1], where, prior) == clashes
+    assert clash(formulas[1], formulas[0], where, prior) == clashes
+
+
+@pytest.mark.parametrize(
+    ("goal", "others", "idle"),
+    [
+        ("ON(dishwasher)", [], True),
+        ("ON(dishwasher)", ["ON(light)"], True),
+        ("ON(dishwasher)", ["ONTOP(plate, dishwasher)"], False),
+        ("ON(light)", [], False),
+        ("ONTOP(plate, dishwasher)", [], False),
+    ],
+)
+def test_no_machine_is_run_empty(goal: str, others: list[str], idle: bool) -> None:
+    where, prior = scene("virtualhome"), generator("virtualhome").prior
+    assert is_idle(parse(goal), [parse(each) for each in others], where, prior) == idle

@@ -1,0 +1,217 @@
+"""Scenes that tasks are made in, by small kitchens: who comes as a guest, what stays of a scene."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from benchmarks.generator.worlds import NOTHING_IS_USUAL
+from eai.benchmarks.generator.prior import Pattern, Prior
+from eai.benchmarks.generator.scene import (
+    _by_category,
+    _free_name,
+    closed_scene,
+    with_guests,
+    with_more_of_a_kind,
+    with_only,
+)
+from eai.tasks.goal_text import make_task
+from eai.tasks.task import Task
+from eai.world import Predicate, Scene, Vocabulary, WorldObject
+from eai.world.state import Fact
+
+VOCABULARY = Vocabulary(
+    (
+        Predicate("on", 2),
+        Predicate("near", 2),
+        Predicate("part_of", 2, static=True),
+        Predicate("clean", 1),
+        Predicate("night", 0),
+    )
+)
+ON_TABLE = Pattern("on", ("cup", "table"), True)
+KITCHEN: dict[str, Any] = {
+    "patterns": {("on", True): {ON_TABLE: 1.0}},
+    "taken": frozenset({"cup", "plate"}),
+    "places": ("on",),
+    "parts": ("part_of",),
+}
+
+
+def usual(**changes: Any) -> Prior:
+    return replace(NOTHING_IS_USUAL, **{**KITCHEN, **changes})
+
+
+def task(things: Sequence[str], *facts: tuple[str, ...], relevant: Sequence[str] = ()) -> Task:
+    """Things are called ``cup.1``, of which the kind is the first part; ``me.0`` is the agent."""
+    objects = [WorldObject(name, name.partition(".")[0]) for name in things]
+    scene = Scene(VOCABULARY, objects, things.index("me.0") if "me.0" in things else None)
+    state = scene.state([Fact(name, tuple([things.index(each) for each in about])) for name, *about in facts])
+    made = make_task("t", "-", state)
+    return replace(made, relevant=tuple([things.index(name) for name in relevant or things]))
+
+
+def told(facts: Sequence[Fact], scene: Scene) -> set[str]:
+    return {" ".join([name, *(scene.objects[i].name for i in about)]) for name, about in facts}
+
+
+HOME = (["cup.1", "table.1"], ("on", "cup.1", "table.1"), ("clean", "cup.1"))
+HERE = (["plate.1", "table.2"], ("on", "plate.1", "table.2"))
+
+
+@pytest.mark.parametrize(
+    ("home", "here", "changes", "most", "guests"),
+    [
+        (HOME, HERE, {}, 3, ["cup.3"]),  # every thing has a number of its own
+        (HOME, HERE, {}, 4, ["cup.3", "cup.4"]),
+        (HOME, HERE, {}, 2, []),
+        (HOME, HERE, {"patterns": {("on", False): {ON_TABLE._replace(truth=False): 1.0}}}, 3, []),
+        (HOME, HERE, {"patterns": {("clean", True): {Pattern("clean", ("cup",), True): 1.0}}}, 3, []),
+        (HOME, HERE, {"patterns": {("on", True): {Pattern("on", ("cup", "shelf"), True): 1.0}}}, 3, []),
+        (HOME, HERE, {"taken": frozenset({"plate"})}, 3, []),
+        (
+            HOME,
+            HERE,
+            {"taken": frozenset({"cup"})},
+            3,
+            [],
+        ),  # beside what is taken
+        (HOME, HERE, {"pieces": frozenset({"cup"})}, 3, []),
+        (HOME, HERE, {"places": ()}, 3, []),
+        ((["cup.1", "shelf.1"], ("on", "cup.1", "shelf.1")), HERE, {}, 3, []),
+        ((["cup.1", "lid.1", "table.1"], *HOME[1:], ("part_of", "lid.1", "cup.1")), HERE, {}, 3, []),
+        ((["cup.1", "lid.1", "table.1"], *HOME[1:], ("part_of", "cup.1", "lid.1")), HERE, {}, 3, []),
+    ],
+)
+def test_guests_are_wanted_here_and_stand_as_they_stood_at_home(
+    home: Any, here: Any, changes: dict[str, Any], most: int, guests: list[str]
+) -> None:
+    prior, place = usual(**changes), task(*here)
+    closed = closed_scene(place, replace(prior, taken=frozenset()), random.Random(0), 9)
+    home_task = task(*home, relevant=["cup.1"])
+    found = with_guests(closed, [home_task], prior, random.Random(0), most)
+    names = [thing.name for thing in found.scene.objects]
+    assert names == [*here[0], *guests]
+    expected = {f"on {guest} table.2" for guest in guests} | {f"clean {guest}" for guest in guests}
+    assert told(found.facts(), found.scene) - told(closed.facts(), closed.scene) == expected
+
+
+@pytest.mark.parametrize(
+    ("changes", "kinds", "most", "number"),
+    [
+        ({}, {"cup"}, 9, {1, 2, 3, 4, 5}),
+        ({}, {"cup"}, 4, {1, 2}),
+        ({}, {"cup"}, 2, {0}),
+        ({}, {"plate"}, 9, {0}),
+        ({"several": frozenset({"plate"})}, {"cup"}, 9, {0}),
+        ({"taken": frozenset({"plate"})}, {"cup"}, 9, {0}),
+        ({"places": ()}, {"cup"}, 9, {0}),
+    ],
+)
+def test_more_of_a_kind_stand_beside_one(
+    changes: dict[str, Any], kinds: set[str], most: int, number: set[int]
+) -> None:
+    prior = usual(**{"several": frozenset({"cup"}), **changes})
+    closed = closed_scene(task(*HOME), replace(prior, taken=frozenset()), random.Random(0), 9)
+    seen = set()
+    for seed in range(40):
+        found = with_more_of_a_kind(closed, prior, random.Random(seed), most, kinds)
+        more = [thing.name for thing in found.scene.objects[2:]]
+        seen.add(len(more))
+        assert len(set(more)) == len(more)
+        assert told(found.facts(), found.scene) - told(closed.facts(), closed.scene) == {
+            fact for name in more for fact in (f"on {name} table.1", f"clean {name}")
+        }
+    assert seen == number
+
+
+CROWD = [f"cup.{n}" for n in range(40)]
+
+
+@pytest.mark.parametrize(
+    ("most", "rich", "sizes"),
+    [
+        (30, False, set(range(16, 31))),
+        (12, False, {12}),
+        (16, False, {16}),
+        (30, True, {20}),
+        (10, True, {6}),
+    ],
+)
+def test_a_scene_has_so_many_objects(most: int, rich: bool, sizes: set[int]) -> None:
+    """A rich one two in three of the most, those of which something is wanted; else sixteen at least."""
+    prior = usual(patterns={("clean", True): {Pattern("clean", (f"kind{n}",), True): 1.0 for n in range(40)}})
+    things = [f"kind{n}.{n}" for n in range(40)] if rich else CROWD
+    crowded = replace(task(things), relevant=())
+    found = {
+        len(closed_scene(crowded, prior, random.Random(seed), most, rich=rich).scene.objects)
+        for seed in range(150)
+    }
+    assert found == sizes
+
+
+def test_what_a_thing_stands_on_and_its_parts_come_with_it() -> None:
+    things = ["cup.1", "lid.1", "tray.1", "table.1", "me.0", "sink.1", "pan.1"]
+    facts = [
+        ("on", "cup.1", "tray.1"),
+        ("on", "tray.1", "table.1"),
+        ("part_of", "lid.1", "cup.1"),
+        ("near", "cup.1", "tray.1"),
+        ("near", "me.0", "cup.1"),
+        ("near", "table.1", "me.0"),
+        ("clean", "lid.1"),
+        ("clean", "pan.1"),
+        ("night",),
+    ]
+    asked = task(things, *facts, relevant=["lid.1"])
+    prior = usual(taken=frozenset({"nothing"}))
+    found = closed_scene(asked, prior, random.Random(0), 5)
+    assert [thing.name for thing in found.scene.objects] == things[:5]
+    assert found.scene.agent == 4
+    assert told(found.facts(), found.scene) == {
+        "on cup.1 tray.1",
+        "on tray.1 table.1",
+        "part_of lid.1 cup.1",
+        "near me.0 cup.1",
+        "near table.1 me.0",
+        "clean lid.1",
+        "night",
+    }
+    assert [thing.name for thing in closed_scene(asked, prior, random.Random(0), 4).scene.objects] == ["me.0"]
+    there = closed_scene(asked, prior, random.Random(0), 2, with_=[5])
+    assert [thing.name for thing in there.scene.objects] == ["me.0", "sink.1"]
+
+
+def test_of_two_things_in_each_other_neither_is() -> None:
+    asked = task(["cup.1", "pan.1"], ("on", "cup.1", "pan.1"), ("on", "pan.1", "cup.1"), ("clean", "pan.1"))
+    assert told(closed_scene(asked, usual(), random.Random(0), 9).facts(), asked.scene) == {"clean pan.1"}
+    assert {fact.predicate for fact in with_only(asked.initial, [1]).facts()} == {"clean"}
+
+
+@pytest.mark.parametrize(
+    ("name", "there", "expected"),
+    [
+        ("cup", [], "cup"),
+        ("cup", ["pan"], "cup"),
+        ("cup", ["cup"], "cup_1"),
+        ("cup_1", ["pan_2"], "cup_1"),
+        ("cup_1", ["cup_1"], "cup_2"),  # no number below how many there are
+        ("cup_1", ["pan_1", "pan_2"], "cup_3"),  # numbers are of one thing each
+        ("cup.12", ["pan.12", "x", "y"], "cup.3"),
+    ],
+)
+def test_a_name_with_a_number_that_no_other_has(name: str, there: list[str], expected: str) -> None:
+    assert _free_name(name, [WorldObject(each, "thing") for each in there]) == expected
+
+
+def test_one_of_each_kind_comes_before_the_second_of_any() -> None:
+    scene = Scene(VOCABULARY, [WorldObject(f"{k}.{n}", k) for k in ("cup", "pan") for n in range(3)], None)
+    orders = {tuple(_by_category(range(6), scene, random.Random(seed))) for seed in range(50)}
+    assert len(orders) > 20
+    for order in orders:
+        kinds = [scene.objects[i].category for i in order]
+        assert all({*pair} == {"cup", "pan"} for pair in zip(kinds[::2], kinds[1::2], strict=True))

@@ -1,0 +1,191 @@
+"""Sets of generated tasks: what their manifest says, what proves a secret, which files are of a world."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, replace
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from eai.base.errors import InputError
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator.sets import (
+    MANIFEST,
+    manifest_entry,
+    seeds_of,
+    sets_in,
+    shape_of,
+    unproven,
+    write_manifest,
+)
+from eai.benchmarks.generator.spec import CANARY, Generated, Reason, Spec, Tier
+from eai.tasks.source import Source
+from eai.tasks.task import Task
+from eai.tasks.task_files import write_task_file
+from eai.tasks.task_lines import written
+from eai.world.action import Action
+
+SPEC = Spec("lamps", "0" * 64, Tier.M)
+SECRET = "tomatoes"  # noqa: S105
+
+
+@pytest.fixture
+def light(lamps: Benchmark) -> Task:
+    return lamps.tasks(Source())["light"]
+
+
+def of_steps(light: Task, *numbers: int) -> list[Task]:
+    lamp = light.scene.index["lamp_1"]
+    return [replace(light, script=(Action("GO", (lamp,)),) * number) for number in numbers]
+
+
+@pytest.mark.parametrize(
+    ("steps", "spread"),
+    [
+        ((), ()),
+        ((0,), ()),
+        ((4,), (4,)),
+        ((4, 8), (4, 5, 6, 7, 8)),
+        ((9, 1, 0, 5, 3, 7), (1, 3, 5, 7, 9)),
+    ],
+)
+def test_the_shape_of_a_set_has_least_quartiles_and_greatest(
+    light: Task, steps: tuple[int, ...], spread: tuple[int, ...]
+) -> None:
+    tasks = of_steps(light, *steps)
+    shape = shape_of(tasks)
+    assert shape["steps"] == list(spread)
+    assert set(shape["goals"]) == ({1} if tasks else set())
+    assert set(shape["objects"]) == ({5} if tasks else set())
+    assert shape["forms"] == ({"ForAll": len(tasks)} if tasks else {})
+
+
+def test_the_most_frequent_form_is_first(lamps: Benchmark) -> None:
+    light, pack = lamps.tasks(Source()).values()
+    assert shape_of([light, pack, pack])["forms"] == {"Atom": 2, "ForAll": 1}
+
+
+def test_an_entry_says_how_to_make_a_set_again_and_how_often_there_was_none(light: Task) -> None:
+    rejected = [Reason.COPY, Reason.TOO_LONG, Reason.COPY]
+    made = [Generated(task, {}) for task in of_steps(light, 3, 4)]
+    entry = manifest_entry(SPEC, 7, SECRET, b"content", made, rejected)
+    spec = entry.pop("spec")
+    assert json.loads(json.dumps(spec)) == json.loads(json.dumps(asdict(SPEC)))
+    assert entry == {
+        "spec_sha256": SPEC.sha256,
+        "seed": 7,
+        "secret_sha256": hashlib.sha256(SECRET.encode()).hexdigest(),
+        "tasks": 2,
+        "sha256": hashlib.sha256(b"content").hexdigest(),
+        "rejected": {Reason.TOO_LONG.value: 1, Reason.COPY.value: 2},
+        "shape": {
+            "steps": [3, 3, 4, 4, 4],
+            "goals": [1] * 5,
+            "objects": [5] * 5,
+            "forms": {"ForAll": 2},
+        },
+    }
+    assert manifest_entry(SPEC, 7, None, b"", [], [])["secret_sha256"] is None
+
+
+def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:
+    """A set by the secret with tasks of these seeds, of which one in three was rejected."""
+    light = lamps.tasks(Source())["light"]
+    lines = [
+        written(replace(light, id=f"t{n}"), "lamps:lamps", lamps.domain, {"seed": seed})
+        for n, seed in enumerate(seeds)
+    ]
+    file = folder / "test.jsonl"
+    write_task_file(file, lines)
+    made, rejected = [Generated(light, {})] * len(seeds), [Reason.COPY] * 2
+    entry = manifest_entry(SPEC, 3, SECRET, file.read_bytes(), made, rejected)
+    write_manifest(folder, "test", entry, {})
+
+
+def first_seeds(number: int) -> list[str]:
+    return list(islice(seeds_of("test", 3, SECRET), number))
+
+
+@pytest.mark.parametrize(
+    ("chosen", "secret", "content", "found"),
+    [
+        ([0, 1, 3], SECRET, b"", []),
+        ([0, 1, 4], SECRET, b"", []),  # five were tried
+        ([0, 1, 5], SECRET, b"", ["1 of 3 tasks are of a seed that does not follow from the secret"]),
+        ([0], SECRET, b"\n", ["the content of "]),
+        ([0, 1], "potatoes", b"", ["the digest of the secret", "2 of 2 tasks are of a seed"]),
+    ],
+)
+def test_what_does_not_prove_a_secret(
+    lamps: Benchmark, tmp_path: Path, chosen: list[int], secret: str, content: bytes, found: list[str]
+) -> None:
+    seeds = first_seeds(6)
+    write_set(tmp_path, lamps, [seeds[number] for number in chosen])
+    file = tmp_path / "test.jsonl"
+    file.write_bytes(file.read_bytes().replace(b"Switch", b"Turn") if content else file.read_bytes())
+    problems = list(unproven(tmp_path, "test", secret))
+    assert len(problems) == len(found)
+    assert all(problem.startswith(start) for problem, start in zip(problems, found, strict=True))
+
+
+def test_without_a_secret_or_a_file_nothing_can_be_proved(lamps: Benchmark, tmp_path: Path) -> None:
+    write_set(tmp_path, lamps, first_seeds(1))
+    write_manifest(tmp_path, "open", manifest_entry(SPEC, 3, None, b"", [], []), {})
+    for split in ("open", "train"):
+        with pytest.raises(InputError, match="that was made with a secret"):
+            list(unproven(tmp_path, split, SECRET))
+    (tmp_path / "test.jsonl").unlink()
+    with pytest.raises(InputError, match=r"expected test\.jsonl or test\.jsonl\.gz"):
+        list(unproven(tmp_path, "test", SECRET))
+
+
+def test_a_manifest_keeps_other_sets_and_what_they_have_in_common(tmp_path: Path) -> None:
+    one, two, three = ({"tasks": number, "same": 0} for number in (1, 2, 3))
+    write_manifest(tmp_path, "train", {"tasks": 1}, {})
+    write_manifest(tmp_path, "test", {"tasks": 2}, {("test", "train"): one})
+    write_manifest(tmp_path, "other", {"tasks": 3}, {("other", "test"): two, ("test", "other"): three})
+
+    def manifest() -> dict[str, Any]:
+        return dict(json.loads((tmp_path / MANIFEST).read_text()))
+
+    found = manifest()
+    assert found["canary"] == CANARY
+    assert found["sets"] == {"train": {"tasks": 1}, "test": {"tasks": 2}, "other": {"tasks": 3}}
+    assert found["overlap"] == {
+        "test": {"train": one, "other": three},
+        "other": {"test": two},
+    }
+    write_manifest(tmp_path, "test", {"tasks": 4}, {("test", "train"): two})
+    found = manifest()
+    assert found["sets"]["test"] == {"tasks": 4}
+    assert found["overlap"] == {"test": {"train": two}}
+
+
+@pytest.mark.parametrize("content", ["[]", "{}", "nothing", '{"sets": 3}'])
+def test_what_is_no_manifest_is_told(tmp_path: Path, content: str) -> None:
+    (tmp_path / MANIFEST).write_text(content)
+    with pytest.raises(InputError, match="expected the manifest of generated tasks"):
+        write_manifest(tmp_path, "test", {}, {})
+
+
+def test_sets_of_a_folder_are_those_of_its_world_that_have_tasks(lamps: Benchmark, tmp_path: Path) -> None:
+    light = lamps.tasks(Source())["light"]
+
+    def write(name: str, base: str) -> None:
+        write_task_file(tmp_path / name, [written(replace(light, id=name), base, lamps.domain)])
+
+    for name in ("train.jsonl", "test.jsonl.gz", "mine.jsonl"):
+        write(name, "lamps:lamps")
+    write("theirs.jsonl", "virtualhome")
+    (tmp_path / "empty.jsonl").touch()
+    (tmp_path / "notes.txt").write_text("nothing")
+    found = sets_in(tmp_path, "lamps:lamps", lamps.domain, without=tmp_path / "mine.jsonl")
+    assert {name: [task.id for task in tasks] for name, tasks in found.items()} == {
+        "test": ["test.jsonl.gz"],
+        "train": ["train.jsonl"],
+    }
+    assert sets_in(tmp_path / "none", "lamps:lamps", lamps.domain, without=tmp_path) == {}

@@ -1,0 +1,16 @@
+"""Tiers of generated tasks: every length is of one, as docs/generated-tasks.md has them."""
+
+from __future__ import annotations
+
+import pytest
+
+from eai.benchmarks.generator.spec import LENGTHS, Tier, tier_of
+
+
+@pytest.mark.parametrize(
+    ("least", "greatest", "tier"),
+    [(3, 6, Tier.S), (7, 12, Tier.M), (13, 24, Tier.L), (25, 48, Tier.XL), (49, 96, Tier.XXL)],
+)
+def test_a_tier_has_all_lengths_from_its_least_to_its_greatest(least: int, greatest: int, tier: Tier) -> None:
+    assert LENGTHS[tier] == (least, greatest)
+    assert {tier_of(steps) for steps in range(least, greatest + 1)} == {tier}

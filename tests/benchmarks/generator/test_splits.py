@@ -1,0 +1,222 @@
+"""Splits: which goals fall to which, what is refused as another split gives it away, what is counted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from itertools import islice
+from typing import get_args
+
+import pytest
+
+import eai.logic.formula as f
+from benchmarks.generator.worlds import HOUSEHOLDS, generate, generator, tasks
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator.generator import Generator
+from eai.benchmarks.generator.prior import Pattern, patterns_of
+from eai.benchmarks.generator.sets import (
+    SHARES,
+    _pair,
+    _split_at,
+    bases_of,
+    fingerprint_of,
+    giving_away,
+    is_before,
+    overlap_of,
+    seeds_of,
+    split_of,
+    split_of_goals,
+)
+from eai.benchmarks.generator.spec import Generated, HeldOut, Reason, Spec, Split
+from eai.benchmarks.registry import find_benchmark
+from eai.tasks.source import Source
+from sweeps import swept
+
+pytestmark = pytest.mark.usefixtures("data_store")
+
+PARTS = tuple(SHARES)
+
+
+def goals_of(made: Generated) -> list[f.Formula]:
+    return [goal.formula for goal in made.task.goals]
+
+
+def made_in(like: str, split: Split, number: int, held_out: HeldOut = "goals") -> list[Generated]:
+    benchmark, source = find_benchmark(like), Source()
+    spec = Spec(like, benchmark.tasks(source).sha256, split=split, held_out=held_out)
+    found = generate(Generator(benchmark, spec, source), seeds_of(split.value, 5), number, set())
+    return [each for each in found if isinstance(each, Generated)]
+
+
+def test_a_hash_gives_each_split_its_share() -> None:
+    found = Counter(split_of(f"goals {number}") for number in range(5000))
+    assert list(SHARES) == [Split.TRAIN, Split.VALIDATION, Split.TEST]
+    assert all(abs(found[split] / 5000 - share) < 0.03 for split, share in SHARES.items())
+
+
+@pytest.mark.parametrize("like", ["behavior", *swept("virtualhome")])
+def test_no_goals_are_in_two_splits(like: str) -> None:
+    prints = {split: {fingerprint_of(each.task)[0] for each in made_in(like, split, 6)} for split in PARTS}
+    assert not prints[Split.TRAIN] & prints[Split.TEST]
+    assert not prints[Split.TRAIN] & prints[Split.VALIDATION]
+    assert not prints[Split.VALIDATION] & prints[Split.TEST]
+    for made in tasks(like):
+        split = split_of_goals(goals_of(made), made.task.scene, "goals")
+        assert made.about["split"] == split.value
+
+
+def test_names_of_objects_and_the_order_of_goals_do_not_decide() -> None:
+    made = next(each for each in tasks("behavior") if len(each.task.goals) > 1)
+    goals, scene = goals_of(made), made.task.scene
+    for held_out in get_args(HeldOut):
+        split = split_of_goals(goals, scene, held_out)
+        assert split_of_goals(goals[::-1], scene, held_out) == split
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_a_later_split_asks_for_a_pair_that_no_earlier_one_has(like: str) -> None:
+    def pairs(split: Split) -> list[set[tuple[str, ...]]]:
+        found = []
+        for made in made_in(like, split, 4, "pairs"):
+            scene = made.task.scene
+            agent = None if scene.agent is None else scene.objects[scene.agent].category
+            literals = [pattern for goal in goals_of(made) for pattern in patterns_of(goal, scene)]
+            found.append({(p.predicate, *[k for k in p.categories if k != agent][:1]) for p in literals})
+        return found
+
+    seen = set().union(*pairs(Split.TRAIN))
+    assert seen
+    assert all(each - seen for each in pairs(Split.TEST))
+
+
+@pytest.mark.parametrize("held_out", ["titles", "scenes"])
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_every_public_task_is_the_base_of_one_split(like: str, held_out: HeldOut) -> None:
+    public = list(find_benchmark(like).tasks(Source()).values())
+    parts = [bases_of(public, split, held_out) for split in PARTS]
+    assert all(parts)
+    assert sum(map(len, parts)) == len(public) == len(bases_of(public, Split.ALL, held_out))
+    if held_out == "titles":
+        titles = [{task.title for task in part} for part in parts]
+        assert sum(map(len, titles)) == len({task.title for task in public})
+
+
+@pytest.mark.parametrize("held_out", ["titles", "scenes"])
+@pytest.mark.parametrize("number", [5, 10, 35])
+def test_titles_and_scenes_are_shared_out_as_near_to_the_shares_as_can_be(
+    lamps: Benchmark, number: int, held_out: HeldOut
+) -> None:
+    task = lamps.tasks(Source())["light"]
+    public = [replace(task, id=f"{n}", title=f"t{n}") for n in range(number)]
+    shared = [len(bases_of(public, split, held_out)) for split in PARTS]
+    assert shared == [pytest.approx(share * number) for share in SHARES.values()]
+
+
+def test_what_looking_up_another_split_solves_is_refused_whichever_comes_first() -> None:
+    made = tasks("behavior")[0]
+    domain = find_benchmark("behavior").domain
+    copy = replace(made.task, id="copy")
+    assert giving_away(domain, known=[copy])(made.task)
+    assert giving_away(domain, held_out=[copy])(made.task)
+    assert not giving_away(domain)(made.task)
+    benchmark, source = find_benchmark("behavior"), Source()
+    spec = Spec("behavior", benchmark.tasks(source).sha256)
+    seed = str(made.about["seed"])
+    again = Generator(benchmark, spec, source, giving_away(domain, known=[copy])).task(seed)
+    assert again == Reason.KNOWN_PLAN
+
+
+def test_overlap_counts_the_same_those_of_the_same_goals_and_those_solved_by_lookup() -> None:
+    domain = find_benchmark("behavior").domain
+    first, *others = [replace(each.task, id=f"t{i}") for i, each in enumerate(islice(tasks("behavior"), 6))]
+    elsewhere = replace(first, id="x", initial=first.scene.state(list(first.initial.facts())[:-1]))
+    assert list(overlap_of([replace(first, id="y")], [first, *others], domain).values()) == [1] * 4
+    counted = overlap_of([elsewhere], [first], domain)
+    assert (counted["tasks"], counted["same_goals"]) == (1, 1)
+    assert set(overlap_of([], [first], domain).values()) == {0}
+
+
+def test_the_order_of_splits() -> None:
+    assert is_before("train", "test")
+    assert is_before("validation", "test")
+    assert not is_before("test", "train")
+    assert not is_before("train", "train")
+    assert not is_before("tasks", "test")
+
+
+def test_virtualhome_goals_are_counted_quantified_and_hidden_by_default() -> None:
+    """Its data set has plain goals alone, most about what is in sight."""
+    made = tasks("virtualhome")
+    quantified = [
+        any(isinstance(goal, f.ForAll | f.Exists | f.Exactly) for goal in goals_of(each)) for each in made
+    ]
+    assert sum(quantified) > len(made) // 4
+    assert sum(int(str(each.about["hidden"])) > 0 for each in made) > len(made) // 4
+    assert sum(len(each.task.script) >= 7 for each in made) > len(made) // 3
+
+
+def test_all_of_a_kind_is_said_of_what_some_public_task_has_several_of() -> None:
+    several = generator("virtualhome").prior.several
+    assert {"plate", "cup", "light"} <= several
+    assert {"phone", "television", "soap"}.isdisjoint(several)
+    assert not generator("behavior").prior.several
+
+
+@pytest.mark.parametrize(
+    ("place", "split"),
+    [
+        *((0.0, Split.TRAIN), (0.599, Split.TRAIN), (0.601, Split.VALIDATION), (0.799, Split.VALIDATION)),
+        *((0.801, Split.TEST), (0.999, Split.TEST), (1.0, Split.TEST)),
+    ],
+)
+def test_three_in_five_are_for_training_and_one_for_each_of_the_others(place: float, split: Split) -> None:
+    assert _split_at(place) is split
+
+
+@pytest.mark.parametrize(
+    ("categories", "pair"),
+    [
+        (("robot", "lamp"), ("p", "lamp")),
+        (("lamp", "robot"), ("p", "lamp")),
+        (("ball", "box"), ("p", "ball")),
+        (("robot",), ("p",)),
+        ((), ("p",)),
+    ],
+)
+def test_a_pair_is_of_a_predicate_and_the_first_kind_that_is_not_the_agents(
+    lamps: Benchmark, categories: tuple[str, ...], pair: tuple[str, ...]
+) -> None:
+    scene = lamps.tasks(Source())["light"].scene
+    assert _pair(Pattern("p", categories, True), scene) == pair
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "expected"),
+    [
+        ("train", "validation", True),
+        ("validation", "test", True),
+        ("test", "train", False),
+        ("train", "train", False),
+        ("train", "mine", False),
+        ("mine", "test", False),
+    ],
+)
+def test_a_split_comes_before_later_ones(one: str, other: str, expected: bool) -> None:
+    assert is_before(one, other) is expected
+
+
+def test_each_title_and_each_scene_is_of_one_split_and_the_shares_are_those_of_all(lamps: Benchmark) -> None:
+    light, pack = lamps.tasks(Source()).values()
+    for held_out in ("titles", "scenes"):
+        public = [
+            replace(task, id=f"{task.id}-{n}", title=f"title {n // 2}")
+            for n in range(10)
+            for task in (light, pack)
+        ]
+        parts = [bases_of(public, split, held_out) for split in PARTS]
+        keys = [{task.title if held_out == "titles" else task.id for task in part} for part in parts]
+        number = 5 if held_out == "titles" else 20
+        assert [len(key) for key in keys] == [3 * number // 5, number // 5, number // 5]
+        assert sorted(task.id for part in parts for task in part) == sorted(task.id for task in public)
+        assert bases_of(public, Split.ALL, held_out) == public
+    assert bases_of(public, Split.TEST, "goals") == public

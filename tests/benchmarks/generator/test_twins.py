@@ -1,0 +1,185 @@
+"""Pairs: of two tasks one is proved to have no plan, for want of a fact like the one that the other lacks."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import eai
+from benchmarks.generator.worlds import HOUSEHOLDS, generator
+from eai import given
+from eai.abilities.notation.plans import reason_of
+from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.verdict import PlanVerdict
+from eai.acting.play import Play, rules_of
+from eai.acting.setting import STANDARD
+from eai.benchmarks.generator.spec import Generated, TaskKind
+from eai.benchmarks.generator.twins import Leaning, twins_of
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.envs.agents import gold_agent
+from eai.envs.game import Game
+from eai.envs.reference import staged
+from eai.envs.stage import Stage
+from eai.planning.planner import Planner
+from eai.planning.search import Limits
+from eai.tasks.goal_test import solves
+from eai.tasks.planning import find_plan, is_impossible
+from eai.tasks.task_files import problems_of
+from eai.tasks.task_lines import read_line, task_of, written
+
+pytestmark = pytest.mark.usefixtures("data_store")
+
+
+SEEDS = {"virtualhome": (0,), "behavior": (2,)}
+"""Of which each gives a pair."""
+
+
+@cache
+def pairs(like: str) -> list[Generated]:
+    made = generator(like, kind=TaskKind.PAIRS)
+    found = [made.task(f"tasks-7-{seed}") for seed in SEEDS[like]]
+    return [each for each in found if isinstance(each, Generated)]
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_one_has_a_plan_and_the_other_is_proved_to_have_none(like: str) -> None:
+    domain = find_benchmark(like).domain
+    assert len(pairs(like)) == len(SEEDS[like])
+    for made in pairs(like):
+        assert made.twin is not None
+        solved, unsolved = made.task, made.twin.task
+        assert solves(domain, solved, solved.script)
+        assert not is_impossible(solved, domain)
+        assert (solved.missing, unsolved.script) == ((), ())
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_a_planner_finds_none_either(like: str) -> None:
+    domain = find_benchmark(like).domain
+    for made in pairs(like):
+        assert made.twin is not None
+        assert find_plan(made.twin.task, Planner(domain), Limits(500)).plan == ()
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_they_differ_in_which_thing_lacks_what(like: str) -> None:
+    for made in pairs(like):
+        assert made.twin is not None
+        solved, unsolved = made.task, made.twin.task
+        assert (solved.instruction, solved.goals, solved.title) == (
+            unsolved.instruction,
+            unsolved.goals,
+            unsolved.title,
+        )
+        (lost,) = set(solved.initial.facts()) - set(unsolved.initial.facts())
+        (kept,) = set(unsolved.initial.facts()) - set(solved.initial.facts())
+        assert lost.predicate == kept.predicate
+        named = solved.named_by(solved.goals)
+        assert (lost.arguments[0] in named) == (kept.arguments[0] in named)
+        (missing,) = unsolved.missing or ()
+        assert missing == f"{lost.predicate}({solved.scene.objects[lost.arguments[0]].name})"
+        assert {solved.id, unsolved.id} == {f"{solved.title}-a", f"{solved.title}-b"}
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_they_are_written_and_read_and_checked(like: str) -> None:
+    domain = find_benchmark(like).domain
+    made = pairs(like)[0]
+    assert made.twin is not None
+    for task in (made.task, made.twin.task):
+        line = written(task, like, domain)
+        read = task_of(read_line(line), domain)
+        assert written(read, like, domain) == line
+        assert list(problems_of(read, domain)) == []
+    names = {made.task.id.replace(made.task.title, ""), made.twin.task.id.replace(made.task.title, "")}
+    assert names == {"-a", "-b"}
+
+
+def test_in_other_words_what_is_missing_is_said_in_these(tmp_path: Path) -> None:
+    domain = find_benchmark("behavior").domain
+    twin = pairs("behavior")[0].twin
+    assert twin is not None
+    (tmp_path / "tasks.jsonl").write_text(written(twin.task, "behavior", domain), encoding="utf-8")
+    other = find_benchmark(f"obfuscated:{tmp_path}/")
+    gold = open_answer_book(other, Ability.ACTION_SEQUENCING)[twin.task.id].text
+    (missing,) = twin.task.missing or ()
+    assert reason_of(gold) != missing
+    verdict = eai.open(other, Ability.ACTION_SEQUENCING).score(twin.task.id, gold)
+    assert isinstance(verdict, PlanVerdict)
+    assert (verdict.success, verdict.refused) == (True, missing)
+
+
+def test_subgoals_are_asked_for_where_there_is_a_plan_as_they_cannot_say_that_there_is_none(
+    tmp_path: Path,
+) -> None:
+    domain, made = find_benchmark("behavior").domain, pairs("behavior")[0]
+    assert made.twin is not None
+    lines = [written(task, "behavior", domain) for task in (made.task, made.twin.task)]
+    (tmp_path / "tasks.jsonl").write_text("\n".join(lines), encoding="utf-8")
+    suites = [eai.open(f"{tmp_path}/", ability) for ability in FOUR[:3]]
+    asked = {suite.ability: set(suite.task_ids) for suite in suites}
+    both = {made.task.id, made.twin.task.id}
+    assert asked[Ability.GOAL_INTERPRETATION] == asked[Ability.ACTION_SEQUENCING] == both
+    assert asked[Ability.SUBGOAL_DECOMPOSITION] == {made.task.id}
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_the_kind_of_thing_tells_nothing(like: str) -> None:
+    """However often pairs are made, no kind is much more often on one side."""
+    (made,) = pairs(like)
+    assert made.twin is not None
+    facts = {*made.task.initial.facts(), *made.twin.task.initial.facts()}
+    whole = replace(made.task, initial=made.task.scene.state(facts))
+    assert solves(find_benchmark(like).domain, whole, whole.script)
+    planner, leaning = Planner(find_benchmark(like).domain), Leaning()
+    found = [twins_of(Generated(whole, {}), planner, (), leaning, random.Random(seed)) for seed in range(4)]
+    assert any(found)
+    assert all(abs(number) <= 1 for number in leaning.values())
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_an_acting_agent_may_refuse_and_its_budget_tells_nothing(like: str) -> None:
+    (made, *_), benchmark = pairs(like), find_benchmark(like)
+    assert made.twin is not None
+    stages = [staged(task, benchmark, rules_of(STANDARD)) for task in (made.task, made.twin.task)]
+    assert {stage.limit for stage in stages} == {50}
+    for stage in stages:
+        is_right = bool(stage.task.missing)
+        assert "IMPOSSIBLE(predicate(object))" in stage.opening
+        assert upper(stage) == (True, "refused" if is_right else "done")
+        game = Game(stage)
+        turn = game.act("IMPOSSIBLE(something is missing)")
+        assert (game.ended, game.won, turn.terminated, turn.reward) == ("refused", is_right, True, is_right)
+        assert (game.metrics["success"], game.metrics["progress"]) == (is_right, is_right)
+        episode = Play(stage, 0, 1)
+        episode.say("IMPOSSIBLE(something is missing)")
+        suite = eai.open(replace(benchmark, open_tasks=given(stage.task)), "acting")
+        verdict = suite.score(stage.task.id, episode.text("stopped"))
+        assert isinstance(verdict, PlanVerdict)
+        assert (verdict.success, verdict.refused, verdict.declines) == (
+            is_right,
+            "something is missing",
+            True,
+        )
+
+
+def upper(stage: Stage) -> tuple[bool, str | None]:
+    """Whether who knows the plan, or that there is none, wins; and how it ends."""
+    game = Game(stage)
+    agent = gold_agent(game)
+    while not game.over:
+        game.act(agent())
+    return game.won, game.ended
+
+
+def test_elsewhere_it_is_no_command() -> None:
+    made = pairs("behavior")[0]
+    stage = staged(replace(made.task, missing=None), find_benchmark("behavior"), rules_of(STANDARD))
+    assert "IMPOSSIBLE" not in stage.opening
+    assert Game(stage).act("IMPOSSIBLE(why)").info["fault"] == "hallucination"

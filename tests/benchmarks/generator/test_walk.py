@@ -1,0 +1,141 @@
+"""Walks from goal to goal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import pytest
+
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator import walk as walking
+from eai.benchmarks.generator.walk import Walk, _course, certificate
+from eai.logic.formula import Always, Atom, Constant, Formula, Not, Occurs, Or
+from eai.planning.planner import Planner
+from eai.planning.search import Limits, Node
+from eai.planning.successor_generator import PlanNode
+from eai.tasks.source import Source
+from eai.world.action import Action
+from eai.world.execution import execute
+
+
+def test_the_way_to_a_node_is_that_of_its_plan(lamps: Benchmark) -> None:
+    task = lamps.tasks(Source())["light"]
+    lamp = task.scene.index["lamp_1"]
+    plan = (Action("GO", (lamp,)), Action("PRESS", (lamp,)))
+    way = execute(lamps.domain, task.initial, plan)
+    node: PlanNode = Node(way.states[0])
+    for action, state in zip(plan, way.states[1:], strict=True):
+        node = Node(state, depth=node.depth + 1, parent=node, actions=(action,))
+    course = _course(node)
+    assert course.states == way.states
+    assert course.executed == plan == way.executed
+
+
+def test_a_plan_is_followed_that_runs_and_reaches_its_goals(lamps: Benchmark) -> None:
+    task = lamps.tasks(Source())["light"]
+    wanted = Atom("lit", (Constant("lamp_1"),))
+    lamp = task.scene.index["lamp_1"]
+    go, press = Action("GO", (lamp,)), Action("PRESS", (lamp,))
+    walk = Walk(Planner(lamps.domain), task.initial)
+    assert not walk.follow((go,), (wanted,)), "the goal is not met"
+    assert not walk.follow((go, press, Action("TAKE", (lamp,))), (wanted,)), (
+        "the last action fails, though the goal is met"
+    )
+    assert walk.state == task.initial
+    assert walk.follow((go, press), (wanted,))
+    assert walk.trail == [go, press]
+
+
+def lit(lamp: str) -> Formula:
+    return Atom("lit", (Constant(lamp),))
+
+
+def names(walk: Walk) -> list[str]:
+    return [action.operator for action in walk.trail]
+
+
+def test_a_walk_reaches_one_goal_more_and_forgets_what_came_after_a_mark(lamps: Benchmark) -> None:
+    task = lamps.tasks(Source())["light"]
+    walk = Walk(Planner(lamps.domain), task.initial)
+    assert walk.objects == tuple(range(5))
+    assert not walk.reach(lit("robot")), "no way is found"
+    assert walk.reach(lit("lamp_1"))
+    assert not walk.reach(lit("lamp_1")), "it holds"
+    assert names(walk) == ["GO", "PRESS"]
+    mark, state = walk.mark(), walk.state
+    taken = Or((Occurs("TAKE"), Occurs("OPEN")))
+    assert walk.reach(taken)
+    assert not walk.holds(taken, walk.state)
+    assert walk.holds(lit("lamp_1"), walk.state)
+    assert walk.reach(lit("lamp_2"))
+    assert (walk.conditions, walk.actions) == ([lit("lamp_1"), lit("lamp_2")], [("TAKE", "OPEN")])
+    assert walk.goals == [lit("lamp_1"), taken, lit("lamp_2")]
+    assert len(walk.trail) == 6
+    walk.back_to(mark)
+    assert (walk.state, names(walk)) == (state, ["GO", "PRESS"])
+    assert (walk.conditions, walk.actions, walk.goals) == ([lit("lamp_1")], [], [lit("lamp_1")])
+
+
+@dataclass
+class _Found:
+    plan: Sequence[Action]
+
+
+@dataclass
+class _Stub:
+    """A planner that has one plan for everything, and notes what it is asked and how much it may do."""
+
+    plan_: Sequence[Action] = ()
+    asked: list[tuple[object, ...]] = field(default_factory=list)
+
+    def plan(self, *asked: object) -> _Found:
+        self.asked.append(asked)
+        return _Found(self.plan_)
+
+
+STEP = Action("GO", (0,))
+
+
+@pytest.mark.parametrize(
+    ("walked", "found", "over_time", "left"),
+    [
+        (24, 2, None, 24),
+        (25, 2, None, 2),
+        (25, 24, None, 24),
+        (25, 1, None, 1),
+        (25, 0, None, 25),
+        (26, 26, None, 26),
+        (25, 2, Always(Not(lit("lamp_1"))), 25),
+    ],
+)
+def test_a_shorter_plan_is_sought_where_the_walk_was_long(
+    lamps: Benchmark,
+    monkeypatch: pytest.MonkeyPatch,
+    walked: int,
+    found: int,
+    over_time: Formula | None,
+    left: int,
+) -> None:
+    planner, trail = _Stub([Action("PRESS", (0,))] * found), [STEP] * walked
+    monkeypatch.setattr(walking, "_without_needless", lambda walk, asked, over_time: trail)
+    walk = Walk(planner, lamps.tasks(Source())["light"].initial)  # type: ignore[arg-type]
+    certified = certificate(walk, over_time)
+    assert len(certified) == left
+    assert (certified is trail) == (left == walked)
+    assert len(planner.asked) == (walked >= 25 and over_time is None)
+    assert all(asked[-1] == Limits(300) for asked in planner.asked)
+
+
+def test_a_walk_loses_what_it_did_not_need(lamps: Benchmark) -> None:
+    task = lamps.tasks(Source())["light"]
+    one, two, ball = (task.scene.index[name] for name in ("lamp_1", "lamp_2", "ball"))
+    walk = Walk(Planner(lamps.domain), task.initial)
+    plan = [("GO", ball), ("GO", one), ("PRESS", one), ("GO", two), ("PRESS", two)]
+    assert walk.follow([Action(name, (index,)) for name, index in plan], [lit("lamp_1")])
+    assert [(name, index) for name, (index,) in certificate(walk)] == plan[1:3]
+    never = Always(Not(Atom("at", (Constant("robot"), Constant("ball")))))
+    assert len(certificate(walk, Not(never))) == 3, "the detour is asked for"
+    walk.actions.append(("GO", "TAKE"))
+    walk.actions.append(("GO",))
+    assert [name for name, _ in certificate(walk)] == ["GO", "PRESS", "GO"]

@@ -1,0 +1,73 @@
+"""Generators and some of their tasks, made once for all tests."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import islice
+
+from eai.benchmarks.generator.generator import Generator, generate
+from eai.benchmarks.generator.prior import Prior
+from eai.benchmarks.generator.sets import seeds_of
+from eai.benchmarks.generator.spec import Forms, Generated, Outcome, Spec, TaskKind, Tier
+from eai.benchmarks.registry import find_benchmark
+from eai.tasks.source import Source
+from eai.world.action import Action
+
+NOTHING_IS_USUAL = Prior(
+    patterns={},
+    wanted={},
+    themes={},
+    forms={},
+    paired=frozenset(),
+    nestings=frozenset(),
+    combinations=frozenset(),
+    needy=frozenset(),
+    actions={},
+    operators=frozenset(),
+    kinds=frozenset(),
+    places=(),
+    taken=frozenset(),
+    used=frozenset(),
+    parts=(),
+    several=frozenset(),
+    pieces=frozenset(),
+    holding=(),
+)
+"""A prior without anything, that tests of small worlds change."""
+
+HOUSEHOLDS = ("virtualhome", "behavior")
+
+
+@cache
+def generator(
+    like: str,
+    tier: Tier = Tier.DATA,
+    forms: Forms = "data",
+    *,
+    actions: bool = False,
+    kind: TaskKind = TaskKind.PLAIN,
+) -> Generator:
+    benchmark, source = find_benchmark(like), Source()
+    spec = Spec(like, benchmark.tasks(source).sha256, tier, forms, actions=actions, kind=kind)
+    return Generator(benchmark, spec, source)
+
+
+@cache
+def outcomes(like: str, number: int = 40, forms: Forms = "data") -> tuple[Outcome, ...]:
+    """The outcomes of so many seeds."""
+    made = generator(like, forms=forms)
+    return tuple([made.task(seed) for seed in islice(seeds_of("test", 1), number)])
+
+
+def tasks(like: str, number: int = 40, forms: Forms = "data") -> list[Generated]:
+    return [each for each in outcomes(like, number, forms) if isinstance(each, Generated)]
+
+
+__all__ = ["HOUSEHOLDS", "NOTHING_IS_USUAL", "generate", "generator", "outcomes", "tasks"]
+
+
+def tempting(made: Generated) -> tuple[Action, ...]:
+    """The plan that a generated task tempts to."""
+    index, steps = made.task.scene.index, made.about["temptation"]
+    assert isinstance(steps, list)
+    return tuple([Action(operator, tuple([index[name] for name in names])) for operator, *names in steps])

@@ -1,0 +1,40 @@
+"""A package index that is one folder on disk, with the made-up data set in it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from benchmarks.synthetic import build_wheel, packs_from
+from eai.base.source import Archive
+from eai.base.store import Store
+from eai.benchmarks.packs import Pack
+
+
+@pytest.fixture
+def index(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The only place where pip looks."""
+    folder = tmp_path / "index"
+    folder.mkdir()
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    monkeypatch.setenv("PIP_FIND_LINKS", str(folder))
+    monkeypatch.setenv("PIP_CONFIG_FILE", os.devnull)
+    return folder
+
+
+@pytest.fixture
+def wheel(index: Path) -> Archive:
+    return build_wheel(index)
+
+
+@pytest.fixture
+def packs(wheel: Archive) -> Sequence[Pack]:
+    return packs_from(wheel)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Store:
+    return Store(tmp_path / "store")

@@ -1,0 +1,154 @@
+"""What `eai check` finds in a benchmark: each test spoils one thing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from command_line import Command
+from eai.base.errors import InputError
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.check import check_benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.logic.formula import Atom, Variable
+from eai.planning.search import SearchEnd
+from eai.tasks.goal_text import make_task
+from eai.tasks.source import Source, given
+from eai.tasks.task import Task, goal
+from eai.world.action import Action
+from eai.world.derived import is_a
+from eai.world.domain import Domain
+from eai.world.effect import Add
+from eai.world.operator import Operator, additional, affordance
+from world import toy
+
+X = Variable("x")
+LIGHT = make_task("light", "Switch the lamp on.", toy.initial(), "lit(lamp)")
+GO, PRESS = Action("GO", (2,)), Action("PRESS", (5,))
+
+
+def findings(*tasks: Task, domain: Domain = toy.DOMAIN) -> list[tuple[str, str]]:
+    found, _ = check_benchmark(Benchmark("toy", domain, given(*tasks)), Source())
+    return [(each.place, each.problem) for each in found]
+
+
+def test_a_task_without_a_plan_is_planned() -> None:
+    planned = replace(LIGHT, id="planned", script=(GO, PRESS))
+    found = check_benchmark(Benchmark("toy", toy.DOMAIN, given(LIGHT, planned)), Source())
+    assert found == ([], {SearchEnd.SOLVED: 1})
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        (lambda: replace(LIGHT, script=(GO, PRESS)), None),
+        (lambda: replace(LIGHT, script=(GO,)), "plan: expected to reach goals.0"),
+        (
+            lambda: replace(LIGHT, script=(PRESS,)),
+            "plan.0: expected a step that is possible and needed: missing_step, the robot is not beside lamp",
+        ),
+        (lambda: replace(LIGHT, goals=()), "the task has no goals"),
+        (
+            lambda: make_task("light", "", toy.initial(), "at(robot, hall)"),
+            "goals: expected a goal that does not hold at the start",
+        ),
+        (
+            lambda: replace(LIGHT, goals=(goal(Atom("lit", ())),)),
+            "goals.0: lit takes 1 argument, not 0",
+        ),
+        (lambda: make_task("light", "", toy.initial(), "at(lamp, hall)"), "no plan reaches its goals"),
+    ],
+)
+def test_a_task_that_is_not_as_it_says_is_found(change: Callable[[], Task], problem: str | None) -> None:
+    assert findings(change()) == ([] if problem is None else [("light", problem)])
+
+
+def test_a_kind_that_no_task_has_is_found() -> None:
+    bulb = Operator("DIM", (X,), (affordance(is_a(X, "lump"), "{x} is no lump"),), ())
+    problem = "operator DIM: no task has an object of the kind lump; did you mean lamp?"
+    assert findings(LIGHT, domain=toy.DOMAIN.with_operators(bulb)) == [("toy", problem)]
+
+
+def test_what_the_walks_find_is_named() -> None:
+    dull = Operator("DIM", (X,), (additional(~toy.lit(X) & toy.lit(X), "dim"),), (Add(toy.holding(X)),))
+    found = findings(LIGHT, domain=toy.DOMAIN.with_operators(dull))
+    assert found == [("toy", "DIM: an additional step that would bring about holding(x)")]
+
+
+@pytest.mark.parametrize(
+    ("declare", "problem"),
+    [
+        (lambda: given(LIGHT, LIGHT), "two tasks are called light"),
+        (lambda: given([LIGHT]), "eai.given: expected Task, found list"),
+        (
+            lambda: Benchmark("toy", toy.DOMAIN, [LIGHT]),
+            "benchmark toy: expected tasks as eai.given(task, ...), found list",
+        ),
+    ],
+)
+def test_a_mistake_in_a_benchmark_is_named(declare: Callable[[], object], problem: str) -> None:
+    with pytest.raises(InputError) as error:
+        declare()
+    assert str(error.value) == problem
+
+
+def test_a_mistake_in_a_module_is_told_by_file_and_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "spoilt_world.py").write_text("from eai.world import *\n\nVocabulary((Predicate('at', 2)))\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"^spoilt_world\.py: line 3: predicates: expected a tuple"):
+        find_benchmark("spoilt_world:world")
+
+
+DOMAIN = "(define (domain d) (:predicates (p ?x) (q)) (:action a :parameters (?x) :effect (p ?x)))"
+PROBLEM = "(define (problem one) (:domain d) (:objects b) (:init) (:goal (p b)))"
+
+
+def test_pddl_that_has_changed_is_read_again(tmp_path: Path) -> None:
+    """And what has not changed is not."""
+    domain, problems = tmp_path / "domain.pddl", tmp_path / "problems"
+    problems.mkdir()
+    domain.write_text(DOMAIN)
+    (problems / "one.pddl").write_text(PROBLEM)
+    reference = f"pddl:{domain},{problems}"
+    first = find_benchmark(reference)
+    assert find_benchmark(reference) is first
+    (problems / "two.pddl").write_text(PROBLEM.replace("one", "two").replace("b)", "b c)", 1))
+    second = find_benchmark(reference)
+    assert [*second.tasks(Source())] == ["one", "two"]
+    domain.write_text(DOMAIN.replace(":effect (p ?x)", ":effect (and (p ?x) (q))"))
+    assert len(find_benchmark(reference).domain.operators[0].effects) == 2
+    assert [*first.tasks(Source())] == ["one"]
+
+
+WIDE = """(define (domain wide) (:predicates (p ?x) (r ?x) (q ?x ?y) (never ?x))
+ (:action make :parameters (?a ?b ?c ?d ?e ?f ?g ?h)
+  :precondition (and (p ?a) (p ?b) (p ?c) (p ?d) (p ?e) (p ?f) (p ?g) (p ?h)) :effect (and (q ?a ?h) (r ?b)))
+ (:action end :parameters (?a ?b) :precondition (and (q ?a ?b) (not (p ?a)) (r ?b)) :effect (never ?a)))
+"""
+
+
+def test_a_check_ends_where_an_operator_has_many_parameters_and_says_what_it_gives_up(
+    tmp_path: Path, eai: Command
+) -> None:
+    (tmp_path / "domain.pddl").write_text(WIDE)
+    names = [f"o{i}" for i in range(40)]
+    facts = " ".join(f"(p {name})" for name in names)
+    problem = f"(:domain wide) (:objects {' '.join(names)}) (:init {facts}) (:goal (never o0))"
+    (tmp_path / "problem.pddl").write_text(f"(define (problem x) {problem})")
+    outcome = eai("check", f"pddl:{tmp_path}")
+    assert outcome.out == (
+        "wide: 2 operators and 1 task; nothing is wrong; "
+        "the planner solves 0 of the 1 without a plan, and gives up 1 at its limit\n"
+    )
+
+
+def test_a_check_reports_each_task() -> None:
+    seen: list[int] = []
+    tasks = [replace(LIGHT, id=str(number)) for number in range(3)]
+    check_benchmark(Benchmark("toy", toy.DOMAIN, given(*tasks)), Source(), seen.append)
+    assert seen == [0, 1, 2]

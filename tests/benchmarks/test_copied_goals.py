@@ -1,0 +1,44 @@
+"""Goals copied as subgoals."""
+
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.notation.subgoals import SubgoalNotation
+from eai.benchmarks.copied_answers import copied_goal
+from eai.logic.formula import Constant, Exactly, Exists, ForAll, Formula, ForPairs, Not, Occurs, Or, Variable
+from eai.logic.ltl_printer import print_ltl
+from eai.tasks.goal_text import make_task
+from eai.tasks.task import Task
+from world import toy
+
+X, Y = Variable("x"), Variable("y")
+BOX, PLACE = Variable("x", "box"), Variable("y", "place")
+RED, SHED = Constant("red"), Constant("shed")
+
+
+def task(*goals: Formula) -> Task:
+    return make_task("1", "Tidy up.", toy.initial(), *goals)
+
+
+@pytest.mark.parametrize(
+    ("goals", "copied"),
+    [
+        ([toy.at(RED, SHED)], "at(red, shed)"),
+        ([toy.at(RED, SHED), toy.lit(RED)], "at(red, shed) and lit(red)"),
+        # Actions come first, in their order, on whatever there is.
+        (
+            [toy.lit(RED), Or((Occurs("LIFT"), Occurs("DROP"))), Occurs("PRESS")],
+            "(exists x0. LIFT(x0) or exists x0. DROP(x0)) then exists x0. PRESS(x0) then lit(red)",
+        ),
+        # Quantifiers are written out.
+        ([ForAll(BOX, toy.lit(X))], "lit(red) and lit(blue)"),
+        ([Exists(BOX, Not(toy.lit(X)))], "not lit(red) or not lit(blue)"),
+        ([Exactly(1, BOX, toy.lit(X))], "lit(red)"),
+        ([ForPairs(BOX, PLACE, toy.at(X, Y))], "at(red, hall) and at(blue, shed)"),
+        ([ForPairs(BOX, PLACE, toy.at(X, Y), 1)], "at(red, hall)"),
+    ],
+)
+def test_a_goal_is_copied(goals: list[Formula], copied: str) -> None:
+    found = print_ltl(copied_goal(task(*goals), SubgoalNotation(toy.DOMAIN)))
+    assert found.replace("(", "").replace(")", "") == copied.replace("(", "").replace(")", "")

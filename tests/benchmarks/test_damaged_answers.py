@@ -1,0 +1,181 @@
+"""A damaged answer is read as a whole, or not at all: never a part of it.
+
+Gold answers of every suite are damaged at random. Then as many parts (steps, goals, subgoals, operators) are
+read as were written, or the answer is a parsing error. A goal that is ill-formed counts as a part.
+"""
+
+from __future__ import annotations
+
+import random
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from by_path import TESTS
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.protocol import Ability
+from eai.abilities.scorer import Scorer
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.transition_modeling.extraction import Memory, extract
+from eai.abilities.verdict import Unreadable
+from eai.base.store import Store
+from eai.benchmarks.gold_answers import WrittenAnswer, open_answer_book, open_planned_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
+from eai.pddl.planning import PlannerChoice
+from eai.tasks.source import Source
+from suites import SUITES
+from sweeps import sweep
+
+DOMAINS = TESTS / "pddl" / "domains"
+BLOCKS = f"pddl:{DOMAINS / 'gripper' / 'domain.pddl'},{DOMAINS / 'gripper'}"
+
+Damage = Callable[[WrittenAnswer, random.Random], str]
+
+
+def cut(answer: WrittenAnswer, lots: random.Random) -> str:
+    return answer.text[: lots.randrange(1, len(answer.text))]
+
+
+def sign_lost(answer: WrittenAnswer, lots: random.Random) -> str:
+    place = lots.choice([match.start() for match in re.finditer(r"[^\w\s]", answer.text)])
+    return answer.text[:place] + answer.text[place + 1 :]
+
+
+def letter_lost(answer: WrittenAnswer, lots: random.Random) -> str:
+    place = lots.choice([match.start() for match in re.finditer(r"\w", answer.text)])
+    return answer.text[:place] + answer.text[place + 1 :]
+
+
+def step_malformed(answer: WrittenAnswer, lots: random.Random) -> str:
+    parts = list(answer.parts)
+    number = lots.randrange(len(parts))
+    parts[number] = lots.choice(
+        [
+            parts[number].replace(",", "", 1),
+            parts[number].replace('"', "", 2),
+            re.sub(r"(?<=\w)[\[(].*[\])]", "1", parts[number], count=1, flags=re.DOTALL),
+            parts[number].replace("(", "", 1),
+            parts[number][: len(parts[number]) // 2],
+        ]
+    )
+    return joined(answer, parts)
+
+
+def line_without_brackets(answer: WrittenAnswer, lots: random.Random) -> str:
+    parts = list(answer.parts)
+    number = lots.randrange(len(parts))
+    parts[number] = re.sub(r"[\[\](){}]", "", parts[number])
+    return joined(answer, parts)
+
+
+def key_misspelt(answer: WrittenAnswer, lots: random.Random) -> str:
+    keys = list(re.finditer(r'"(\w[\w ]*)"(?=\s*:)|(?<=:)\w+', answer.text)) or list(
+        re.finditer(r"\w+", answer.text)
+    )
+    key = lots.choice(keys)
+    place = lots.randrange(key.start() + 1, key.end() - 1) if len(key[0]) > 2 else key.start()
+    return answer.text[:place] + lots.choice(["x", "_", ""]) + answer.text[place + 1 :]
+
+
+def text_after_the_end(answer: WrittenAnswer, lots: random.Random) -> str:
+    return answer.text + lots.choice(
+        ["\n\nThis plan reaches the goal.", "}", "]", " Note: [1] holds.", "\n```"]
+    )
+
+
+def joined(answer: WrittenAnswer, parts: list[str]) -> str:
+    """Return parts as an answer; if a part is no JSON of its own, the gold answer with it in its place."""
+    text = answer.text
+    for old, new in zip(answer.parts, parts, strict=True):
+        if old != new:
+            text = text.replace(old, new, 1)
+    return text
+
+
+def as_lines(answer: WrittenAnswer) -> WrittenAnswer:
+    """Return a plan as JSON lines: one object a line, without a list around them."""
+    parts = [part if part.startswith("{") else f"{{{part}}}" for part in answer.parts]
+    return WrittenAnswer(tuple(parts), "\n".join)
+
+
+DAMAGES: tuple[Damage, ...] = (
+    cut,
+    sign_lost,
+    letter_lost,
+    step_malformed,
+    line_without_brackets,
+    key_misspelt,
+    text_after_the_end,
+)
+
+
+def number_of_parts(scorer: Scorer, text: str) -> int | None:
+    """Return how many parts of an answer are read, or None if it cannot be read."""
+    match scorer:
+        case ActionSequencing():
+            plan = scorer.read(text)
+            return None if isinstance(plan, Unreadable) else len(plan.steps)
+        case GoalInterpretation():
+            goals = scorer.notation.read(text)
+            return None if isinstance(goals, Unreadable) else len(goals.goals) + len(goals.ill_formed)
+        case SubgoalDecomposition():
+            subgoals = scorer.notation.read(text)
+            return None if isinstance(subgoals, Unreadable) else len(subgoals.subgoals)
+        case _:
+            operators = extract(text, Memory())
+            return None if isinstance(operators, Unreadable) else len(operators.value)
+
+
+def damaged(
+    name: str, ability: Ability, source: Source, number: int
+) -> Iterator[tuple[str, Scorer, str, str]]:
+    """Yield the names of damages, with a scorer, a gold answer and the damaged one."""
+    benchmark = find_benchmark(name)
+    opened = open_planned_book if name == BLOCKS else open_answer_book
+    book = opened(benchmark, ability, source)
+    suite = open_suite(benchmark, ability, source=source)
+    task_ids = [task_id for task_id in book if book[task_id].parts]
+    for seed in range(number):
+        task_id = task_ids[seed % len(task_ids)]
+        damage = DAMAGES[seed % len(DAMAGES)]
+        answer = book[task_id]
+        yield damage.__name__, suite.scorer(task_id), answer.text, damage(answer, random.Random(seed))
+
+
+@pytest.mark.parametrize("number", [105, pytest.param(2000, marks=sweep)])
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+def test_no_line_of_damaged_json_lines_is_lost(data_store: Store, name: str, number: int) -> None:
+    """A cut between two lines leaves an answer that is whole by itself, and is left out."""
+    source = Source(data_store)
+    suite = open_suite(name, Ability.ACTION_SEQUENCING, source=source)
+    book = open_answer_book(find_benchmark(name), Ability.ACTION_SEQUENCING, source)
+    task_ids = [task_id for task_id in book if book[task_id].parts]
+    for seed in range(number):
+        task_id, damage = task_ids[seed % len(task_ids)], DAMAGES[1 + seed % (len(DAMAGES) - 1)]
+        answer = as_lines(book[task_id])
+        text = damage(answer, random.Random(seed))
+        assert number_of_parts(suite.scorer(task_id), text) in (None, len(answer.parts)), text
+
+
+@pytest.mark.parametrize("number", [210, pytest.param(2000, marks=sweep)])
+@pytest.mark.parametrize(("name", "ability"), [*SUITES, (BLOCKS, Ability.ACTION_SEQUENCING)])
+def test_no_part_of_a_damaged_answer_is_judged(
+    data_store: Store, name: str, ability: Ability, number: int
+) -> None:
+    source = Source(data_store, planner=PlannerChoice.NONE)
+    parts: list[tuple[str, str]] = []
+    outcomes: Counter[str] = Counter()
+    for damage, scorer, gold, text in damaged(name, ability, source, number):
+        read, written = number_of_parts(scorer, text), number_of_parts(scorer, gold) or 0
+        is_whole = read == written or (
+            ability is Ability.GOAL_INTERPRETATION and (read or 0) > (written or 0)
+        )
+        outcomes["unreadable" if read is None else "whole"] += 1
+        if read is not None and not is_whole:
+            parts.append((damage, text))
+    assert parts == []
+    assert min(outcomes["unreadable"], outcomes["whole"]) > number // 10

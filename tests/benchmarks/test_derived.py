@@ -1,0 +1,113 @@
+"""Derived predicates compute what their formulas say, in any state, in every built-in domain."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+import pytest
+
+from benchmarks.behavior import kitchen
+from benchmarks.virtualhome import household
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior_1k import predicates as predicates_1k
+from eai.benchmarks.behavior_1k.operators import declared
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.world.derived import Computed, Defined, Lookup, evaluated_as, meaning
+from eai.world.domain import Domain
+from eai.world.state import Fact, Scene, State
+from eai.world.vocabulary import DerivedPredicate
+
+SEATS = ("sofa.90", "bed.91", "bench.92")
+THINGS = ("floor", "oven", "pan", "bowl", "plate", "apple", "water")
+DOMAINS = {
+    "behavior": (behavior.as_meant(), kitchen.make_task().initial.scene),
+    "behavior-1k": (declared(), Scene(predicates_1k.VOCABULARY, {name: name for name in THINGS})),
+    "virtualhome": (virtualhome.as_meant(), household.make_task(more_objects=SEATS).initial.scene),
+}
+COMPUTED = [
+    pytest.param(domain, scene, derived, id=f"{name} {derived.name}")
+    for name, (domain, scene) in DOMAINS.items()
+    for derived in domain.vocabulary.derived
+    if isinstance(evaluated_as(derived), Computed | Lookup)
+]
+SUPPORTS = {"lies_in", "lies_on", *predicates_1k.SUPPORTS}
+"""A thing that rests in something does not rest on anything else, nor in a circle, by any action."""
+
+
+@pytest.mark.parametrize(("domain", "scene", "derived"), COMPUTED)
+def test_what_is_computed_is_what_the_formula_says(
+    domain: Domain, scene: Scene, derived: DerivedPredicate
+) -> None:
+    said = meaning(derived)
+    assert said is not None, "every computed predicate has a formula"
+    held = 0
+    for state in states(scene):
+        for arguments in tuples(scene, derived.arity):
+            names = [parameter.name for parameter in said.parameters]
+            by_formula = domain.holds(said.definition, state, dict(zip(names, arguments, strict=True)))
+            assert by_formula is computed(derived, state, arguments), (arguments, list(state.facts()))
+            held += by_formula
+    assert held, "and it holds somewhere"
+
+
+def computed(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
+    """The values of the function of a derived predicate."""
+    match evaluated_as(derived):
+        case Computed(test=test):
+            return test(state, arguments)
+        case Lookup(values=values, inverse=inverse):
+            found = bool(values(state, arguments[:-1]) >> arguments[-1] & 1)
+            if inverse is not None:
+                assert bool(inverse(state, arguments[1:]) >> arguments[0] & 1) is found, "it says the same"
+            return found
+        case _:
+            raise AssertionError(derived.name)
+
+
+def tuples(scene: Scene, arity: int) -> Iterator[tuple[int, ...]]:
+    """All tuples of so many objects."""
+    objects = range(len(scene.objects))
+    yield from ((x,) for x in objects) if arity == 1 else ((x, y) for x in objects for y in objects)
+
+
+def states(scene: Scene, number: int = 12) -> Iterator[State]:
+    """Random states, from nearly empty to crowded; what is declared single is."""
+    for seed in range(number):
+        chance = random.Random(seed)
+        facts: list[Fact] = []
+        resting: set[int] = set()
+        for predicate in scene.vocabulary.predicates:
+            pairs = list(tuples(scene, predicate.arity)) if predicate.arity else [()]
+            share = chance.choice((0.2, 0.5, 0.8)) if predicate.arity == 1 else 1.5 / len(scene.objects)
+            chosen = [pair for pair in pairs if chance.random() < share]
+            if predicate.name in SUPPORTS:
+                free = {x: y for x, y in chosen if x > y and x not in resting}
+                resting |= free.keys()
+                chosen = list(free.items())
+            elif predicate.single:
+                chosen = list({pair[:-1]: pair for pair in chosen}.values())
+            facts += [Fact(predicate.name, pair) for pair in chosen]
+        yield scene.state(facts)
+
+
+def test_there_are_such_predicates() -> None:
+    names = {case.id for case in COMPUTED}
+    assert names >= {"behavior inside", "behavior floor_below", "virtualhome room_of", "virtualhome bed_full"}
+    assert names >= {"behavior-1k inside", "behavior-1k floor_of"}
+
+
+def test_a_sliced_object_without_parts_is_what_it_is_itself() -> None:
+    domain, scene = DOMAINS["behavior"]
+    plate, carton = (scene.index[name] for name in ("plate_1", "carton_1"))
+    facts = [Fact("is_sliced", (plate,)), Fact("lies_in", (plate, carton)), Fact("is_dusty", (plate,))]
+    state = scene.state(facts)
+    held = {
+        (derived.name, other)
+        for derived in domain.vocabulary.derived
+        if isinstance(derived, Defined) and derived.name in ("inside", "ontop", "dusty", "cooked")
+        for other in range(len(scene.objects))
+        if domain.holds(derived.definition, state, {"x": plate, "y": other})
+    }
+    assert {name for name, _ in held} == {"inside", "dusty"}
+    assert ("inside", carton) in held

@@ -1,0 +1,173 @@
+"""Episodes on the two data sets: real answers run as `execute` runs them, and gold plans slip by the law.
+
+The law of slips is exact: a plan of L steps of which each slips with probability p, independently, runs
+through with probability q = (1 - p)^L. With up to k new attempts from the start it does with
+1 - (1 - q)^(k + 1); where the world goes on and the plan with it, with the probability that a negative
+binomial variable, the number of slips before L successes, is at most k.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import NamedTuple
+
+import pytest
+
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.verdict import ErrorReport, Unreadable
+from eai.base.store import Store
+from eai.benchmarks.suite import open_suite
+from eai.tasks.source import Source
+from eai.world.action import Action
+from eai.world.domain import Domain
+from eai.world.episode import Episode, Luck, Slip
+from eai.world.execution import execute
+from eai.world.state import State
+from made_answers import made_answers
+from oracle import MODELS, Oracle
+from suites import answer_book
+from sweeps import sweep
+
+HELD_ANSWERS = {
+    "virtualhome": ("tasks", "id", "llm_output", (*MODELS, "perturbed.eai-1.0.5", "perturbed2.eai-1.0.5")),
+    "behavior": ("records", "identifier", "response", (*MODELS, "gt", "perturb")),
+}
+"""Where the files of a benchmark have their answers: the list, the id and the text of a row; the files."""
+
+REPLANS = (0, 1, 3)
+PROBABILITIES = (0.0, 0.05, 0.1, 0.2, 0.3)
+SEEDS = {"virtualhome": 2, "behavior": 6}
+
+
+class Plan(NamedTuple):
+    """A plan that can be run."""
+
+    task_id: str
+    domain: Domain
+    initial: State
+    actions: tuple[Action, ...]
+
+
+def read_plan(scorer: ActionSequencing, text: str) -> Plan | None:
+    """The plan of an answer, if it can be run."""
+    written = scorer.notation.read(text)
+    actions = None if isinstance(written, Unreadable) else scorer.resolve(written)
+    if actions is None or isinstance(actions, ErrorReport):
+        return None
+    return Plan(scorer.task.id, scorer.domain, scorer.task.initial, actions)
+
+
+def run_as_executed(
+    name: str, protocol: Protocol, store: Store, answers: Sequence[tuple[str, str]]
+) -> dict[str, bool]:
+    """Return for each task whose plan can be run whether an episode of it is as `execute` runs it."""
+    suite = open_suite(name, Ability.ACTION_SEQUENCING, protocol, source=Source(store))
+    suite = suite.over([text for _, text in answers])
+    equal = {}
+    for task_id, text in answers:
+        scorer = suite.scorer(task_id)
+        assert isinstance(scorer, ActionSequencing)
+        plan = read_plan(scorer, text)
+        if plan is not None:
+            episode = Episode(plan.domain, plan.initial)
+            ended = episode.run(plan.actions)
+            executed = execute(plan.domain, plan.initial, plan.actions)
+            equal[task_id] = (episode.trajectory, ended) == (executed, executed.failure)
+    return equal
+
+
+@pytest.mark.parametrize("protocol", list(Protocol.known()), ids=lambda protocol: protocol.value)
+@pytest.mark.parametrize("name", HELD_ANSWERS)
+def test_every_answer_runs_as_it_is_executed(name: str, protocol: Protocol, data_store: Store) -> None:
+    answers = made_answers(name, Ability.ACTION_SEQUENCING, data_store)
+    equal = run_as_executed(name, protocol, data_store, answers)
+    assert [task_id for task_id, is_equal in equal.items() if not is_equal] == []
+    assert len(equal) >= len(answers) // 2
+
+
+@sweep
+@pytest.mark.parametrize("protocol", list(Protocol.known()), ids=lambda protocol: protocol.value)
+@pytest.mark.parametrize("name", HELD_ANSWERS)
+def test_every_published_answer_runs_as_it_is_executed(
+    name: str, protocol: Protocol, data_store: Store, oracle: Oracle
+) -> None:
+    rows, task_id, text, files = HELD_ANSWERS[name]
+    ran = 0
+    for file in files:
+        held = oracle(name, "action_sequencing", file)[rows]
+        answers = [(row[task_id].partition("@")[0], row[text]) for row in held]
+        equal = run_as_executed(name, protocol, data_store, answers)
+        assert [one for one, is_equal in equal.items() if not is_equal] == [], file
+        ran += len(equal)
+    assert ran > 700
+
+
+def gold_plans(name: str, store: Store) -> list[Plan]:
+    """The data set's plans that succeed, without their additional steps."""
+    suite = open_suite(name, Ability.ACTION_SEQUENCING, source=Source(store))
+    book = answer_book(name, Ability.ACTION_SEQUENCING, store)
+    found = []
+    for task_id in suite.task_ids:
+        text = book[task_id].text
+        scorer = suite.scorer(task_id)
+        assert isinstance(scorer, ActionSequencing)
+        plan = read_plan(scorer, text)
+        if plan is not None and getattr(scorer.score(text), "success", False):
+            executed = execute(plan.domain, plan.initial, plan.actions).executed
+            found.append(plan._replace(actions=executed))
+    return found
+
+
+def attempts_needed(plan: Plan, luck: Luck, *, goes_on: bool) -> int | None:
+    """In which attempt, counted from 0, a plan runs through; None if in none of the first four."""
+    episode, rest = Episode(plan.domain, plan.initial, luck), plan.actions
+    for attempt in range(max(REPLANS) + 1):
+        if episode.run(rest) is None:
+            return attempt
+        if goes_on:
+            rest = plan.actions[len(episode.trajectory.executed) :]
+        else:
+            episode = Episode(plan.domain, plan.initial, luck)
+    return None
+
+
+def expected(length: int, p: float, replans: int, *, goes_on: bool) -> float:
+    """The probability that a plan runs through with this many replans."""
+    if goes_on:
+        slips = range(replans + 1)
+        return math.fsum(math.comb(length - 1 + j, j) * p**j * (1 - p) ** length for j in slips)
+    return 1 - (1 - (1 - p) ** length) ** (replans + 1)
+
+
+def cells(plans: Sequence[Plan], seeds: int) -> Iterator[tuple[tuple[float, bool, int], float]]:
+    """For each probability, world and number of replans, how many standard deviations lie between."""
+    for p, goes_on in product(PROBABILITIES, (False, True)):
+        needed = [
+            (len(plan.actions), attempts_needed(plan, Luck(p, plan.task_id, seed=seed), goes_on=goes_on))
+            for plan, seed in product(plans, range(seeds))
+        ]
+        for replans in REPLANS:
+            chances = [expected(length, p, replans, goes_on=goes_on) for length, _ in needed]
+            succeeded = sum([attempt is not None and attempt <= replans for _, attempt in needed])
+            deviation = math.sqrt(math.fsum(chance * (1 - chance) for chance in chances))
+            difference = succeeded - math.fsum(chances)
+            certain = math.inf if difference else 0.0
+            yield (p, goes_on, replans), difference / deviation if deviation else certain
+
+
+@pytest.mark.parametrize("name", SEEDS)
+def test_gold_plans_slip_by_the_law(name: str, data_store: Store) -> None:
+    measured = dict(cells(gold_plans(name, data_store), SEEDS[name]))
+    assert len(measured) == 30
+    assert {cell: z for cell, z in measured.items() if abs(z) >= 4} == {}
+
+
+@pytest.mark.parametrize("name", SEEDS)
+def test_nothing_is_ever_executed_where_everything_slips(name: str, data_store: Store) -> None:
+    for plan in gold_plans(name, data_store):
+        episode = Episode(plan.domain, plan.initial, Luck(1, plan.task_id))
+        assert episode.run(plan.actions) == (Slip() if plan.actions else None)
+        assert episode.trajectory.states == (plan.initial,)

@@ -1,0 +1,126 @@
+"""The declared households as PDDL: the engine and the exported operators agree on the data set's own plans.
+
+All plans were compared once (see the numbers in docs/pddl.md); here it is a sample.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+
+import pytest
+
+from eai.base.errors import DataError
+from eai.benchmarks.behavior.domain import as_meant as behavior
+from eai.benchmarks.behavior.tasks import BehaviorTasks
+from eai.benchmarks.virtualhome.domain import as_meant as virtualhome
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
+from eai.pddl.execute import Executor, PddlState
+from eai.pddl.export import export
+from eai.pddl.fast_downward import FastDownward
+from eai.pddl.planning import PlannerOutcome, PlanningTask
+from eai.tasks.task import GoalKind, Task
+from eai.world.action import Fault
+from eai.world.domain import Domain
+from eai.world.execution import attempt, execute
+from eai.world.fault import FaultKind
+from eai.world.history import Past
+from protocols import of_reference
+from sweeps import sweep, swept
+
+
+def sample(tasks: Mapping[str, Task], count: int) -> list[Task]:
+    return [tasks[name] for name in random.Random(11).sample(list(tasks), count)]
+
+
+def disagreements(domain: Domain, task: Task) -> tuple[int, list[frozenset[str]]]:
+    """How many steps were executed, and for each with another state the predicates that differ.
+
+    After such a step the PDDL goes on from the engine's state. A step that the engine does not execute must
+    not be applicable.
+    """
+    exported = export(domain, task.initial, [goal.formula for goal in task.goals])
+    executor = Executor(exported.domain, exported.problem)
+    state: PddlState = executor.initial
+    static = state - exported.state(task.initial)
+    executed, differing = 0, []
+    past = Past(task.initial)
+    for action in task.script:
+        operator = domain.operator(action.operator)
+        if operator is None or operator.arity != len(action.arguments):
+            break
+        outcome = attempt(domain, past, action)
+        reached = executor.successor(state, exported.step(action))
+        if isinstance(outcome, Fault):
+            assert isinstance(reached, str), action
+            if outcome.kind is FaultKind.ADDITIONAL_STEP:
+                continue
+            break
+        assert not isinstance(reached, str), reached
+        executed += 1
+        past = past.then(outcome)
+        state = exported.state(outcome) | static
+        found = {atom.predicate for atom in reached ^ state if not atom.predicate.startswith("done-")}
+        if found:
+            differing.append(frozenset(found))
+        state |= {atom for atom in reached if atom.predicate.startswith("done-")}
+    return executed, differing
+
+
+def test_behavior_agrees(behavior_tasks: BehaviorTasks) -> None:
+    found = [disagreements(behavior(), task) for task in sample(behavior_tasks, 10)]
+    assert sum(executed for executed, _ in found) > 60
+    assert [differing for _, differing in found if differing] == []
+
+
+@sweep
+def test_virtualhome_agrees(virtualhome_tasks: VirtualHomeTasks) -> None:
+    found = [disagreements(virtualhome(), task) for task in sample(virtualhome_tasks, 2)]
+    assert sum(executed for executed, _ in found) > 10
+    assert [differing for _, differing in found if differing] == []
+
+
+def test_what_is_not_said_exactly_is_named(virtualhome_tasks: VirtualHomeTasks) -> None:
+    (task,) = sample(virtualhome_tasks, 1)
+    assert export(virtualhome(), task.initial, ()).unsupported == ()
+    reason = "its formula leaves open which of several objects is the first"
+    in_reference = of_reference("virtualhome_quirks").as_in_reference()
+    assert export(in_reference, task.initial, ()).unsupported == tuple(
+        f"{name}: {reason}" for name in ("room_of", "lies_on", "lies_in", "lies_next_to")
+    )
+
+
+def planner() -> FastDownward:
+    try:
+        return FastDownward.installed(cpu_seconds=60)
+    except DataError as error:
+        pytest.skip(str(error))
+
+
+def solves(domain: Domain, task: Task, objects: int | None) -> None:
+    """Fast Downward's plan for the exported task runs in the engine and reaches the goal."""
+    exported = export(domain, task.initial, [goal.formula for goal in task.goals], objects=objects)
+    result = planner().solve(PlanningTask(exported.domain, exported.problem))
+    assert result.outcome is PlannerOutcome.SOLVED, result.detail
+    trajectory = execute(domain, task.initial, [exported.action(step) for step in result.plan])
+    assert trajectory.failure is None
+    assert trajectory.additional_steps == 0
+    goals = [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]
+    assert all(domain.holds(goal.formula, trajectory.final) for goal in goals)
+
+
+@pytest.mark.parametrize("activity", ["moving_boxes_to_storage", "picking_up_take-out_food"])
+def test_fast_downward_plans_in_behavior(behavior_tasks: BehaviorTasks, activity: str) -> None:
+    task = next(behavior_tasks[name] for name in behavior_tasks if name.startswith(activity))
+    solves(behavior(), task, None)
+
+
+@pytest.mark.parametrize("number", [1, *swept(0)])
+def test_fast_downward_plans_in_virtualhome_with_what_the_task_is_about(
+    virtualhome_tasks: VirtualHomeTasks, number: int
+) -> None:
+    task = sample(virtualhome_tasks, 2)[number]
+    about = task.initial.those("ROOM")
+    for thing in task.relevant:
+        about |= 1 << thing
+    solves(virtualhome(), task, about)

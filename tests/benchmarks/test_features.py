@@ -1,0 +1,46 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.base.store import Store
+from eai.benchmarks.features import Features, features_of
+from eai.benchmarks.registry import find_benchmark
+from eai.tasks.source import ErrataChoice, Source
+from studies.lamps import lamp_task, lamps
+
+
+def test_features_are_of_the_task_alone() -> None:
+    assert features_of(lamp_task(), lamps()) == Features(
+        annotated_steps=6,
+        annotated_operators=4,
+        tool_steps=1,
+        goals=2,
+        state_goals=1,
+        relation_goals=0,
+        action_goals=1,
+        quantified_goals=1,
+        goal_options=1,
+        ground_goals=3,
+        ground_state_goals=2,
+        ground_relation_goals=0,
+        ground_action_goals=1,
+        goals_at_start=0,
+        objects=4,
+        object_categories=3,
+        initial_facts=2,
+        instruction_words=4,
+    )
+
+
+@pytest.mark.parametrize(
+    ("domain", "sums"),
+    [
+        ("behavior", {"goals": 366, "ground_goals": 673, "goal_options": 416441, "annotated_steps": 1455}),
+        ("virtualhome", {"goals": 800, "action_goals": 162, "annotated_steps": 2978}),
+    ],
+)
+def test_features_add_up_to_the_papers_table(domain: str, sums: dict[str, int], data_store: Store) -> None:
+    benchmark = find_benchmark(domain)
+    tasks = benchmark.tasks(Source(data_store, errata=ErrataChoice.NONE))
+    found = [features_of(task, benchmark) for task in tasks.values()]
+    assert {name: sum(getattr(each, name) for each in found) for name in sums} == sums

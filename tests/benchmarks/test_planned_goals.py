@@ -1,0 +1,65 @@
+"""Plans for goals that answers state: they succeed where these entail the goals of the task."""
+
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.notation.goal_lexicon import read_stated
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import PlanVerdict
+from eai.base.store import Store
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import believing, noisy_answer, open_answer_book, open_planned_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
+from eai.logic.choice import choice_options, ground
+from eai.logic.formula import Formula
+from eai.tasks.source import Source
+from eai.tasks.task import GoalKind, Task
+from sweeps import swept
+
+
+def entail(stated: set[Formula], task: Task) -> bool:
+    """Whether some way to meet each goal of the task is among stated literals."""
+    return all(
+        any(set(option) <= stated for option in choice_options(ground(goal.formula, task.scene.named)))
+        for goal in task.goals
+    )
+
+
+def noisy(benchmark: Benchmark, task_ids: list[str], source: Source) -> dict[str, str]:
+    book = open_answer_book(benchmark, Ability.GOAL_INTERPRETATION, source)
+    return {task: noisy_answer(book, task, 0.2, "0").text for task in task_ids}
+
+
+@pytest.mark.parametrize(
+    ("name", "every", "counts"),
+    [("behavior", 20, (5, 2, 0)), ("virtualhome", 12, (17, 10, 3)), *swept(("behavior", 8, (13, 6, 1)))],
+)
+def test_success_is_entailment(
+    name: str, every: int, counts: tuple[int, int, int], data_store: Store
+) -> None:
+    """A plan that reaches what was stated succeeds where that entails what was meant.
+
+    Elsewhere it does only where what was not stated holds anyway, or comes about on the way.
+    """
+    benchmark, source = find_benchmark(name), Source(data_store)
+    suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
+    ids = [i for i in suite.task_ids if not suite.tasks[i].goals_of(GoalKind.ACTION)][::every]
+    answers = noisy(benchmark, ids, source)
+    book = open_planned_book(believing(benchmark, answers), Ability.ACTION_SEQUENCING, source)
+    entailed, solved = set(), set()
+    for task_id in ids:
+        task, plan = suite.tasks[task_id], book[task_id]
+        stated = {
+            goal.formula
+            for goal in read_stated(answers[task_id], task, benchmark.domain, benchmark.goals).goals
+        }
+        verdict = suite.score(task_id, plan.text)
+        assert isinstance(verdict, PlanVerdict)
+        if plan.parts and entail(stated, task):
+            entailed.add(task_id)
+        if verdict.success:
+            solved.add(task_id)
+    assert entailed <= solved
+    assert (len(ids), len(entailed), len(solved - entailed)) == counts

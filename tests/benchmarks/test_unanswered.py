@@ -1,0 +1,92 @@
+"""A task without an answer fails in every suite and under every protocol, whatever an empty answer does."""
+
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import RAISED, Confusion
+from eai.acting.setting import ACTING
+from eai.base.store import Store
+from eai.benchmarks.suite import open_suite
+from eai.pddl.planning import PlannerChoice, PlannerOutcome
+from eai.results.rate import Rate
+from eai.results.summary import summarise
+from eai.tasks.source import Source
+
+SUITES = [(d, a, p) for d in ("virtualhome", "behavior") for a in FOUR for p in Protocol.known()]
+IN_STATISTICS = {
+    ("virtualhome", Ability.ACTION_SEQUENCING, Protocol.STRICT): 337,
+    ("virtualhome", Ability.SUBGOAL_DECOMPOSITION, Protocol.STRICT): 337,
+    ("virtualhome", Ability.ACTION_SEQUENCING, Protocol("eai-1.0.5")): 305,
+}
+"""How many tasks count, where they are not all tasks."""
+
+_LITERALS = {"precondition": Confusion(0, 0, 19), "effect": Confusion(0, 0, 19)}
+"""How many gold literals the first BEHAVIOR task has."""
+
+
+@pytest.mark.parametrize(("domain", "ability", "protocol"), SUITES, ids=str)
+def test_nothing_is_reached_and_no_error_is_blamed(
+    data_store: Store, domain: str, ability: Ability, protocol: Protocol
+) -> None:
+    suite = open_suite(domain, ability, protocol, source=Source(data_store, planner=PlannerChoice.NONE))
+    verdicts = [suite.unanswered(task_id) for task_id in suite.task_ids]
+    counted = [verdict for verdict in verdicts if verdict.excluded is None]
+    assert len(counted) == IN_STATISTICS.get((domain, ability, protocol), len(suite.task_ids))
+    assert not any(verdict.error or verdict.repairs for verdict in counted)
+    declared, rates = declaration_of(ability), summarise(verdicts, ability)
+    for column in declared.columns:
+        assert not rates[column.metric].numerator, column.metric
+    for metric in declared.yes_no - {"overall.planner_success", "overall.plan_works"}:
+        assert rates[metric] == Rate(0, len(counted))
+    main = next(iter(declared.main))
+    without_goals = sum(not declared.contributions(verdict)[main].denominator for verdict in counted)
+    assert without_goals == (4 if (domain, ability) == ("virtualhome", Ability.GOAL_INTERPRETATION) else 0)
+
+
+@pytest.mark.parametrize("protocol", list(Protocol.known()))
+def test_gold_operators_do_not_solve_a_task_without_an_answer(data_store: Store, protocol: Protocol) -> None:
+    """The reference fills in what an answer lacks; an empty answer that it can read solves every problem."""
+    source = Source(data_store, planner=PlannerChoice.BUILT_IN)
+    suite = open_suite("behavior", Ability.TRANSITION_MODELING, protocol, source=source)
+    verdict = suite.unanswered(suite.task_ids[0])
+    assert isinstance(verdict, OperatorVerdict)
+    assert (verdict.success, verdict.planner) == (False, PlannerOutcome.INPUT_ERROR)
+    assert verdict.literals == (_LITERALS if protocol is Protocol.STRICT else None)
+
+
+ODD = (
+    *("", "NaN", "1e400", "-1e400", "9" * 5000, "[1e308]", '{"a": 1e400}', "\ud800", "\x00", '"x', "DONE"),
+    *("[" * 5000, "{" * 5000, "(" * 5000, "x" * 20_000, '{"turns": [{"said": "DONE"}], "opening": "0"}'),
+    *(
+        '{"output": NaN}',
+        '{"output": []}',
+        "[null]",
+        "null",
+        '[["ON", 1e400]]',
+        '[{"action": 1, "object": 1e308}]',
+    ),
+)
+"""Texts that say nothing, or numbers that no program can take."""
+
+
+@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
+@pytest.mark.parametrize("ability", [*FOUR, ACTING], ids=str)
+def test_no_text_takes_a_task_out_of_a_denominator_or_makes_a_scorer_raise(
+    data_store: Store, domain: str, ability: Ability
+) -> None:
+    suite = open_suite(domain, ability, source=Source(data_store, planner=PlannerChoice.NONE))
+    declared = declaration_of(ability)
+    for task_id in suite.task_ids[::40]:
+        nothing = declared.contributions(suite.unanswered(task_id))
+        for text in ODD:
+            verdict = suite.score(task_id, text)
+            assert verdict.error is None or verdict.error.check != RAISED, text[:40]
+            assert verdict.excluded == suite.scorer(task_id).why_excluded(), text[:40]
+            if verdict.excluded is None:
+                found = declared.contributions(verdict)
+                for metric in declared.main:
+                    assert found[metric].denominator >= nothing[metric].denominator, (metric, text[:40])

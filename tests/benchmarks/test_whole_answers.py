@@ -1,0 +1,190 @@
+"""Answers out of reports about other readers: read as a whole, or refused with the reason and the place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import PlanVerdict, Verdict
+from eai.base.store import Store
+from eai.benchmarks.names import TaskReference
+from eai.benchmarks.suite import open_suite
+from eai.envs.rewards import TrlReward, answer_of, compute_score
+from eai.pddl.planning import PlannerChoice
+from eai.scoring.reward import reward_of
+from eai.tasks.source import Source
+
+PLANS, GOALS, OPERATORS = (
+    Ability.ACTION_SEQUENCING,
+    Ability.GOAL_INTERPRETATION,
+    Ability.TRANSITION_MODELING,
+)
+BOTTLING = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
+WASHING = "27_2"
+PLAN = (
+    '{"WALK": ["soap"], "GRAB": ["soap"], "WALK": ["washing_machine"], '
+    '"PUTBACK": ["soap", "washing_machine"]}'
+)
+TASK = f"virtualhome/action_sequencing/{WASHING}"
+
+
+def score(store: Store, name: str, ability: Ability, task_id: str, text: str) -> Verdict:
+    source = Source(store, planner=PlannerChoice.NONE)
+    return open_suite(name, ability, source=source).score(task_id, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('[{"WALK": ["soap"]}, {"GRAB": ["soap"]}, {"WALK": ["washi', "as if the answer were cut off"),
+        (
+            '[{"WALK":["soap"]},{"GRAB":["soap"},{"WALK":["washing_machine"]}]',
+            "line 1, column 35: this } does not close the [ of line 1, column 28",
+        ),
+        (f"<think>I could do {PLAN}", "the reasoning is never closed"),
+        (f"{PLAN}\nGRAB soap", "'GRAB soap' looks like a part of the answer"),
+        (
+            '{"WALK": ["soap"], "why": ["it is far"], "steps": [{"GRAB": ["soap"]}]}',
+            "there is no object or list",
+        ),
+        ("[]", "the plan has no steps, and not all goals hold at the start"),
+    ],
+)
+def test_a_plan_that_is_not_whole_is_a_parsing_error(data_store: Store, text: str, reason: str) -> None:
+    verdict = score(data_store, "virtualhome", PLANS, WASHING, text)
+    assert verdict.error is not None
+    assert verdict.error.kind.value == "parsing"
+    assert reason in verdict.error.detail
+
+
+@pytest.mark.parametrize(
+    ("name", "ability", "task_id", "text", "repairs"),
+    [
+        ("virtualhome", PLANS, WASHING, '[{"WALK":["soap"]},{"GRAB":"soap"}]', ("step_form",)),
+        (
+            "virtualhome",
+            PLANS,
+            WASHING,
+            '[{"WALK":["soap"]},{"action":"GRAB","object":"soap"}]',
+            ("step_form",),
+        ),
+        ("virtualhome", PLANS, WASHING, '{"WALK": ["soap",], "GRAB": ["soap"]}', ("trailing_comma",)),
+        ("virtualhome", PLANS, WASHING, '[{"WALK": ["soap.1002"]}]', ()),
+        ("virtualhome", PLANS, WASHING, '[{"WALK": ["soap.1002"]}, {"GRAB": ["soap", "1002"]}]', ()),
+        (
+            "virtualhome",
+            PLANS,
+            WASHING,
+            '{"WALK": ["soap"], "GRAB": ["soap"]}\n\nNote: every step has the form {"ACTION": ["object"]}.',
+            ("prose",),
+        ),
+        (
+            "behavior",
+            PLANS,
+            BOTTLING,
+            '{"thoughts": "first", "plan": [{"action":"OPEN","object":"fridge_97"}]}',
+            ("wrapper_key",),
+        ),
+        ("behavior", PLANS, BOTTLING, '[{"action":"OPEN","object":"fridge_97"},]', ("trailing_comma",)),
+        ("behavior", PLANS, BOTTLING, '[{"action":"OPEN","object":"fridge.97"}]', ()),
+        (
+            "behavior",
+            PLANS,
+            BOTTLING,
+            '{"action":"OPEN","object":"fridge_97"}\n{"action":"CLOSE","object":"fridge_97"}',
+            ("json_lines",),
+        ),
+        (
+            "virtualhome",
+            GOALS,
+            WASHING,
+            '{"node goals": [{"name": "washing_machine", "state": "ON"},], "edge goals": []}',
+            ("trailing_comma",),
+        ),
+        (
+            "virtualhome",
+            GOALS,
+            WASHING,
+            '{"node_goals": [{"name": "washing_machine.1000", "state": "ON"}]}',
+            ("section_name",),
+        ),
+        (
+            "virtualhome",
+            OPERATORS,
+            WASHING,
+            '{"output": "(:action grab :parameters (?char - character ?obj - object) '
+            ':precondition (next_to ?char ?obj) :effect (holds_rh ?char ?obj))"}\n'
+            'The form is {"output": "..."}.',
+            ("prose",),
+        ),
+    ],
+)
+def test_an_answer_in_another_form_is_read_whole(
+    data_store: Store, name: str, ability: Ability, task_id: str, text: str, repairs: tuple[str, ...]
+) -> None:
+    verdict = score(data_store, name, ability, task_id, text)
+    assert verdict.error is None
+    assert verdict.repairs == repairs
+
+
+def test_a_misspelt_section_of_goals_is_counted_or_named(data_store: Store) -> None:
+    goal = '[{"name": "washing_machine", "state": "ON"}]'
+    right = score(data_store, "virtualhome", GOALS, WASHING, f'{{"node goals": {goal}}}')
+    assert (
+        score(data_store, "virtualhome", GOALS, WASHING, f'{{"NODE-GOALS": {goal}}}').counts == right.counts
+    )  # type: ignore[attr-defined]
+    unknown = score(data_store, "virtualhome", GOALS, WASHING, f'{{"knot goals": {goal}, "edge goals": []}}')
+    assert unknown.error is not None
+    assert unknown.error.detail.endswith('there is no section "knot goals"')
+
+
+DOMAIN = """(define (domain two) (:requirements :strips) (:predicates (p ?x) (r ?x))
+ (:action mk :parameters (?x) :precondition () :effect (p ?x))
+ (:action un :parameters (?x) :precondition (p ?x) :effect (r ?x)))"""
+
+
+@pytest.mark.parametrize(
+    ("initial", "text", "success", "kind"),
+    [
+        ("(r a)", "; cost = 0 (unit cost)\n", True, None),
+        ("(r a)", "[]", True, None),
+        ("(r a)", "", False, "parsing"),
+        ("", "[]", False, "parsing"),
+        ("", "(mk a)\nun a", False, "parsing"),
+        ("", "Step 1:\n(mk a)\nStep 2:\n(un a)", True, None),
+        ("", "(mk a)\n(un a", False, "parsing"),
+    ],
+)
+def test_lines_of_a_pddl_plan(
+    tmp_path: Path, initial: str, text: str, success: bool, kind: str | None
+) -> None:
+    (tmp_path / "domain.pddl").write_text(DOMAIN)
+    problem = f"(define (problem q) (:domain two) (:objects a b) (:init {initial}) (:goal (r a)))"
+    (tmp_path / "q.pddl").write_text(problem)
+    reference = f"pddl:{tmp_path / 'domain.pddl'},{tmp_path / 'q.pddl'}"
+    verdict = open_suite(reference, PLANS).score("q", text)
+    assert isinstance(verdict, PlanVerdict)
+    assert verdict.success is success
+    assert (verdict.error.kind.value if verdict.error else None) == kind
+
+
+@pytest.mark.parametrize("text", [f"<think>I could do {PLAN}", f"{PLAN}\n<think>or not</think>", PLAN])
+def test_rewards_score_and_trainers_have_one_definition_of_the_answer(data_store: Store, text: str) -> None:
+    reference = TaskReference.parse(TASK)
+    paid = reward_of(reference, "progress").grade(reference.task_id, text).value
+    assert TrlReward("progress")(completions=[text], task=[TASK]) == [paid]
+    assert compute_score("", text, TASK, shaping="progress")["score"] == paid
+    parts = [[{"role": "assistant", "content": [{"type": "text", "text": text}]}]]
+    assert TrlReward("progress")(completions=parts, task=[TASK]) == [paid]
+
+
+def test_the_content_of_a_message_is_text_or_parts() -> None:
+    assert (
+        answer_of([{"role": "assistant", "content": [{"type": "image"}, {"type": "text", "text": "a"}]}])
+        == "a"
+    )
+    assert answer_of([{"role": "assistant", "content": None}]) == ""
+    with pytest.raises(TypeError, match="not int"):
+        answer_of([{"role": "assistant", "content": 3}])

@@ -1,0 +1,146 @@
+from __future__ import annotations
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchmarks.graphs import ORDERED, PlainGraph, final_graph, initial_graph
+from benchmarks.synthetic import PROGRAMS, SCENE, TASKS, MadeTask, Triple, bundle, files, graph, node
+from eai.base.errors import DataError
+from eai.base.store import Store, silent
+from eai.benchmarks.virtualhome.convert import convert_tasks
+from eai.benchmarks.virtualhome.records import (
+    VirtualHome,
+)
+
+
+def converted(tasks: tuple[MadeTask, ...], folder: Path) -> VirtualHome:
+    members = convert_tasks(bundle(files(tasks)), silent)
+    return VirtualHome.of(Store(folder).write("virtualhome", {}, members))
+
+
+@pytest.fixture
+def tasks(tmp_path: Path) -> VirtualHome:
+    return converted(TASKS, tmp_path)
+
+
+def expected_targets(values: dict[str, Any]) -> dict[tuple[int, str], list[int]]:
+    groups: dict[tuple[int, str], dict[int, None]] = {}
+    for edge in values["edges"]:
+        groups.setdefault((edge["from_id"], edge["relation_type"]), {})[edge["to_id"]] = None
+    return {key: list(ids) if key[1] in ORDERED else sorted(ids) for key, ids in groups.items()}
+
+
+def assert_objects(found: PlainGraph, values: dict[str, Any]) -> None:
+    last = {each["id"]: each for each in values["nodes"]}
+    assert found.objects.keys() == last.keys()
+    for identifier, record in found.objects.items():
+        expected = last[identifier]
+        assert (record.id, record.class_name, record.category) == (
+            identifier,
+            expected["class_name"],
+            expected["category"],
+        )
+        assert record.properties == tuple(sorted(set(expected["properties"])))
+        assert record.states == tuple(sorted(set(expected["states"])))
+
+
+def test_tasks_come_in_the_order_of_the_annotations(tasks: VirtualHome) -> None:
+    assert list(tasks) == ["1_1", "2_1", "3_1"]
+    assert [task.title for task in tasks.values()] == ["Turn on light", "Turn on light", "Put cup"]
+    assert tasks["1_1"] is tasks["1_1"]
+    with pytest.raises(KeyError):
+        tasks["4_1"]
+
+
+def test_script_and_goals_are_kept_as_annotated(tasks: VirtualHome) -> None:
+    cup, sofa = ("cup", 1000), ("sofa", 90)
+    assert tasks["3_1"].script == (("GRAB", (cup,)), ("PUTBACK", (cup, sofa)))
+    assert tasks["3_1"].description == "Put it on the sofa."
+    assert tasks["3_1"].edge_goals == ((1000, "ON", 90), (1000, "ON", 7))
+    assert tasks["1_1"].node_goals == ((7, "lamp", "ON"),)
+    assert tasks["1_1"].action_goals == (("LOOKAT", "WATCH"),)
+    assert (tasks["1_1"].tl_goal, tasks["2_1"].tl_goal) == ("ON(lamp.7)", None)
+    assert tasks["2_1"].script == (("STANDUP", ()),)
+
+
+@pytest.mark.parametrize("made", TASKS, ids=lambda made: made.id)
+def test_graphs_come_back_from_the_differences(tasks: VirtualHome, made: MadeTask) -> None:
+    found = initial_graph(tasks.base, tasks[made.id])
+    assert_objects(found, made.initial)
+    assert found.targets() == expected_targets(made.initial)
+    found = final_graph(tasks.base, tasks[made.id])
+    assert_objects(found, made.final)
+    assert {key: set(ids) for key, ids in found.targets().items()} == {
+        key: set(ids) for key, ids in expected_targets(made.final).items()
+    }
+
+
+def test_relevant_objects_come_in_the_order_met(tasks: VirtualHome) -> None:
+    assert tasks["1_1"].relevant_from_nodes == (7,)
+    assert tasks["1_1"].relevant_from_edges == (65, 90)
+    assert tasks["2_1"].relevant_from_nodes == tasks["2_1"].relevant_from_edges == ()
+    assert tasks["3_1"].relevant_from_edges == (1000, 1, 90)
+
+
+def test_progress_counts_tasks() -> None:
+    steps: list[tuple[object, ...]] = []
+    convert_tasks(bundle(files()), lambda stage, _, *counts: steps.append((stage, *counts)))
+    assert steps == [("converting", done, 3) for done in range(4)]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        (b"Turn on light", b"Turn off light", "its title is 'Turn off light'"),
+        (b"[WALK]", b"WALK", "not a step: 'WALK <lamp>"),
+    ],
+)
+def test_a_script_of_another_form_is_told(old: bytes, new: bytes, reason: str) -> None:
+    contents = files()
+    path = f"{PROGRAMS}executable_programs/{SCENE}1_1.txt"
+    contents[path] = contents[path].replace(old, new)
+    with pytest.raises(DataError, match=reason):
+        convert_tasks(bundle(contents), silent)
+
+
+IDS = st.integers(1, 4)
+EDGES = st.lists(st.tuples(IDS, st.sampled_from(["ON", "INSIDE", "CLOSE"]), IDS), max_size=12)
+STATES = st.lists(st.sampled_from(["ON", "OFF"]), min_size=4, max_size=4)
+
+
+def random_graph(edges: list[Triple], states: list[str], size: int) -> dict[str, Any]:
+    nodes = [node(number + 1, f"class{number}", [state]) for number, state in enumerate(states[:size])]
+    return graph(nodes, [edge for edge in edges if max(edge[0], edge[2]) <= size])
+
+
+@given(st.lists(st.tuples(EDGES, STATES, st.integers(1, 4), EDGES, STATES), min_size=1, max_size=4))
+def test_any_set_of_graphs_comes_back(
+    drawn: list[tuple[list[Triple], list[str], int, list[Triple], list[str]]],
+) -> None:
+    made = tuple(
+        MadeTask(
+            str(number),
+            "Title",
+            "Title\nText\n",
+            [],
+            [],
+            None,
+            random_graph(before, states, size),
+            random_graph(after, final_states, size),
+        )
+        for number, (before, states, size, after, final_states) in enumerate(drawn)
+    )
+    with TemporaryDirectory() as folder:
+        tasks = converted(made, Path(folder))
+    for each in made:
+        found, last = initial_graph(tasks.base, tasks[each.id]), final_graph(tasks.base, tasks[each.id])
+        assert_objects(found, each.initial)
+        assert_objects(last, each.final)
+        assert found.targets() == expected_targets(each.initial)
+        assert last.targets().keys() == expected_targets(each.final).keys()
+        assert len(last.edges) == len({tuple(edge.values()) for edge in each.final["edges"]})

@@ -1,0 +1,178 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchmarks.virtualhome import flat
+from benchmarks.virtualhome.household import make_task
+from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
+from eai.abilities.notation.plan_form import WrittenPlan
+from eai.abilities.verdict import Unreadable
+from eai.benchmarks.virtualhome.plan_notation import Identified, VirtualHomePlans, read_steps
+from eai.world.action import Action
+from protocols import of_reference
+
+virtualhome_plans = of_reference("virtualhome_plans")
+
+ACTION_NAMES = ("WALK", "GRAB", "SIT", "PUTBACK")
+
+Steps = list[tuple[str, tuple[object, ...]]]
+
+WALK_GRAB: Steps = [("WALK", ("sofa",)), ("GRAB", ("cup",))]
+
+
+def steps(text: str) -> Steps:
+    plan = read_steps(text, ACTION_NAMES)
+    assert isinstance(plan, WrittenPlan), plan
+    return [tuple(step) for step in plan.steps]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"WALK": ["sofa"], "GRAB": ["cup"]}',
+        '[{"WALK": ["sofa"]}, {"GRAB": ["cup"]}]',
+        '[{"WALK": ["sofa"], "GRAB": ["cup"]}]',
+        '[[{"WALK": ["sofa"]}], [{"GRAB": ["cup"]}]]',
+        '{"plan": {"WALK": ["sofa"], "GRAB": ["cup"]}}',
+        '{"plan": [{"WALK": ["sofa"]}, {"GRAB": ["cup"]}]}',
+        '{"thought": "Sit?", "plan": {"WALK": ["sofa"], "GRAB": ["cup"]}}',
+        '```json\n{"WALK": ["sofa"], "GRAB": ["cup"]}\n```',
+        "{'WALK': ['sofa'], 'GRAB': ['cup']}",
+        'First {"SIT": ["sofa"], "GRAB": ["cup"]}. No, rather {"WALK": ["sofa"], "GRAB": ["cup"]}.',
+        'Each step is {"ACTION": ["object"]}.\n{"WALK": ["sofa"], "GRAB": ["cup"]}\nSee {"ACTION": [1]}.',
+        '<think>{"SIT": ["sofa"]}</think>{"WALK": ["sofa"], "GRAB": ["cup"]}<|eot_id|>',
+        '{"WALK": ["sofa"],}\n{"GRAB": ["cup"],}',
+        '1. {"WALK": ["sofa"]}\n2. {"GRAB": ["cup"]}',
+        '{"WALK": "sofa", "GRAB": "cup"}',
+        '[{"action": "WALK", "object": "sofa"}, {"action": "GRAB", "objects": ["cup"]}]',
+        '{"plan": "[{\\"WALK\\": [\\"sofa\\"]}, {\\"GRAB\\": [\\"cup\\"]}]"}',
+    ],
+)
+def test_one_plan_in_many_guises(text: str) -> None:
+    assert steps(text) == WALK_GRAB
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('{"WALK": ["sofa"], "WALK": ["sofa"]}', [("WALK", ("sofa",)), ("WALK", ("sofa",))]),
+        ('{"STANDUP": []}', [("STANDUP", ())]),
+        ('{"STANDUP": [ ]}', [("STANDUP", ())]),
+        ('{"WALK": ["sofa", 352]}', [("WALK", ("sofa", 352))]),
+        ('{"WALK": ["sofa", null, [1]]}', [("WALK", ("sofa", None, [1]))]),
+        ('{"walk": ["sofa"]}', [("walk", ("sofa",))]),
+        ('{"": [""]}', [("", ("",))]),
+        ("{'WALK': ('sofa',)}", [("WALK", ("sofa",))]),
+    ],
+)
+def test_what_stands_there_is_kept(text: str, expected: Steps) -> None:
+    assert steps(text) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "repairs"),
+    [
+        ('{"WALK": ["sofa"]}', ()),
+        ('```{"WALK": ["sofa"]}```', ("code_fence",)),
+        ('{"WALK": ["sofa"],}', ("trailing_comma",)),
+        ('{"WALK": "sofa"}', ("step_form",)),
+        ('{"why": "to sit", "plan": {"WALK": ["sofa"]}}', ("wrapper_key",)),
+    ],
+)
+def test_repairs_are_named(text: str, repairs: tuple[str, ...]) -> None:
+    plan = read_steps(text, ACTION_NAMES)
+    assert isinstance(plan, WrittenPlan)
+    assert plan.repairs == repairs
+
+
+@pytest.mark.parametrize("text", ["{}", "[]", "[{}]", '{"action commands": []}'])
+def test_an_empty_plan_has_no_steps(text: str) -> None:
+    assert steps(text) == []
+
+
+NO_PLAN = "there is no object or list of actions with their objects"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", NO_PLAN),
+        ("   \n", NO_PLAN),
+        ("I would walk to the sofa.", NO_PLAN),
+        ("null", NO_PLAN),
+        ('"WALK"', "'\"WALK\"' looks like a part of the answer and stands outside"),
+        ('["WALK", "sofa"]', f'{NO_PLAN}: step 1 has no "action"'),
+        ('{"SIT": ["a"], "why": "b"}', f'{NO_PLAN}: step 1 has no "action"'),
+        ('{"plan": {"a": {"b": 1}}}', NO_PLAN),
+        ('{"WALK": [sofa]}', f"{NO_PLAN}: line 1, column 11: expected value"),
+        ('{"WALK": ["sofa"], "GRAB": [cup]}', f"{NO_PLAN}: line 1, column 29: expected value"),
+        ('{"WALK": ["sofa"], "GRAB": ["cup"]', "as if the answer were cut off"),
+        ('{"WALK": ["sofa"], "GRAB": ["cup"], "PUTBACK": ["cup", "ta', "as if the answer were cut off"),
+        ('"WALK": ["sofa"], "GRAB": ["cup"]', "looks like a part of the answer and stands outside"),
+        ('{"WALK": ["sofa"]}\nGRAB cup', "'GRAB cup' looks like a part of the answer and stands outside"),
+        ('{"WALK": ["sofa"]} then {"GRAB": ["cup"]}', "'then' looks like a part of the answer"),
+        ('{"plan": {"WALK": ["sofa"]}, "GRAB": ["cup"]}', NO_PLAN),
+    ],
+)
+def test_what_is_no_whole_plan_cannot_be_read(text: str, reason: str) -> None:
+    plan = read_steps(text, ACTION_NAMES)
+    assert isinstance(plan, Unreadable)
+    assert reason in plan.reason
+
+
+def test_an_endless_answer_is_not_searched() -> None:
+    assert read_steps('{"WALK": ["sofa"]}' + " " * MAX_LENGTH) is TOO_LONG
+
+
+SCENE = flat.scene()
+NOTATION = VirtualHomePlans()
+ACTIONS = st.builds(
+    Action,
+    st.sampled_from(["WALK", "PUTBACK", "STANDUP"]),
+    st.lists(st.sampled_from(range(len(SCENE.objects))), max_size=2).map(tuple),
+)
+
+
+@pytest.mark.parametrize(
+    ("plan", "text"),
+    [
+        ([], "{}"),
+        (["WALK fridge.10"], '{"WALK": ["fridge", "10"]}'),
+        (["STANDUP", "STANDUP"], '{"STANDUP": [ ], "STANDUP": [ ]}'),
+        (["PUTIN cup.13 fridge.10"], '{"PUTIN": ["cup", "13", "fridge", "10"]}'),
+    ],
+)
+def test_a_plan_is_written_with_names_and_ids(plan: list[str], text: str) -> None:
+    actions = [flat.action(step, SCENE) for step in plan]
+    assert NOTATION.join(NOTATION.write(actions, SCENE)) == text
+
+
+@given(st.lists(ACTIONS, min_size=1, max_size=5).filter(lambda plan: any(a.arguments for a in plan)))
+def test_both_protocols_read_what_is_written(plan: list[Action]) -> None:
+    task = make_task()
+    text = NOTATION.join(NOTATION.write(plan, task.scene))
+    for notation in (NOTATION, virtualhome_plans._Notation(), virtualhome_plans._Notation(with_ids=True)):
+        read = notation.read(text)
+        assert isinstance(read, WrittenPlan)
+        index_of = notation.objects(task)
+        assert [Action(s.action, tuple(map(index_of, s.objects))) for s in read.steps] == plan  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("text", "objects"),
+    [
+        ('{"PUTIN": ["cup", "13", "fridge", 10]}', (Identified("cup", "13"), Identified("fridge", 10))),
+        ('{"PUTIN": ["cup", "13", "fridge"]}', (Identified("cup", "13"), Identified("fridge", None))),
+        ('{"PUTIN": ["cup", "fridge"]}', ("cup", "fridge")),
+    ],
+)
+def test_a_class_and_an_id_are_one_object(text: str, objects: tuple[object, ...]) -> None:
+    plan = NOTATION.read(text)
+    assert isinstance(plan, WrittenPlan)
+    assert plan.steps[0].objects == objects
+
+
+def test_what_messages_call_an_object() -> None:
+    assert (str(Identified("cup", 13)), str(Identified("cup", None))) == ("cup_13", "cup without an id")

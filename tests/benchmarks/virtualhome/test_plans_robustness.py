@@ -1,0 +1,156 @@
+"""Whatever a model writes, there is a verdict and an explanation, the same every time."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks.plan_scorers import virtualhome_scorer
+from benchmarks.virtualhome.household import make_task
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.protocol import Ability, Protocol
+from eai.base.store import Store
+from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.results.codec import dataclass_to_json, fields_of
+from eai.tasks.source import Source
+from made_answers import made_answers
+from sweeps import first_of
+
+BOTH = pytest.mark.parametrize("protocol", list(Protocol.known()), ids=lambda protocol: protocol.value)
+
+MADE_UP = make_task(goals=("state OPEN fridge.10", "relation ONTOP cup.13 bed.20", "action TOUCH|TYPE"))
+SCORERS = [
+    virtualhome_scorer(MADE_UP, protocol, with_ids=with_ids)
+    for protocol in Protocol.known()
+    for with_ids in (None, True, False)
+]
+ACTIONS = sorted(virtualhome.as_meant().compiled)
+NAMES = [thing.name for thing in MADE_UP.scene.objects]
+
+SYNTAX = [
+    "{",
+    "}",
+    "[",
+    "]",
+    '"',
+    "'",
+    ",",
+    ":",
+    "\\",
+    "```",
+    "```json",
+    "<think>",
+    "</think>",
+    "<|",
+    "|>",
+    "10",
+    "1e999",
+    "-0",
+    "null",
+    "NaN",
+]
+WRITTEN = ['"WALK": ["fridge"]', '"OPEN": ["fridge", "10"]', "[ ]", "\n", "\0", "\ud800"]
+PIECES = st.sampled_from([*SYNTAX, *WRITTEN, *ACTIONS, *NAMES])
+SOUP = st.lists(PIECES | st.text(max_size=3), max_size=30).map("".join)
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=4) | st.sampled_from(NAMES),
+    lambda parts: st.lists(parts, max_size=3) | st.dictionaries(st.sampled_from(ACTIONS), parts, max_size=3),
+    max_leaves=12,
+)
+STEPS = st.tuples(
+    st.sampled_from(ACTIONS) | st.text(max_size=4),
+    st.lists(st.sampled_from(NAMES), max_size=2).map(
+        lambda names: [part for name in names for part in name.rsplit(".", 1)]
+    ),
+)
+PLANS = st.lists(STEPS, max_size=12).map(
+    lambda steps: "{" + ", ".join(f"{json.dumps(a)}: {json.dumps(names)}" for a, names in steps) + "}"
+)
+
+
+def verdict_as_text(scorer: ActionSequencing, text: str) -> str:
+    return json.dumps(fields_of(scorer.score(text)))
+
+
+def check(scorer: ActionSequencing, text: str) -> None:
+    """The verdict is complete and always the same, and there is an explanation."""
+    verdict = scorer.score(text)
+    assert (verdict.excluded is None) == (verdict.executable is not None)
+    assert verdict.error is None or not verdict.executable
+    assert verdict_as_text(scorer, text) == verdict_as_text(scorer, text)
+    json.dumps(dataclass_to_json(scorer.explain(text)))
+
+
+@given(SOUP | st.text() | VALUES.map(json.dumps) | VALUES.map(repr) | PLANS)
+def test_any_text_has_a_verdict(text: str) -> None:
+    for scorer in SCORERS:
+        check(scorer, text)
+
+
+@BOTH
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\0" * 1000,
+        "\ud800\udfff",
+        "[" * 100_000,
+        "[" * 100_000 + "]" * 100_000,
+        "{'a': " * 100_000,
+        '{"WALK": ' + "[" * 100_000,
+        '{"WALK": ' + "[" * 900 + "]" * 900 + "}",
+        '{"WALK": [' + "9" * 100_000 + "]}",
+        '{"WALK": ["' + "x" * 900_000 + '"]}',
+        "{" * 2_000_000,
+    ],
+    ids=lambda value: value[:12] if isinstance(value, str) else None,
+)
+def test_extreme_texts_have_a_verdict(protocol: Protocol, text: str) -> None:
+    scorer = virtualhome_scorer(MADE_UP, protocol)
+    check(scorer, text)
+    assert scorer.score(text).executable is False
+
+
+@pytest.mark.parametrize("protocol", first_of(Protocol.known()), ids=lambda protocol: protocol.value)
+def test_a_plan_of_ten_thousand_steps_is_executed(protocol: Protocol) -> None:
+    steps = ['"WALK": ["cup"], "GRAB": ["cup"], "WALK": ["bed"], "PUTBACK": ["cup", "bed"]'] * 2_500
+    scorer = virtualhome_scorer(MADE_UP, protocol)
+    done = "{" + ", ".join(steps) + "}"
+    assert scorer.score(done).executable is True
+    assert len(scorer.explain(done).steps) == 10_000
+    failed = scorer.score(done[:-1] + ', "GRAB": ["milk"]}')
+    assert failed.error is not None
+    assert failed.error.step == 10_000
+
+
+@pytest.fixture(scope="module")
+def suites(data_store: Store) -> tuple[Suite, ...]:
+    source = Source(data_store)
+    return tuple(
+        open_suite("virtualhome", Ability.ACTION_SEQUENCING, protocol, source=source)
+        for protocol in Protocol.known()
+    )
+
+
+@pytest.fixture(scope="module")
+def answers(data_store: Store) -> list[tuple[str, str]]:
+    """(task id, answer) for all tasks."""
+    return made_answers("virtualhome", Ability.ACTION_SEQUENCING, data_store)
+
+
+@settings(deadline=None)
+@given(st.data())
+def test_a_damaged_answer_has_a_verdict(
+    suites: tuple[Suite, ...], answers: list[tuple[str, str]], data: st.DataObject
+) -> None:
+    task_id, text = data.draw(st.sampled_from(answers))
+    start = data.draw(st.integers(0, len(text)))
+    end = data.draw(st.integers(start, len(text)))
+    damaged = text[:start] + data.draw(SOUP) + text[end:]
+    for suite in suites:
+        scorer = suite.scorer(task_id)
+        assert isinstance(scorer, ActionSequencing)
+        check(scorer, damaged)

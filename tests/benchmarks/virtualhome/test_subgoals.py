@@ -1,0 +1,356 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks.virtualhome.household import make_task
+from eai.abilities.protocol import Protocol
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.search import ExplorationLimits
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
+from eai.abilities.verdict import Verdict
+from eai.results.codec import dataclass_to_json, fields_of
+from eai.tasks.share import Share
+from eai.world.fault import FaultKind
+from subgoal_scorers import virtualhome_subgoals
+from threading_tests import asked_by_threads
+
+GOALS = ("state OPEN fridge.10", "relation ONTOP cup.13 bed.20", "action TOUCH|PUSH")
+TASK = replace(
+    make_task(goals=GOALS, more_objects=("cup.40",)),
+    temporal_goal="(exists x. ((TOUCH(x) or PUSH(x))) then (OPEN(fridge.10) and ONTOP(cup.13, bed.20)))",
+)
+SCORERS = STRICT, REFERENCE = tuple(
+    virtualhome_subgoals(protocol)(TASK) for protocol in (Protocol.STRICT, Protocol("eai-1.0.5"))
+)
+CUP_HELD = "HOLDS_RH(character.65, cup.13)"
+REACHED = ("TOUCH(table.12)", "OPEN(fridge.10)", CUP_HELD, "ONTOP(cup.13, bed.20)")
+
+
+def answer(*subgoals: object) -> str:
+    return json.dumps({"necessity_to_use_action": "yes", "actions_to_include": [], "output": subgoals})
+
+
+def told(verdict: Verdict) -> str:
+    """The category, and what ended the answer: of those that run, also where."""
+    assert verdict.category is not None
+    error = "" if verdict.error is None else f" {verdict.error.kind.value}"
+    runs = verdict.category is SubgoalCategory.RUNTIME
+    step = f" {verdict.error.step}" if verdict.error is not None and runs else ""
+    return f"{verdict.category.value}{error}{step}"
+
+
+@pytest.mark.parametrize(
+    ("subgoals", "strict", "reference"),
+    [
+        (REACHED, "correct", "correct"),
+        # However it is joined, an entry is one subgoal, which takes two actions at most.
+        ([" then ".join(REACHED)], "runtime missing_step 0", "correct"),
+        ([f"({' and '.join(REACHED)})"], "runtime missing_step 0", "correct"),
+        (REACHED[1:], "goal_unreachable", "goal_unreachable"),
+        (["HOLDS_RH(character.65, milk.11)"], "runtime missing_step 0", "runtime missing_step 0"),
+        (["OPEN(table.12)"], "runtime affordance 0", "runtime affordance 0"),
+        ([], "goal_unreachable", "not_parseable parsing"),
+        # Names.
+        (["FLY(table.12)"], "hallucination hallucination", "hallucination hallucination"),
+        (["OPEN(yacht.9)"], "hallucination hallucination", "hallucination hallucination"),
+        (["OPEN(fridge.11)"], "hallucination hallucination", "hallucination hallucination"),
+        (["OPEN(fridge.10, cup.13)"], "hallucination argument_number", "hallucination argument_number"),
+        (["OPEN(x)"], "hallucination hallucination", "hallucination hallucination"),
+        (["POUR(milk.11, cup.13)"], "runtime missing_step 0", "hallucination hallucination"),
+        # Syntax.
+        (["OPEN(fridge.10"], "not_parseable parsing", "not_parseable parsing"),
+        (["OPEN(fridge.10))", "FLY(x)"], "not_parseable parsing", "not_parseable parsing"),
+        (["eventually OPEN(fridge.10)"], "not_parseable parsing", "not_parseable parsing"),
+        ([3], "not_parseable parsing", "not_parseable parsing"),
+        # Alternatives: all are tried, or one by lot after the text is cut.
+        (["OPEN(table.12) or TOUCH(table.12)", *REACHED[1:]], "correct", None),
+        (
+            ["(OPEN(table.12) or TOUCH(table.12)) and SITTING(character.65)", *REACHED[1:]],
+            "runtime missing_step 0",
+            "not_parseable parsing",
+        ),
+        (["exists x. (TOUCH(x))", *REACHED[1:]], "correct", "not_parseable parsing"),
+        # Negations.
+        ([*REACHED, "not CLOSED(fridge.10)"], "correct", "not_parseable parsing"),
+        (["not CLOSED(fridge.10)"], "goal_unreachable", "not_parseable parsing"),
+        (
+            [*REACHED[:3], "not (CLOSED(fridge.10) or not ONTOP(cup.13, bed.20))"],
+            "correct",
+            None,
+        ),
+        (["not TOUCH(table.12)"], "not_parseable parsing", "not_parseable parsing"),
+        (["OPEN(table.12)", "not ON(fridge.10)"], "runtime affordance 0", "runtime affordance 0"),
+        # Names without ids.
+        (
+            ["TOUCH(table)", "OPEN(fridge)", CUP_HELD, "ONTOP(cup.13, bed)"],
+            "correct",
+            "not_parseable parsing",
+        ),
+        (["TOUCH(table)", "OPEN(fridge)", CUP_HELD, "ONTOP(cup, bed)"], "correct", "not_parseable parsing"),
+        # What no action brings about.
+        ([*REACHED, "SITTING(character.65)"], "correct", "correct"),
+        ([*REACHED, "SITTING(character.65) and ONTOP(character.65, bed.20)"], "correct", "correct"),
+        ([*REACHED, "NEXT_TO(cup.13, book.16)"], "correct", "correct"),
+        ([*REACHED, "NEXT_TO(cup.13, character.65)"], "correct", "correct"),
+        ([*REACHED, "GRABBABLE(cup.13)"], "correct", "correct"),
+        ([*REACHED, "forall x. (not HOLDS_RH(character.65, x))"], "correct", "not_parseable parsing"),
+        ([*REACHED, "forall x. (TOUCH(x))"], "not_parseable parsing", "not_parseable parsing"),
+        # The goal must hold at the end, or at any time.
+        ([*REACHED, "CLOSED(fridge.10)"], "goal_unreachable", "correct"),
+        ([*REACHED[1:], "TOUCH(table.12)"], "correct", "correct"),
+    ],
+)
+def test_the_category_and_the_error(subgoals: list[object], strict: str, reference: str | None) -> None:
+    assert told(STRICT.score(answer(*subgoals))) == strict
+    if reference is not None:
+        assert told(REFERENCE.score(answer(*subgoals))) == reference
+
+
+@pytest.mark.parametrize(
+    ("subgoals", "additional"),
+    [
+        (["GRAB(cup.13)", "GRAB(cup.13)"], 1),
+        # What holds already is asked for in vain ...
+        (["OPEN(fridge.10)", "OPEN(fridge.10)"], 1),
+        ([CUP_HELD, "GRAB(cup.13)"], 1),
+        # ... but not where an action of the same subgoal brings it about, or where the subgoal asks for more.
+        ([f"GRAB(cup.13) and {CUP_HELD}"], 0),
+        ([f"{CUP_HELD} and GRAB(cup.13)"], 0),
+        (["OPEN(fridge.10)", f"OPEN(fridge.10) and {CUP_HELD}"], 0),
+        (["OPEN(fridge.10)", "OPEN(fridge.10) and TOUCH(table.12)"], 0),
+    ],
+)
+def test_additional_steps_of_subgoals(subgoals: list[str], additional: int) -> None:
+    verdict = STRICT.score(answer(*subgoals))
+    assert (verdict.executable, verdict.additional_steps) == (True, additional)
+
+
+@pytest.mark.parametrize(
+    ("text", "strict", "reference"),
+    [
+        ("Sure:\n```json\n" + answer(*REACHED) + "\n```", "correct", "correct"),
+        (answer(*REACHED).replace('"', "'"), "correct", "not_parseable parsing"),
+        ("{" + answer(*REACHED)[1:-1] + ', "why": "so"}', "correct", "correct"),
+        ("{" + answer(*REACHED)[1:-1] + ', "more": ["a"]}', "not_parseable parsing", "correct"),
+        ('{"output": "OPEN(fridge.10)"}', "not_parseable parsing", "not_parseable parsing"),
+        ("OPEN(fridge.10)", "not_parseable parsing", "not_parseable parsing"),
+        (answer("I will open it.", *REACHED), "not_parseable parsing", "correct"),
+        (answer(*REACHED, "ONTOP(character.65, bed.20)", "SLEEP"), "correct", "correct"),
+    ],
+)
+def test_where_the_subgoals_are_found(text: str, strict: str, reference: str) -> None:
+    assert told(STRICT.score(text)) == strict
+    assert told(REFERENCE.score(text)) == reference
+
+
+def test_repairs_are_named() -> None:
+    assert STRICT.score(answer("SLEEP")).repairs == ("brackets",)
+
+
+def test_errors_and_goals_are_those_of_the_reported_branch() -> None:
+    verdict = STRICT.score(answer("OPEN(fridge.10)", "OPEN(fridge.10)", "HOLDS_RH(character.65, table.12)"))
+    assert verdict.errors == (FaultKind.ADDITIONAL_STEP, FaultKind.AFFORDANCE)
+    assert verdict.additional_steps == 1
+    assert verdict.goals is not None
+    assert verdict.goals == (Share(1, 1), Share(0, 1), Share(0, 1))
+    assert (verdict.executable, verdict.success) == (False, False)
+
+
+def test_the_reference_counts_entries_but_not_those_of_unreachable_goals() -> None:
+    twice = ("OPEN(fridge.10)", "OPEN(fridge.10)")
+    failed = REFERENCE.score(answer(*twice, "HOLDS_RH(character.65, table.12)"))
+    assert failed.counted is not None
+    assert failed.counted.errors == {FaultKind.AFFORDANCE: 1, FaultKind.ADDITIONAL_STEP: 1}
+    missed, reached = (REFERENCE.score(answer(*subgoals)) for subgoals in (twice, (*REACHED[:1], *REACHED)))
+    assert missed.errors == (FaultKind.ADDITIONAL_STEP,)
+    assert missed.counted is not None
+    assert (missed.counted.success, missed.counted.errors) == (False, {})
+    assert reached.counted is not None
+    assert (reached.counted.success, reached.counted.goals) == (True, reached.goals)
+    assert STRICT.score(answer(*twice)).counted is None
+
+
+def test_action_goals_count_up_to_the_first_that_is_missing_in_the_reference() -> None:
+    task = replace(
+        make_task(goals=("action TOUCH", "action TYPE", "action PUSH")), temporal_goal="exists x. (PUSH(x))"
+    )
+    plan = answer("PUSH(table.12)", "TOUCH(table.12)")
+    strict, reference = (virtualhome_subgoals(p)(task).score(plan).goals for p in Protocol.known())
+    assert strict is not None
+    assert reference is not None
+    assert (strict.action, reference.action) == (Share(1, 3), Share(1, 3))
+    other = virtualhome_subgoals(Protocol("eai-1.0.5"))(task).score(answer("PUSH(table.12)")).goals
+    assert other is not None
+    assert other.action == Share(0, 3)
+
+
+def test_a_goal_that_the_reference_cannot_read_makes_every_plan_unparseable() -> None:
+    task = replace(TASK, temporal_goal="exists x. (exists y. (POUR(x, y)))")
+    assert (
+        told(virtualhome_subgoals(Protocol("eai-1.0.5"))(task).score(answer(*REACHED)))
+        == "not_parseable parsing"
+    )
+    assert told(virtualhome_subgoals(Protocol.STRICT)(task).score(answer(*REACHED))) == "goal_unreachable"
+
+
+@pytest.mark.parametrize(
+    ("subgoal", "excluded"),
+    [
+        ("OPEN(fridge.10) and CLOSED(fridge.10)", True),
+        ("OPEN(fridge.10) and not OPEN(fridge.10)", True),
+        ("HOLDS_RH(character.65, cup.13) and HOLDS_LH(character.65, cup.13)", True),
+        ("CLOSED(fridge.10) and (OPEN(fridge.10) or not CLOSED(fridge.10))", True),
+        ("OPEN(fridge.10) and INSIDE(table.12, bed.20)", False),
+        ("ONTOP(cup.13, bed.20) and ONTOP(cup.13, table.12)", True),
+        ("HOLDS_RH(character.65, cup.13) and HOLDS_LH(character.65, table.12)", False),
+        ("ONTOP(cup.13, bed.20) and ONTOP(cup.13, table.12) and HOLDS_RH(character.65, cup.13)", True),
+        ("(OPEN(fridge.10) and CLOSED(fridge.10)) or HOLDS_LH(character.65, table.12)", False),
+    ],
+)
+def test_parts_that_exclude_each_other_are_told(subgoal: str, excluded: bool) -> None:
+    error = STRICT.score(answer(subgoal)).error
+    assert error is not None
+    told = error.detail.endswith(" does not hold, and its parts exclude each other")
+    assert (told, error.check == "parts_exclude_each_other") == (excluded, excluded)
+
+
+def test_what_holds_together_at_the_start_does_not_exclude_each_other() -> None:
+    task = make_task("OPEN fridge.10", goals=GOALS)
+    scorer = virtualhome_subgoals(Protocol.STRICT)(task)
+    assert scorer.score(answer("OPEN(fridge.10) and CLOSED(fridge.10)")).executable
+
+
+def test_a_task_without_goals_is_excluded_or_unparseable() -> None:
+    task = replace(make_task(goals=()), temporal_goal=None)
+    assert virtualhome_subgoals(Protocol.STRICT)(task).score(answer(*REACHED)).excluded is not None
+    assert (
+        told(virtualhome_subgoals(Protocol("eai-1.0.5"))(task).score(answer(*REACHED)))
+        == "not_parseable parsing"
+    )
+
+
+def test_the_end_of_the_search_is_told() -> None:
+    scorer = virtualhome_subgoals(Protocol.STRICT, ExplorationLimits(attempts=3))(TASK)
+    verdict = scorer.score(answer(*REACHED))
+    assert (verdict.search, verdict.tried_actions) == ("attempts", 4)
+    assert any("the search was ended" in note for note in scorer.explain(answer(*REACHED)).notes)
+    assert STRICT.score(answer(*REACHED)).search == "complete"
+
+
+def test_too_many_alternatives_are_refused() -> None:
+    four = " and ".join(f"exists {v}. (TOUCH({v}))" for v in "abcd")
+    nested = "exists a. (exists b. (exists c. (exists d. (TOUCH(a) and TOUCH(b) and TOUCH(c) and TOUCH(d)))))"
+    assert STRICT.score(answer(four, *REACHED[1:])).category is SubgoalCategory.RUNTIME
+    verdict = STRICT.score(answer(nested))
+    assert verdict.error is not None
+    assert "alternatives" in verdict.error.detail
+
+
+def test_quantifiers_within_pairs_are_counted_before_anything_is_unfolded() -> None:
+    more = [f"cup.{number}" for number in range(100, 120)]
+    scorer = virtualhome_subgoals(Protocol.STRICT)(make_task(goals=GOALS, more_objects=more))
+    pairs = "forpairs x, y. (forpairs z, w. (ONTOP(x, y) or ONTOP(z, w) or not ONTOP(x, w)))"
+    verdict = scorer.score(answer(pairs))
+    assert told(verdict) == "not_parseable parsing"
+    assert verdict.error is not None
+    assert verdict.error.detail == "it comes down to more than 100,000 literals"
+
+
+def test_an_explanation_shows_the_subgoals_the_steps_and_the_goals() -> None:
+    explanation = STRICT.explain(answer("OPEN(fridge.10)", "HOLDS_RH(character.65, table.12)"))
+    assert explanation.notes == (
+        "runtime",
+        "subgoal 1: OPEN(fridge.10)",
+        "subgoal 2: HOLDS_RH(character.65, table.12)",
+        "subgoal 2 fails: affordance, table.12 cannot be grabbed",
+    )
+    assert [step.outcome for step in explanation.steps] == ["executed", "executed", "executed", "affordance"]
+    assert [goal.satisfied for goal in explanation.goals] == [True, False, False]
+    assert STRICT.explain(answer("FLY(table.12)")).notes[0] == "hallucination"
+    assert STRICT.explain("nothing").notes[0] == "not_parseable"
+    assert REFERENCE.explain(answer("not OPEN(fridge.10)")).notes[0] == "not_parseable"
+
+
+PIECES = st.sampled_from(
+    [
+        *("OPEN(fridge.10)", "ONTOP(cup.13, bed.20)", "TOUCH(table)", "CLEAN(table.12)", "SLEEP()", "SLEEP"),
+        *("INSIDE(milk.11, cup.13)", "ONTOP(character.65, bed.20)", "NEXT_TO(cup, bed)", "x = y", "ON(x)"),
+        *(
+            " and ",
+            " or ",
+            " then ",
+            "not ",
+            "(",
+            ")",
+            "exists x. (",
+            "forall y. (",
+            "forn 2. x. (",
+            " implies ",
+        ),
+        *("next ", "until", "true", "é", "\0", ".", "FLY(\u00fc.1)"),
+    ]
+)
+
+
+@settings(deadline=None)
+@given(st.lists(st.lists(PIECES, max_size=6).map("".join), max_size=5) | st.text())
+def test_any_text_has_a_verdict(subgoals: list[str] | str) -> None:
+    text = subgoals if isinstance(subgoals, str) else answer(*subgoals)
+    for scorer in SCORERS:
+        verdict = scorer.score(text)
+        assert verdict.category is not None
+        assert json.dumps(fields_of(verdict)) == json.dumps(fields_of(scorer.score(text)))
+        json.dumps(dataclass_to_json(scorer.explain(text)))
+
+
+@pytest.mark.parametrize(
+    "subgoal",
+    [
+        "(" * 1_000 + "OPEN(fridge.10)" + ")" * 1_000,
+        "not " * 1_000 + "OPEN(fridge.10)",
+        "exists x. (" * 1_000 + "OPEN(x)" + ")" * 1_000,
+        "exists x. (exists x. (OPEN(x))) and OPEN(x)",
+        " and ".join(["OPEN(fridge.10)"] * 6_000),
+        " or ".join(["OPEN(table.12)"] * 6_000),
+        " then ".join(["CLEAN(table.12)"] * 6_000),
+        " then ".join(["(SITTING(character.65) or ONTOP(character.65, bed.20))"] * 2_000),
+        "OPEN(\u51b0\u7bb1.10)",
+        "OPEN(" + "x" * 100_000 + ")",
+        "forall x. (OPEN(x))",
+        "forn 3. x. (OPEN(x))",
+        "exists x:unicorn. (TOUCH(x))",
+        "OPEN(fridge." + "9" * 10_000 + ")",
+    ],
+    ids=lambda text: text[:24].strip(),
+)
+def test_extreme_subgoals_have_a_verdict(subgoal: str) -> None:
+    for scorer in SCORERS:
+        assert scorer.score(answer(subgoal)).category is not None
+
+
+def test_forty_choices_do_not_cost_two_to_the_forty_executions() -> None:
+    verdict = STRICT.score(answer(*["ONTOP(character.65, bed.20)"] * 40))
+    assert verdict.search == "complete"
+    assert verdict.tried_actions is not None
+    assert verdict.tried_actions < 2_000
+
+
+@pytest.mark.parametrize("scorer", SCORERS)
+def test_any_number_of_threads_may_ask_one_scorer(scorer: SubgoalDecomposition) -> None:
+    answers = [
+        answer(*subgoals)
+        for subgoals in (
+            REACHED,
+            (*REACHED, "forall x. (not HOLDS_RH(character.65, x))"),
+            ("exists x. (TOUCH(x))", *REACHED[1:]),
+            (*REACHED, "exists y. (HOLDS_RH(character.65, y))"),
+            ("OPEN(fridge.10)", "ONTOP(cup.13, bed.20)", "TOUCH(table.12)"),
+        )
+    ]
+    expected = [scorer.score(text) for text in answers]
+    assert asked_by_threads(lambda i: scorer.score(answers[i % 5]) == expected[i % 5], 1_500)
