@@ -18,7 +18,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from eai.scoring.runs import find_record_files
+from eai.results.runs import find_record_files
 
 CPU_SECONDS, MEGABYTES = 60, 1024
 LOOP = 20_000_000

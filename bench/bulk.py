@@ -24,10 +24,10 @@ from statistics import quantiles
 from eai.abilities.protocol import Ability
 from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
 from eai.benchmarks.suite import Suite, open_suite
+from eai.results.batch import Scoring
+from eai.results.collector import collect_seldom
 from eai.results.responses import find_response_files, read_responses
-from eai.scoring.batch import Scoring
-from eai.scoring.collector import collect_seldom
-from eai.scoring.reward import Reward
+from eai.results.reward import Reward
 
 CLI = "from eai.cli import main; main()"
 NAMED = ("--domain", "virtualhome", "--ability", "action_sequencing")

@@ -31,7 +31,7 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmarks.registry import FIRST
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.scoring.collector import collect_seldom
+from eai.results.collector import collect_seldom
 from eai.tasks.source import Source
 from oracle_answers import ORACLE, oracle_answers, require_oracle
 

@@ -31,7 +31,7 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import fields_of
-from eai.scoring.collector import collect_seldom
+from eai.results.collector import collect_seldom
 from eai.tasks.source import Source
 from mutated_answers import maker
 from mutations import Dice

@@ -24,12 +24,12 @@ from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
 from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
 from eai.benchmarks.suite import open_suite
+from eai.results.batch import Scoring
+from eai.results.collector import collect_seldom
+from eai.results.options import ScoringOptions
 from eai.results.plots import LINES, styled
+from eai.results.records import write_parts
 from eai.results.responses import read_responses
-from eai.scoring.batch import Scoring
-from eai.scoring.collector import collect_seldom
-from eai.scoring.options import ScoringOptions
-from eai.scoring.records import write_parts
 from eai.world import State
 from reference_child import cpu_seconds
 

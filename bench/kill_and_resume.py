@@ -34,11 +34,11 @@ from eai.base.json_value import Json
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
+from eai.results.epochs import Believed, settle
+from eai.results.options import ScoringOptions
+from eai.results.trials import open_trials
 from eai.run.job import Job, Pace
 from eai.run.tasks import obtain_answers
-from eai.scoring.epochs import Believed, settle
-from eai.scoring.options import ScoringOptions
-from eai.scoring.trials import open_trials
 from eai.studies.pipeline.stage_one import believe
 from eai.studies.variation import Endpoint
 

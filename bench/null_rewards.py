@@ -37,7 +37,7 @@ from eai.envs.rules import Observe
 from eai.logic.formula import And, Atom, Variable
 from eai.pddl.model import Add, Both
 from eai.pddl.writer import write_action
-from eai.scoring.reward import Reward, Shaping
+from eai.results.reward import Reward, Shaping
 from eai.tasks.source import Source
 
 HOUSEHOLDS = ("virtualhome", "behavior")

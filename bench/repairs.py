@@ -22,7 +22,7 @@ from eai.abilities.repair import EFFORT
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.registry import FIRST
 from eai.benchmarks.suite import Suite
-from eai.scoring.collector import collect_seldom
+from eai.results.collector import collect_seldom
 from oracle_answers import model_files, oracle_answers, require_oracle
 
 _IN_TIME, _NEAR = 1.0, 2

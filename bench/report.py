@@ -16,8 +16,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from eai.scoring.records import RECORDS
-from eai.scoring.runs import find_record_files
+from eai.results.records import RECORDS
+from eai.results.runs import find_record_files
 
 
 def main() -> None:

@@ -30,12 +30,12 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.batch import Scoring
 from eai.results.codec import record_to_json
+from eai.results.collector import collect_seldom
 from eai.results.responses import Response
 from eai.run.job import Job
 from eai.run.tasks import build_task, obtain_answers
-from eai.scoring.batch import Scoring
-from eai.scoring.collector import collect_seldom
 from eai.studies.variation import Endpoint
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import Source

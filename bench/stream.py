@@ -31,11 +31,11 @@ from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.suite import open_suite
+from eai.results.batch import Scoring
+from eai.results.options import ScoringOptions
+from eai.results.records import RECORDS, SUMMARY, Part, write_parts
 from eai.results.responses import Row, read_responses
-from eai.scoring.batch import Scoring
-from eai.scoring.options import ScoringOptions
-from eai.scoring.records import RECORDS, SUMMARY, Part, write_parts
-from eai.scoring.workers import Workers
+from eai.results.workers import Workers
 from mutated_answers import maker
 from mutations import Dice
 

@@ -16,7 +16,7 @@ import time
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.suite import open_suite
-from eai.scoring.collector import collect_seldom
+from eai.results.collector import collect_seldom
 from oracle_answers import OracleAnswer, model_files, oracle_answers, require_oracle
 
 LONG = OracleAnswer(

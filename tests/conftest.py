@@ -20,7 +20,7 @@ from eai.base.errors import DataError
 from eai.base.store import VARIABLE, Store
 from eai.benchmarks.packs import fetch, registered_packs
 from eai.benchmarks.registry import of_the_paper
-from eai.scoring.collector import collect_seldom
+from eai.results.collector import collect_seldom
 from eai.tasks.source import Source
 from memory_limits import limit_writable_memory, pytest_runtest_call, pytest_runtest_setup
 from oracle import DETAIL, Oracle, read_oracle

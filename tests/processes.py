@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 
 from eai.cli import main
-from eai.scoring.collector import collect_seldom
+from eai.results.collector import collect_seldom
 
 _SECONDS = 600
 """How long a command may take, on the clock."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from eai.base.files import write_whole
 from eai.results.record import Record
-from eai.scoring.records import line_of
+from eai.results.records import line_of
 
 
 def write_records(path: Path, records: Iterable[Record]) -> None:

@@ -36,7 +36,9 @@ from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import FIRST
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.batch import NO_ROW, score_run
 from eai.results.codec import sha256_of
+from eai.results.options import ScoringOptions
 from eai.results.paper_tables import (
     NULL_MODELS,
     SCHEMA,
@@ -53,8 +55,6 @@ from eai.results.responses import SUFFIX, Response, ResponseFile, read_responses
 from eai.results.summary import summarise
 from eai.results.totals import Totals
 from eai.run.job import PROVIDER
-from eai.scoring.batch import NO_ROW, score_run
-from eai.scoring.options import ScoringOptions
 from eai.tasks.source import Source
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -23,7 +23,7 @@ from openenv import GenericEnvClient
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.gold_answers import open_answer_book
-from eai.scoring.reward import suite_of
+from eai.results.reward import suite_of
 
 PORT = 8765
 

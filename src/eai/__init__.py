@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from eai.benchmarks.benchmark import Benchmark
     from eai.benchmarks.registry import find_benchmark, registered
     from eai.benchmarks.suite import Suite
-    from eai.scoring.batch import Scoring
-    from eai.scoring.reward import Grade, Reward, Shaping, reward
+    from eai.results.batch import Scoring
+    from eai.results.reward import Grade, Reward, Shaping, reward
     from eai.tasks.goal_text import make_task
     from eai.tasks.source import Source, given
     from eai.tasks.task import Goal, GoalKind, Task, goal
@@ -37,8 +37,8 @@ _PLACES = {
         "eai.benchmarks.registry": "find_benchmark registered",
         "eai.benchmarks.suite": "Suite",
         "eai.base.errors": "DataError DomainError EaiError InputError ParseError",
-        "eai.scoring.batch": "Scoring",
-        "eai.scoring.reward": "Grade Reward Shaping reward",
+        "eai.results.batch": "Scoring",
+        "eai.results.reward": "Grade Reward Shaping reward",
         "eai.tasks.source": "Source given",
     }.items()
     for name in names.split()

@@ -13,7 +13,7 @@ def main() -> None:
     """Run the command line."""
     try:
         atexit.register(_end)
-        from eai.scoring.collector import collect_seldom
+        from eai.results.collector import collect_seldom
 
         collect_seldom()
         from eai.cli import main as run

@@ -16,7 +16,7 @@ from eai.abilities import declaration, protocol
 from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.base.errors import InputError
 from eai.benchmarks.suite import open_suite
-from eai.scoring.reward import Reward
+from eai.results.reward import Reward
 from eai.tasks.source import Source
 from envs.switches import SWITCHES
 from processes import eai

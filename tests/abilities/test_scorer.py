@@ -17,10 +17,10 @@ from eai.acting.setting import ACTING
 from eai.base.errors import DataError, InputError
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.batch import Scoring
 from eai.results.responses import Response
 from eai.results.summary import outcome
 from eai.results.totals import Totals
-from eai.scoring.batch import Scoring
 from eai.tasks.source import Source, TaskSet
 from envs.switches import SWITCHES
 

@@ -16,15 +16,15 @@ from eai.acting.verdict import ActingVerdict
 from eai.benchmarks.suite import open_suite
 from eai.results.certainty import certainty_of_rate
 from eai.results.comparison import compare
+from eai.results.epochs import Obtained, SuiteResult, settle
+from eai.results.options import ScoringOptions
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.responses import find_response_files
+from eai.results.runs import read_runs
 from eai.results.summary import break_down, cases_of, summarise
 from eai.results.tidy import Tables
-from eai.scoring.epochs import Obtained, SuiteResult, settle
-from eai.scoring.options import ScoringOptions
-from eai.scoring.runs import read_runs
-from eai.scoring.trials import Answer
+from eai.results.trials import Answer
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.share import Share
 from eai.tasks.source import Source

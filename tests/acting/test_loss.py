@@ -13,10 +13,10 @@ from eai.acting.setting import ACTING
 from eai.acting.verdict import ActingVerdict, Outlook, outlook_text
 from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant, Eventually
+from eai.results.batch import score_run
 from eai.results.codec import record_from_json, record_to_json
+from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
-from eai.scoring.batch import score_run
-from eai.scoring.options import ScoringOptions
 from eai.world.action import Action
 from envs.switches import DOMAIN, SWITCHES, initial
 

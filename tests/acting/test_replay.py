@@ -11,9 +11,9 @@ from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.envs.agents import blind_agent, random_agent
+from eai.results.batch import Scoring
+from eai.results.records import line_of
 from eai.results.responses import Response
-from eai.scoring.batch import Scoring
-from eai.scoring.records import line_of
 from envs.switches import SWITCHES
 
 

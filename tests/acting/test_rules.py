@@ -19,10 +19,10 @@ from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.envs.reference import staged
 from eai.envs.rules import Rules
+from eai.results.batch import OTHER_RULES, by_rules, score_run
+from eai.results.options import ScoringOptions
+from eai.results.records import read_records
 from eai.results.responses import Response, ResponseFile, read_responses
-from eai.scoring.batch import OTHER_RULES, by_rules, score_run
-from eai.scoring.options import ScoringOptions
-from eai.scoring.records import read_records
 from envs.switches import SWITCHES
 
 SUITE = open_suite(SWITCHES, ACTING)

@@ -23,11 +23,11 @@ from eai.envs.reference import reference_of, staged
 from eai.envs.rules import STANDARD, Rules
 from eai.envs.stage import Reference, Stage
 from eai.logic.formula import Atom, Constant, Not
+from eai.results.batch import Scoring
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.record import Record
 from eai.results.responses import Response
-from eai.scoring.batch import Scoring
-from eai.scoring.reward import Shaping
+from eai.results.reward import Shaping
 from eai.tasks.goal_test import GoalTest
 from eai.world.fault import FaultKind
 from envs.switches import DOMAIN, SWITCHES, WON, initial

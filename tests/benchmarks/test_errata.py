@@ -25,10 +25,10 @@ from eai.logic.formula import Atom, Constant
 from eai.logic.traversal import walk
 from eai.pddl.check import Offence, check_problem
 from eai.pddl.planning import PlannerChoice
+from eai.results.batch import score_run
+from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
 from eai.results.totals import Totals
-from eai.scoring.batch import score_run
-from eai.scoring.options import ScoringOptions
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import ErrataChoice, Source, errata_choice, given
 from eai.world.execution import attempt

@@ -22,7 +22,7 @@ from eai.benchmarks.gold_answers import corrupted_versions, heeding_answer, nois
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
 from eai.benchmarks.virtualhome.plan_notation import Identified
-from eai.scoring.trials import Trials, begin_trial, open_trials, replay
+from eai.results.trials import Trials, begin_trial, open_trials, replay
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
 from made_answers import made_answers

@@ -13,7 +13,7 @@ from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import open_suite
 from eai.envs.rewards import TrlReward, answer_of, compute_score
 from eai.pddl.planning import PlannerChoice
-from eai.scoring.reward import reward_of
+from eai.results.reward import reward_of
 from eai.tasks.source import Source
 
 PLANS, GOALS, OPERATORS = (

@@ -11,9 +11,9 @@ from by_path import ROOT
 from command_line import Command
 from eai.abilities.attempt import Usage
 from eai.base.store import Store
-from eai.scoring.epochs import Obtained, settle
-from eai.scoring.options import ScoringOptions
-from eai.scoring.trials import Answer
+from eai.results.epochs import Obtained, settle
+from eai.results.options import ScoringOptions
+from eai.results.trials import Answer
 from suites import answer_book, official_prompts
 
 SUITE = ("--domain", "behavior", "--ability", "action_sequencing")

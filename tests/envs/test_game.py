@@ -21,7 +21,7 @@ from eai.envs.game import Game
 from eai.envs.listed import spelled_out
 from eai.envs.reference import stage_of, staged
 from eai.envs.rules import STANDARD, Rules, View
-from eai.scoring.reward import Shaping
+from eai.results.reward import Shaping
 from eai.tasks.source import Source
 from eai.world.state import Fact
 from envs.switches import SCENE, SWITCHES, WON, at, initial, lit, tasks

@@ -21,7 +21,7 @@ from eai.envs.listed import spelled_out
 from eai.envs.reference import staged
 from eai.envs.rules import STANDARD
 from eai.envs.stage import Stage
-from eai.scoring.reward import Reward, Shaping
+from eai.results.reward import Reward, Shaping
 from eai.tasks.source import Source
 from suites import answer_book
 from sweeps import swept

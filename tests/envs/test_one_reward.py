@@ -19,7 +19,7 @@ from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rewards import SkyRlTask, TrlHousehold, TrlReward, compute_score, reward_func
 from eai.envs.rules import Rules
-from eai.scoring.reward import METRICS
+from eai.results.reward import METRICS
 from envs.switches import CASES, CASES_BY_SHAPING, SWITCHES, WON, as_plan, reference, tasks
 
 Face = Callable[[str, Sequence[str], Shaping], float | None]

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from eai.base.errors import InputError
-from eai.scoring.workers import AHEAD, DEATHS
-from scoring.work import squares
+from eai.results.workers import AHEAD, DEATHS
+from results.work import squares
 
 CORES = 3
 

@@ -18,9 +18,9 @@ from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import Suite
 from eai.envs.ray_data import ADDED, Scores
+from eai.results.batch import Scoring
+from eai.results.records import line_of
 from eai.results.responses import Response
-from eai.scoring.batch import Scoring
-from eai.scoring.records import line_of
 
 # Ray warns of its own options, and of actors that a test has no work for.
 pytestmark = pytest.mark.filterwarnings("ignore:::ray")

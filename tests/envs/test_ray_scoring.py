@@ -13,9 +13,9 @@ from by_path import TESTS
 from eai.base.errors import EaiError, InputError
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
+from eai.results.batch import Scoring
 from eai.results.responses import Response
-from eai.scoring.batch import Scoring
-from scoring.work import Dying, deadly, failing, squares
+from results.work import Dying, deadly, failing, squares
 
 ray = pytest.importorskip("ray", reason="Ray is not installed")
 

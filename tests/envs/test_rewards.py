@@ -27,7 +27,7 @@ from eai.envs.rewards import (
     compute_score,
     reward_func,
 )
-from eai.scoring.reward import METRICS
+from eai.results.reward import METRICS
 
 HOUSEHOLDS = ("virtualhome", "behavior")
 ABILITIES = [(name, ability) for name in HOUSEHOLDS for ability in FOUR]

@@ -17,7 +17,7 @@ from eai.acting.worlds import journal_in, opened
 from eai.benchmarks.suite import Suite, open_suite
 from eai.harbor.verify import answer_in, rewards, rewards_of_episode
 from eai.logic.formula import Atom, Constant, Not
-from eai.scoring.reward import LIMIT
+from eai.results.reward import LIMIT
 from envs.switches import DOMAIN, initial
 
 GO, PRESS = "GO(lamp_1)", "PRESS(lamp_1)"

@@ -18,9 +18,9 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pictures.course import Course, course_of, courses, states_along
 from eai.pictures.picture import picture_words
+from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.responses import Response
-from eai.scoring.batch import Scoring
 from eai.tasks.source import Source
 from eai.tasks.wording import subjects
 from eai.world.execution import execute

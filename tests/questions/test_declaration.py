@@ -12,15 +12,15 @@ from eai.benchmarks.suite import open_suite
 from eai.questions.declaration import _QuestionVerdict, open_questions
 from eai.questions.question import Form, Kind, Question, questions_content
 from eai.questions.shortcuts import entropy_of
+from eai.results.batch import score_run
 from eai.results.certainty import certainty_of_rate
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.comparison import compare
+from eai.results.options import ScoringOptions
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.summary import cases_of, summarise
-from eai.scoring.batch import score_run
-from eai.scoring.options import ScoringOptions
 
 
 def asked(number: int, form: Form, answer: tuple[str, ...], **changes: object) -> Question:

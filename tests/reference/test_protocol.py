@@ -18,8 +18,8 @@ from eai.benchmarks.protocols import preset_experiment
 from eai.reference.protocol import EAI_1_0_5, TASK
 from eai.results.paper_tables import PaperColumn, paper_models, paper_table
 from eai.results.record import Record
+from eai.results.runs import Run, RunKey, as_asked_in_paper
 from eai.results.summary import summarise
-from eai.scoring.runs import Run, RunKey, as_asked_in_paper
 from eai.tasks.share import GoalTallies, Share
 from oracle import MODELS, Oracle
 

@@ -8,7 +8,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.abilities.verdict import Verdict
 from eai.report.document import agreements
 from eai.report.run_summary import summary_of
-from eai.scoring.runs import Run, RunKey
+from eai.results.runs import Run, RunKey
 from oracle import Oracle
 from results.verdicts import record, whole
 

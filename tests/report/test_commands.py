@@ -13,8 +13,8 @@ from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import open_suite
 from eai.cli import app
+from eai.results.batch import Scoring
 from eai.results.responses import Response, ResponseFile
-from eai.scoring.batch import Scoring
 from eai.tasks.source import Source
 from protocols import of_reference
 from record_files import write_records

@@ -14,7 +14,7 @@ from eai.abilities.experiment import Experiment
 from eai.cli import app
 from eai.report.explorer import ExplorerData
 from eai.results.record import Record
-from eai.scoring.runs import read_runs
+from eai.results.runs import read_runs
 from report.samples import RIGHT, WRONG, action_run, write_runs
 
 RUNNER = CliRunner()

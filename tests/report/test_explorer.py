@@ -12,7 +12,7 @@ import pytest
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, read_statement
 from eai.report.explorer import Background, ExplorerData, explorer_html
 from eai.results.page import for_script
-from eai.scoring.runs import read_runs
+from eai.results.runs import read_runs
 from report.samples import HOSTILE, action_run, all_runs, write_runs
 
 BACKGROUND = Background(

@@ -15,10 +15,10 @@ from eai.benchmarks.suite import open_suite
 from eai.pictures.course import Course, course_of
 from eai.pictures.tiles import Tile
 from eai.report.explorer import Background, ExplorerData, explorer_html
+from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.responses import Response
-from eai.scoring.batch import Scoring
-from eai.scoring.runs import Run, RunKey, read_runs
+from eai.results.runs import Run, RunKey, read_runs
 from envs.switches import SWITCHES, WON
 from report.samples import HOSTILE, all_runs, write_runs
 

@@ -15,13 +15,13 @@ from eai.benchmarks.suite import open_suite
 from eai.cli.table import print_results
 from eai.report.rankings import rankings
 from eai.report.run_summary import plain_runs, summary_of
+from eai.results.batch import score_run
+from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
+from eai.results.runs import read_runs
 from eai.results.table import Label
 from eai.results.totals import Totals
-from eai.scoring.batch import score_run
-from eai.scoring.options import ScoringOptions
-from eai.scoring.runs import read_runs
 from envs.switches import SWITCHES, WON
 from processes import eai
 from record_files import write_records

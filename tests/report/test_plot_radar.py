@@ -11,7 +11,7 @@ from eai.report.plot_radar import draw_radar
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.plots import LINES
 from eai.results.record import Record
-from eai.scoring.runs import Run, RunKey
+from eai.results.runs import Run, RunKey
 from report.samples import action_run, goal_run, operator_run, subgoal_run
 
 pytest.importorskip("matplotlib")

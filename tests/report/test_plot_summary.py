@@ -13,7 +13,7 @@ from eai.report import plot_summary
 from eai.report.rankings import Ranking, rankings
 from eai.report.run_summary import summary_of
 from eai.results.plots import PAGE
-from eai.scoring.runs import read_runs
+from eai.results.runs import read_runs
 from report.samples import action_run, all_runs, write_runs
 
 pytest.importorskip("matplotlib")

@@ -23,7 +23,7 @@ from eai.report.plots import (
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.plots import PAGE
 from eai.results.record import Record
-from eai.scoring.runs import Run, RunKey
+from eai.results.runs import Run, RunKey
 from eai.world.fault import FaultKind
 from report.samples import action_run, goal_run
 from results.verdicts import SUCCEEDED, failed, record

@@ -16,7 +16,7 @@ from eai.report.table_specs import tables_of
 from eai.results.paper_tables import NULL_MODELS, null_scores, published_scores
 from eai.results.rate import Rate
 from eai.results.record import NOT_ANSWERED, Record
-from eai.scoring.runs import Run, RunKey
+from eai.results.runs import Run, RunKey
 from eai.world.fault import FaultKind
 from report.samples import cell_at, rate_at
 from results.verdicts import SUCCEEDED, failed, record, whole

@@ -14,7 +14,7 @@ from eai.report.writer import rankings_csv, rankings_json
 from eai.results.latex import table_latex
 from eai.results.paper_tables import paper_setting, paper_table
 from eai.results.record import Record
-from eai.scoring.runs import Run, RunKey
+from eai.results.runs import Run, RunKey
 from report.samples import action_run, cell_at, goal_run, operator_run
 from results.verdicts import whole
 

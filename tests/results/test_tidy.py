@@ -13,12 +13,12 @@ from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
 from eai.benchmarks.suite import open_suite
 from eai.pddl.matching import predicates_in
 from eai.pddl.planning import PlannerChoice
+from eai.results.batch import score_run
 from eai.results.lines import AnswerLine
+from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.tidy import Tables
-from eai.scoring.batch import score_run
-from eai.scoring.options import ScoringOptions
 from eai.tasks.source import Source
 from report.samples import action_run, goal_run, operator_run, subgoal_run
 from studies.published import tables

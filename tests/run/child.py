@@ -15,14 +15,14 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.base.json_value import Json
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.epochs import Obtained, settle
+from eai.results.options import ScoringOptions
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.run.job import Job
 from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS
 from eai.run.tasks import obtain_answers, write_scores
-from eai.scoring.epochs import Obtained, settle
-from eai.scoring.options import ScoringOptions
 from eai.studies.variation import Endpoint
 from eai.tasks.source import ErrataChoice, Source
 from suites import official_prompts

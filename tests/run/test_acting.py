@@ -19,11 +19,11 @@ from eai.acting.setting import ACTING, Setting
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
+from eai.results.records import read_records
+from eai.results.runs import read_runs
 from eai.run.acting import command_in
 from eai.run.registry import TASKS
 from eai.run.tasks import read_answers
-from eai.scoring.records import read_records
-from eai.scoring.runs import read_runs
 from processes import Command, eai
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours

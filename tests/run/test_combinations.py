@@ -13,8 +13,8 @@ import pytest
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.results.record import Record
+from eai.results.records import read_records
 from eai.run.spec import read_spec
-from eai.scoring.records import read_records
 from eai.studies.records import Records
 from processes import Outcome, eai
 

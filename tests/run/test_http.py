@@ -12,8 +12,8 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError, InputError
 from eai.benchmarks.suite import open_suite
+from eai.results.epochs import Obtained
 from eai.run.job import Decoding, Job, Pace
-from eai.scoring.epochs import Obtained
 from eai.studies.variation import Endpoint
 from eai.tasks.prompts.prompt import Prompt
 from processes import own_process

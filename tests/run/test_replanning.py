@@ -23,8 +23,8 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
 from eai.results.codec import record_to_json
 from eai.results.record import Record
-from eai.scoring.records import read_records
-from eai.scoring.trials import open_trials
+from eai.results.records import read_records
+from eai.results.trials import open_trials
 from eai.tasks.source import Source
 from processes import eai, own_process
 from run.child import Asked, Whom, evaluate_experiment_in_child, score_in_child

@@ -21,13 +21,13 @@ from eai.benchmarks.errata import published_errata
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
+from eai.results.batch import Scoring
 from eai.results.codec import record_from_json
 from eai.results.rate import Rate
 from eai.results.responses import Response, read_responses
 from eai.results.summary import outcome, summarise
 from eai.run.scorer import with_experiment
 from eai.run.tasks import read_answers
-from eai.scoring.batch import Scoring
 from eai.tasks.source import ErrataChoice, Source
 from envs.switches import SWITCHES
 from processes import own_process

@@ -8,10 +8,10 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.batch import score_run
+from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
 from eai.results.tidy import Tables
-from eai.scoring.batch import score_run
-from eai.scoring.options import ScoringOptions
 from eai.tasks.source import ErrataChoice, Source
 from oracle import read_oracle
 

@@ -12,10 +12,10 @@ import eai
 from eai import Benchmark, InputError, Task, given, make_task
 from eai.abilities.notation.plans import QUESTION, refusal
 from eai.benchmarks.generator.spec import SHUT_LAST
+from eai.results.batch import score_run
+from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
 from eai.results.table import Estimate, Table
-from eai.scoring.batch import score_run
-from eai.scoring.options import ScoringOptions
 from eai.studies.conduct.study import FLOOR, _names_it
 from eai.studies.records import Records
 from eai.studies.registry import find_study

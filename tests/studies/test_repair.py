@@ -7,10 +7,10 @@ from pathlib import Path
 import eai
 from eai.abilities.repair import EFFORT, Edit, Repair, blame_of, repair_lines
 from eai.abilities.verdict import PlanVerdict
+from eai.results.batch import score_run
 from eai.results.codec import record_from_json, record_to_json
+from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
-from eai.scoring.batch import score_run
-from eai.scoring.options import ScoringOptions
 from eai.studies.records import Records
 from eai.studies.registry import find_study
 from record_files import write_records

@@ -16,13 +16,13 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.trial import Trial
 from eai.base.errors import InputError
 from eai.cli import app
+from eai.results.epochs import _write_attempts
 from eai.results.record import Record
 from eai.results.responses import read_responses
+from eai.results.runs import Run, RunKey, as_counted_in_paper
 from eai.results.summary import after, by_attempt, summarise
 from eai.results.table import Estimate
-from eai.scoring.epochs import _write_attempts
-from eai.scoring.runs import Run, RunKey, as_counted_in_paper
-from eai.scoring.trials import record_of_trial
+from eai.results.trials import record_of_trial
 from eai.studies.attempts.study import _analyze, _Choices, arms_of, remarks, success_by_attempt, tables
 from eai.studies.records import Records
 from protocols import of_reference

@@ -32,10 +32,10 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmarks.registry import FIRST
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.batch import NO_ROW, score_run
+from eai.results.options import ScoringOptions
 from eai.results.paper_tables import paper_models, published_scores
-from eai.scoring.batch import NO_ROW, score_run
-from eai.scoring.options import ScoringOptions
-from eai.scoring.runs import read_runs
+from eai.results.runs import read_runs
 from eai.tasks.source import Source
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "study.md"

@@ -24,7 +24,7 @@ import eai
 from eai.base.errors import InputError
 from eai.envs.rewards import PROMPT_NOT_FOUND
 from eai.envs.rules import Rules
-from eai.scoring.reward import METRICS, Shaping
+from eai.results.reward import METRICS, Shaping
 from eai_openenv import Act, Household, Limits, PromptProtocol, Tasks, create_app, scorers
 from envs.switches import CASES_BY_SHAPING, reference
 

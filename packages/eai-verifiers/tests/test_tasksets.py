@@ -22,7 +22,7 @@ import eai
 from eai.abilities.protocol import Ability
 from eai.base.errors import DataError
 from eai.envs.rules import Rules
-from eai.scoring.reward import METRICS, Shaping
+from eai.results.reward import METRICS, Shaping
 from eai_verifiers.steps import StepsConfig, StepsTaskConfig, StepsTaskset
 from eai_verifiers.tasks import suite_of_one
 from eai_verifiers.taskset import HouseholdConfig, HouseholdTask, HouseholdTaskset

@@ -3,7 +3,7 @@
 A verdict is a value of its ability's own class, in the ability's package, which has what the ability has to
 say and nothing else. Here is what several abilities say, and why nothing can be read from an answer. A
 `Share` is what one answer adds to a rate: a numerator and a denominator, for `eai.results` to divide. A
-`Merit` is what an answer may be paid for (`eai.scoring.reward` says by which of it), between 0 and 1.
+`Merit` is what an answer may be paid for (`eai.results.reward` says by which of it), between 0 and 1.
 """
 
 from __future__ import annotations

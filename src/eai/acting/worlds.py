@@ -18,7 +18,7 @@ from eai.base.grouping import grouped
 from eai.benchmarks.suite import Suite
 from eai.envs.command import LOOK
 from eai.results.responses import COLUMNS, LINES
-from eai.scoring.trials import Place
+from eai.results.trials import Place
 from eai.tasks.prompts.prompt import Image
 
 HARNESS = "mcp"

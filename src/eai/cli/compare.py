@@ -21,10 +21,10 @@ from eai.results.certainty import Certainty, Interval
 from eai.results.comparison import Comparison, Difference
 from eai.results.comparison import compare as compare_runs
 from eai.results.record import Record
+from eai.results.runs import Run, RunKey, read_runs
 from eai.results.table import Cell, Column, Estimate, Label, Table
 from eai.results.terminal import print_table
 from eai.results.totals import Totals
-from eai.scoring.runs import Run, RunKey, read_runs
 
 _SURE = 0.05
 _UNNAMED = (

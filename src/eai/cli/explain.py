@@ -39,9 +39,9 @@ from eai.planning.search import Limits
 from eai.results.answer_files import benchmarks_of_runs
 from eai.results.codec import record_to_json
 from eai.results.record import NOT_ANSWERED, Record
+from eai.results.records import read_records
+from eai.results.runs import find_record_files
 from eai.results.summary import outcome
-from eai.scoring.records import read_records
-from eai.scoring.runs import find_record_files
 from eai.tasks.planning import find_plan
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task

@@ -30,11 +30,11 @@ from eai.pddl.planning import PlannerChoice
 from eai.pictures.drawing import Drawing, png, svg
 from eai.pictures.picture import Clutter, picture_of, picture_words
 from eai.pictures.rendered import VIEWS, film_of, photographs_of
-from eai.scoring import training_data
-from eai.scoring.records import read_records
-from eai.scoring.reward import Reward, Shaping, is_paid
-from eai.scoring.runs import find_record_files
-from eai.scoring.training_data import Row
+from eai.results import training_data
+from eai.results.records import read_records
+from eai.results.reward import Reward, Shaping, is_paid
+from eai.results.runs import find_record_files
+from eai.results.training_data import Row
 from eai.tasks.prompts.prompt import PromptSet
 from eai.tasks.source import ErrataChoice
 from eai.tasks.task import Task

@@ -17,7 +17,7 @@ from eai.base.store import VARIABLE, Store
 from eai.cli.console import DOMAIN_HELP
 from eai.cli.progress import data_progress
 from eai.pddl.planning import PlannerChoice, PlannerTerms
-from eai.scoring.options import ScoringOptions
+from eai.results.options import ScoringOptions
 from eai.tasks.options import Options
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 

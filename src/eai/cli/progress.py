@@ -19,8 +19,8 @@ from eai.base.store import Report, Stage
 from eai.cli.console import errors
 
 if TYPE_CHECKING:
+    from eai.results.batch import Progressed
     from eai.run.journal import Watch
-    from eai.scoring.batch import Progressed
 
 PATIENCE = 5
 """How many seconds are between two lines of progress, at least, where there is no terminal."""

@@ -38,9 +38,9 @@ from eai.results.answer_files import benchmarks_of_runs
 from eai.results.cost import PriceList
 from eai.results.plots import FORMATS
 from eai.results.record import Record
+from eai.results.runs import as_asked_in_paper, find_record_files, read_runs
 from eai.results.table import Table, superscript
 from eai.results.terminal import print_table
-from eai.scoring.runs import as_asked_in_paper, find_record_files, read_runs
 from eai.tasks.source import Source
 
 _FILMS = "films"

@@ -31,7 +31,9 @@ from eai.cli.progress import resumable, run_progress, scoring_progress
 from eai.cli.prompts import tasks_of
 from eai.cli.table import print_results, result_json
 from eai.pddl.planning import PlannerChoice
+from eai.results.epochs import SuiteResult, settle
 from eai.results.repeats import passes_table
+from eai.results.runs import read_runs, write_log_place
 from eai.results.table_files import write_files
 from eai.results.terminal import print_table
 from eai.results.tidy import Tables
@@ -39,8 +41,6 @@ from eai.results.totals import Totals
 from eai.run.job import Job, answers
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save
-from eai.scoring.epochs import SuiteResult, settle
-from eai.scoring.runs import read_runs, write_log_place
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.adaptive import ability_of, item_difficulties, next_tasks, variance_between_names
 from eai.tasks.prompts.prompt import Prompt, PromptSet

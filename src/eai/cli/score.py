@@ -26,14 +26,14 @@ from eai.cli.options import ANSWERS, OUTPUT, SCORING, flag, scoring
 from eai.cli.progress import scoring_progress
 from eai.cli.table import print_remark, print_results, result_json
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
+from eai.results import records
 from eai.results.answer_files import benchmarks_of_runs, files_of_suite, suite_files, unpacked
+from eai.results.batch import OTHER_RULES, Scoring, by_rules, score_run, without_row
+from eai.results.options import ScoringOptions
 from eai.results.record import Record
+from eai.results.records import Part, Shard, read_records
 from eai.results.responses import ResponseFile, find_response_files, read_responses
 from eai.results.totals import Totals
-from eai.scoring import records
-from eai.scoring.batch import OTHER_RULES, Scoring, by_rules, score_run, without_row
-from eai.scoring.options import ScoringOptions
-from eai.scoring.records import Part, Shard, read_records
 from eai.tasks.source import ErrataChoice, Source
 
 _AT_A_LIMIT = (PlannerOutcome.TIME, PlannerOutcome.MEMORY)
@@ -236,7 +236,7 @@ def _parts(share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet
     averaged = declaration_of(share.suite.ability).of_epochs
     if averaged is None or not share.answers.further:
         return _parts_of(share, settings, workplace, quiet=quiet)
-    from eai.scoring.epochs import averaged_records  # which answers of one epoch do not need
+    from eai.results.epochs import averaged_records  # which answers of one epoch do not need
 
     suite = share.suite
     of_epochs = [
@@ -266,7 +266,7 @@ def _finish_of(share: _Share) -> Callable[[Record], Record] | None:
     """Return what marks a record with its experiment, the goals of its question, and its prompts' name."""
     if share.goals is None and share.prompt_name is None:
         return share.logged
-    from eai.scoring.epochs import finished
+    from eai.results.epochs import finished
 
     believed, suite = None, share.suite
     if share.goals is not None:

@@ -14,7 +14,7 @@ from eai.cli.console import counted, note
 from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
-from eai.scoring.trials import Place
+from eai.results.trials import Place
 
 app = typer.Typer(no_args_is_help=True)
 

@@ -28,7 +28,7 @@ from eai.envs.rules import OUTCOMES
 from eai.envs.stage import Stage
 from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
-from eai.scoring.reward import Shaping, metrics_of, worth
+from eai.results.reward import Shaping, metrics_of, worth
 from eai.tasks.prompts.template import Templates
 from eai.world.action import Action, Fault
 from eai.world.episode import Episode, Luck, Slip
@@ -147,7 +147,7 @@ class Game:
 
     @property
     def metrics(self) -> Mapping[str, float]:
-        """The metrics of the episode, by the names of `eai.scoring.reward.Grade`."""
+        """The metrics of the episode, by the names of `eai.results.reward.Grade`."""
         return metrics_of(self._earned(is_last=self.over))
 
     @property

@@ -8,11 +8,11 @@ from typing import Any
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.errors import InputError
 from eai.benchmarks.suite import Suite
+from eai.results.batch import Scoring
 from eai.results.record import Record
+from eai.results.records import line_of
 from eai.results.responses import COLUMNS, Response
 from eai.results.summary import outcome as outcome_of
-from eai.scoring.batch import Scoring
-from eai.scoring.records import line_of
 
 ADDED = {"record": "string", "outcome": "string", "success": "boolean"}
 """The columns that are added, with their types as Spark writes them."""

@@ -11,8 +11,8 @@ import ray
 from ray.exceptions import RayActorError
 
 from eai.base.errors import EaiError, InputError
-from eai.scoring.batch import Scoring
-from eai.scoring.workers import AHEAD, DEATHS, HELD, LARGEST, SMALLEST, batches, loaded
+from eai.results.batch import Scoring
+from eai.results.workers import AHEAD, DEATHS, HELD, LARGEST, SMALLEST, batches, loaded
 
 LOCAL = "local"
 """The address of a cluster that is started on this machine, and ends with the program."""

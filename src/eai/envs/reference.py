@@ -17,7 +17,7 @@ from eai.envs.stage import Reference, Stage
 from eai.planning.planner import needed_actions, planner_of
 from eai.planning.search import Limits
 from eai.planning.successor_generator import PlanNode
-from eai.scoring.reward import suite_of
+from eai.results.reward import suite_of
 from eai.tasks.goal_test import GoalTest, solves
 from eai.tasks.planning import find_plan, planning_goal
 from eai.tasks.task import Task

@@ -19,7 +19,7 @@ from eai.benchmarks.names import TaskReference
 from eai.envs.game import Game
 from eai.envs.reference import stage_of
 from eai.envs.rules import TRAINING, Rules
-from eai.scoring.reward import METRICS, Grade, Shaping, reward_of
+from eai.results.reward import METRICS, Grade, Shaping, reward_of
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
 """The output of a policy: a text, or messages of which the last is its answer."""

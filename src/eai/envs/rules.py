@@ -9,7 +9,7 @@ from typing_extensions import Self
 
 from eai.abilities.experiment import MAX_BUDGET, MAX_STEPS, Until
 from eai.base.errors import InputError
-from eai.scoring.reward import Shaping
+from eai.results.reward import Shaping
 from eai.tasks.options import Options
 
 View: TypeAlias = Literal["task", "scene"]

@@ -19,8 +19,8 @@ from eai.acting.worlds import HARNESS, journal_in
 from eai.base.errors import InputError
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import Suite, open_suite
+from eai.results.reward import LIMIT
 from eai.results.summary import summarise
-from eai.scoring.reward import LIMIT
 
 ANSWER = Path("/workdir/answer.txt")
 """The file in which an agent leaves its answer."""

@@ -32,12 +32,12 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.report.rankings import RankedModel, Ranking, Score, rankings
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.answer_files import ZIP, suite_files, unpacked
+from eai.results.batch import score_run, without_row
+from eai.results.options import ScoringOptions
 from eai.results.page import build_page
 from eai.results.paper_tables import is_null_model
 from eai.results.responses import ENDINGS, PARQUET, ResponseFile, read_responses
-from eai.scoring.batch import score_run, without_row
-from eai.scoring.options import ScoringOptions
-from eai.scoring.runs import Run, RunKey
+from eai.results.runs import Run, RunKey
 from eai.tasks.options import Options
 from eai.tasks.source import Source
 

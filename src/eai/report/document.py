@@ -21,7 +21,7 @@ from eai.results.model_cards import model_cards
 from eai.results.paper_tables import PaperTable, paper_models, paper_setting, paper_table
 from eai.results.rate import NOTHING, Rate, rate_of
 from eai.results.repeats import passes_table, repeated_metric, without_epoch
-from eai.scoring.runs import RunKey
+from eai.results.runs import RunKey
 
 STRATA: Mapping[str, range] = {
     **{f"{steps[0]} to {steps[-1]} steps": steps for steps in map(range, (1, 4, 9, 17), (4, 9, 17, 33))},

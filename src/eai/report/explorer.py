@@ -25,8 +25,8 @@ from eai.pictures.course import Course
 from eai.pictures.tiles import Tile
 from eai.results.page import build_page, for_script
 from eai.results.record import Record
+from eai.results.runs import Run, RunKey
 from eai.results.summary import after, outcome
-from eai.scoring.runs import Run, RunKey
 
 if TYPE_CHECKING:
     from eai.abilities.goal_interpretation.verdict import GoalVerdict

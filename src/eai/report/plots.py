@@ -25,13 +25,13 @@ from eai.report.rankings import Ranking
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
 from eai.results import plots
+from eai.results.batch import Progressed
 from eai.results.certainty import Case, Cases
 from eai.results.lines import MODEL
 from eai.results.markdown import escaped
 from eai.results.plots import FEW, LINES, OUTCOME_COLORS, RULE, clipped, draw_line, sheet
 from eai.results.rate import NOTHING, Rate
 from eai.results.table import Cell, Estimate
-from eai.scoring.batch import Progressed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

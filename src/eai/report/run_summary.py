@@ -11,9 +11,9 @@ from eai.results.certainty import Cases, Certainty, certainty_of_rate
 from eai.results.cost import Spent, per_success, spent
 from eai.results.coverage import Coverage, ErrataEffect
 from eai.results.rate import Rate
+from eai.results.runs import Run, RunKey
 from eai.results.summary import Breakdown, break_down, cases_of
 from eai.results.totals import Totals
-from eai.scoring.runs import Run, RunKey
 
 
 @dataclass(frozen=True, slots=True)

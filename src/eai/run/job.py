@@ -20,7 +20,7 @@ from eai.benchmarks.prompt_library import answer_form
 from eai.benchmarks.suite import Suite
 from eai.pictures.scene_graph import SCENE
 from eai.results.codec import sha256_of
-from eai.scoring.trials import Inquiry, Trials
+from eai.results.trials import Inquiry, Trials
 from eai.studies.variation import Endpoint
 from eai.tasks.options import Options
 from eai.tasks.prompts.prompt import Prompt

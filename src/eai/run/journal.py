@@ -20,8 +20,8 @@ from eai.abilities.attempt import Attempt
 from eai.base.errors import EaiError, InputError
 from eai.base.files import content_of, lines, writing_to
 from eai.results.codec import dataclass_to_json
+from eai.results.trials import Answer, Inquiry, Place, described
 from eai.run.job import Job
-from eai.scoring.trials import Answer, Inquiry, Place, described
 
 JOURNAL = "answers.jsonl"
 """Name of the journal in the folder of a run."""

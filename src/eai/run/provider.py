@@ -43,11 +43,11 @@ from eai.envs.command import DONE
 from eai.pictures.scene_graph import SCENE, read_scene_graph
 from eai.planning.search import Limits
 from eai.results.answer_files import recorded_file
+from eai.results.batch import NO_ROW
+from eai.results.epochs import STATED
 from eai.results.responses import read_responses
 from eai.run.job import CAPTIONER, ERRATA, PROVIDER, answers, check_model
 from eai.run.tasks import refusing
-from eai.scoring.batch import NO_ROW
-from eai.scoring.epochs import STATED
 from eai.tasks.options import Options
 from eai.tasks.source import ErrataChoice, Source, errata_choice
 from eai.world.action import Action

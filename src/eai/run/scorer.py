@@ -42,16 +42,16 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.pictures.scene_graph import SCENE
+from eai.results.batch import Scoring
 from eai.results.codec import experiment_from_json, record_from_json, record_to_json
+from eai.results.epochs import STATED, SUBGOALS, majority
 from eai.results.record import Record
 from eai.results.responses import Response
+from eai.results.runs import address_of
 from eai.results.summary import outcome, summarise
+from eai.results.trials import record_of_trial, replay
 from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS
-from eai.scoring.batch import Scoring
-from eai.scoring.epochs import STATED, SUBGOALS, majority
-from eai.scoring.runs import address_of
-from eai.scoring.trials import record_of_trial, replay
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 _MARK = {True: "✓", False: "✗"}

@@ -35,9 +35,9 @@ from tenacity import RetryError
 
 from eai.abilities.attempt import Usage
 from eai.abilities.reasoning import split_reasoning
+from eai.results.trials import Answer, Inquiry, Place, Trials
 from eai.run.job import Job
 from eai.run.journal import Desk
-from eai.scoring.trials import Answer, Inquiry, Place, Trials
 from eai.tasks.prompts.prompt import Prompt
 
 

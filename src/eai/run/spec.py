@@ -22,8 +22,8 @@ from eai.acting.setting import STANDARD, Setting
 from eai.base.errors import InputError, did_you_mean
 from eai.base.files import write_whole
 from eai.benchmarks.registry import REFERENCES
+from eai.results.options import ScoringOptions
 from eai.run.job import Decoding, Pace
-from eai.scoring.options import ScoringOptions
 from eai.studies.registry import studies_of_runs
 from eai.studies.variation import Endpoint, Variation, combine
 from eai.tasks.options import Arguments, Options

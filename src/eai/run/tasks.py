@@ -45,16 +45,16 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import experiment_to_json
+from eai.results.epochs import Believed, Obtained, SuiteResult, majority
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
+from eai.results.trials import Place, Trials, open_trials
 from eai.run.acting import act, enter, episode_text, player
 from eai.run.job import ERRATA, PROVIDER, Job
 from eai.run.journal import Desk, Journal, Watch
 from eai.run.scorer import EXPERIMENT, SCORERS, Logged, record_in_log, score_of
 from eai.run.solver import ask, ask_as_published, messages_of, without_odd_usage
 from eai.run.spec import read_spec, study_of
-from eai.scoring.epochs import Believed, Obtained, SuiteResult, majority
-from eai.scoring.trials import Place, Trials, open_trials
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import ErrataChoice, Source

@@ -10,8 +10,8 @@ from typing import TypeAlias
 
 from eai.base.errors import InputError
 from eai.base.grouping import grouped
+from eai.results.runs import Run, read_runs
 from eai.results.tidy import Tables
-from eai.scoring.runs import Run, read_runs
 from eai.tasks.source import ErrataChoice, Source
 
 Done: TypeAlias = Callable[[int], None]

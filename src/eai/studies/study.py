@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     from eai.abilities.protocol import Ability, Protocol
     from eai.base.json_value import Json
+    from eai.results.runs import RunKey
     from eai.results.table import Table
-    from eai.scoring.runs import RunKey
     from eai.studies.records import Records
 
 Figures: TypeAlias = "Iterable[tuple[str, Figure | None]]"

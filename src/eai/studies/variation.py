@@ -18,7 +18,7 @@ from eai.tasks.options import Options
 if TYPE_CHECKING:
     from eai.benchmarks.prompt_library import Library
     from eai.benchmarks.suite import Suite
-    from eai.scoring.epochs import Believed, SuiteResult
+    from eai.results.epochs import Believed, SuiteResult
     from eai.tasks.prompts.prompt import Prompt
 
 

@@ -15,10 +15,10 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.envs.game import Game
 from eai.envs.reference import staged
 from eai.envs.rules import TRAINING
+from eai.results.batch import score_run
 from eai.results.codec import record_from_json, record_to_json
+from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
-from eai.scoring.batch import score_run
-from eai.scoring.options import ScoringOptions
 from eai.tasks.prompts.own import explanations
 from eai.tasks.prompts.template import Templates
 from envs.switches import DOMAIN, as_plan, initial

@@ -12,13 +12,13 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
+from eai.results.batch import NO_ROW, score_run
+from eai.results.options import ScoringOptions
 from eai.results.paper_tables import paper_models, paper_table
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.summary import summarise
 from eai.results.table import Estimate
-from eai.scoring.batch import NO_ROW, score_run
-from eai.scoring.options import ScoringOptions
 from eai.studies.pipeline.analysis import _Pair, pooled
 from eai.studies.pipeline.stage_one import believe
 from eai.tasks.source import Source

@@ -13,10 +13,10 @@ from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
+from eai.results.batch import Scoring
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.responses import Response
 from eai.results.summary import outcome, summarise
-from eai.scoring.batch import Scoring
 from eai.studies.perception.scenes import SCENE_GRAPH
 from processes import eai as run_eai
 

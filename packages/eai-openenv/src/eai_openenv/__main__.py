@@ -9,7 +9,7 @@ import uvicorn
 
 from eai.base.errors import EaiError
 from eai.envs.rules import TRAINING, Feedback, Observe, Rules
-from eai.scoring.reward import Shaping
+from eai.results.reward import Shaping
 from eai_openenv.connections import PromptProtocol
 from eai_openenv.limits import Limits
 from eai_openenv.server import create_app

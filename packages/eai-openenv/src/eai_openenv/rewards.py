@@ -10,7 +10,7 @@ from fastapi import APIRouter, HTTPException, Request
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from eai.envs.rewards import PROMPT_NOT_FOUND
-from eai.scoring.reward import METRICS, Shaping
+from eai.results.reward import METRICS, Shaping
 from eai_openenv.limits import Limits
 from eai_openenv.meters import Meters
 from eai_openenv.scorers import Scorers

@@ -11,7 +11,7 @@ from typing import Any
 from anyio import CapacityLimiter, fail_after, to_process
 
 from eai.envs.rewards import reward_func
-from eai.scoring.reward import Shaping
+from eai.results.reward import Shaping
 
 
 class Scorers:

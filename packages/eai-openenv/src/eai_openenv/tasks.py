@@ -10,7 +10,7 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.benchmarks.generator.sets import SHARES, fingerprint_of
 from eai.benchmarks.names import TaskReference
-from eai.scoring.reward import suite_of
+from eai.results.reward import suite_of
 from eai.tasks.task import Task
 
 

@@ -16,7 +16,7 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, with_tasks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.scoring.reward import suite_of
+from eai.results.reward import suite_of
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source, given
 from eai.tasks.task_lines import read_line, task_of, written

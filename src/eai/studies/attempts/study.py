@@ -29,9 +29,9 @@ from eai.results.paper_tables import PaperTable, paper_table
 from eai.results.plots import LINES, MUTED, RULE, clipped, draw_line, sheet
 from eai.results.rate import rate_of
 from eai.results.record import Record
+from eai.results.runs import RunKey, as_counted_in_paper
 from eai.results.summary import after, cases_of, outcome, share_of
 from eai.results.table import Estimate, Row, Table, table_of
-from eai.scoring.runs import RunKey, as_counted_in_paper
 from eai.studies.records import Records, by_place
 from eai.studies.study import Analysis, Figures, Study, of_run, paper_remarks
 from eai.studies.variation import Variation

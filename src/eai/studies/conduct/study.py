@@ -13,9 +13,9 @@ from eai.base.errors import InputError
 from eai.benchmarks.generator.spec import SHUT_LAST
 from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
+from eai.results.runs import Run
 from eai.results.summary import share_of
 from eai.results.table import Cell, Estimate, Row, table_of
-from eai.scoring.runs import Run
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options

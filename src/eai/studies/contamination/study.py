@@ -17,8 +17,8 @@ from eai.base.errors import InputError
 from eai.results.certainty import Case
 from eai.results.rate import rate_of
 from eai.results.record import Record
+from eai.results.runs import Run
 from eai.results.table import Estimate, Row, table_of
-from eai.scoring.runs import Run
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options

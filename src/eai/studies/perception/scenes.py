@@ -17,7 +17,7 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.pictures.picture import Clutter, drawn_images, images_in, others_in_view
 from eai.pictures.rendered import photographed, places_of
 from eai.pictures.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph
-from eai.scoring.epochs import Believed
+from eai.results.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
 from eai.studies.perception.choice import Perception, Showing
 from eai.studies.perception.errors import perception_errors

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from eai.benchmarks.prompt_library import Library
-    from eai.scoring.runs import RunKey
+    from eai.results.runs import RunKey
 
 
 _NAME = "perception"

@@ -32,9 +32,9 @@ from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_models, paper_table
 from eai.results.rate import rate_of
 from eai.results.record import Record, Stated
+from eai.results.runs import Run, RunKey
 from eai.results.summary import cases_of, name_of
 from eai.results.table import Estimate, Row, Table, table_of
-from eai.scoring.runs import Run, RunKey
 from eai.studies.pipeline.operator_chain import analyze_operators
 from eai.studies.pipeline.stage_one import read_interpretations
 from eai.studies.records import Records

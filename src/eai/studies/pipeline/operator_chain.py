@@ -27,9 +27,9 @@ from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
+from eai.results.runs import Run, RunKey
 from eai.results.summary import name_of
 from eai.results.table import Cell, Estimate, Row, Table, table_of
-from eai.scoring.runs import Run, RunKey
 from eai.studies.records import Records
 from eai.studies.study import Analysis
 from eai.tasks.source import Source

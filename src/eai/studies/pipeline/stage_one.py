@@ -24,10 +24,10 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.answer_files import files_of_suite
 from eai.results.codec import sha256_of
+from eai.results.epochs import STATED, SUBGOALS, Believed
 from eai.results.record import Stated
+from eai.results.records import RECORDS, read_records
 from eai.results.responses import read_responses
-from eai.scoring.epochs import STATED, SUBGOALS, Believed
-from eai.scoring.records import RECORDS, read_records
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.prompts.prompt import Belief
 from eai.tasks.source import Source

@@ -23,9 +23,9 @@ from eai.results.comparison import compare
 from eai.results.plots import clipped, draw_matrix, entitle, value_of
 from eai.results.rate import Rate, rate_of
 from eai.results.record import Record
+from eai.results.runs import Run
 from eai.results.summary import cases_of, outcome, share_of
 from eai.results.table import Cell, Estimate, Row, Table, table_of
-from eai.scoring.runs import Run
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, metric_of
 from eai.tasks.options import Options

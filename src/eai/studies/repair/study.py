@@ -10,9 +10,9 @@ from eai.abilities.repair import Repair
 from eai.base.errors import InputError
 from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
+from eai.results.runs import Run, RunKey
 from eai.results.summary import outcome, share_of
 from eai.results.table import Estimate, Row, table_of
-from eai.scoring.runs import Run, RunKey
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options

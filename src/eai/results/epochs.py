@@ -25,18 +25,18 @@ from eai.base.grouping import grouped
 from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite
+from eai.results.batch import Progressed, score_run
 from eai.results.certainty import Cases
 from eai.results.codec import dataclass_to_json, sha256_of
 from eai.results.cost import per_success, per_success_to_json
+from eai.results.options import ScoringOptions
 from eai.results.record import Origin, Perceived, Record, Stated
+from eai.results.records import part_of, write_parts
 from eai.results.repeats import passes, passes_to_json, repeated_metric
 from eai.results.responses import Response, ResponseFile, attempt_name, write_responses
 from eai.results.summary import by_attempt, cases_of
 from eai.results.totals import Totals
-from eai.scoring.batch import Progressed, score_run
-from eai.scoring.options import ScoringOptions
-from eai.scoring.records import part_of, write_parts
-from eai.scoring.trials import Answer, Place, Trials, record_of_trial
+from eai.results.trials import Answer, Place, Trials, record_of_trial
 from eai.tasks.prompts.prompt import Belief, Prompt
 from eai.tasks.task import Task
 

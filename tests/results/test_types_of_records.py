@@ -18,10 +18,10 @@ from eai.base.json_value import Json
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.batch import score_run
+from eai.results.options import ScoringOptions
 from eai.results.record import Origin, Record
 from eai.results.responses import Response, ResponseFile
-from eai.scoring.batch import score_run
-from eai.scoring.options import ScoringOptions
 from eai.tasks.source import Source
 from record_files import write_records
 from suites import SUITES, answer_book

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import gc
 
-from eai.scoring.collector import SELDOM, collect_seldom
+from eai.results.collector import SELDOM, collect_seldom
 
 
 def test_the_garbage_collector_is_spared_what_is_there() -> None:

@@ -17,7 +17,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.protocols import preset
 from eai.benchmarks.suite import Suite
 from eai.results.record import Record
-from eai.scoring.records import record_of
+from eai.results.records import record_of
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.task import Task
 from eai.world.action import Action

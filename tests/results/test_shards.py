@@ -11,8 +11,8 @@ from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.errata import ErrataUse
 from eai.results.record import Record
+from eai.results.records import Shard, find_shards, merge_shards, part_of, read_records, write_shard
 from eai.results.totals import Totals
-from eai.scoring.records import Shard, find_shards, merge_shards, part_of, read_records, write_shard
 
 
 @pytest.mark.parametrize(

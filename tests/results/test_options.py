@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from eai.abilities.protocol import Protocol
 from eai.pddl.planning import PlannerChoice
-from eai.scoring.options import ScoringOptions
+from eai.results.options import ScoringOptions
 from eai.tasks.source import ErrataChoice
 
 

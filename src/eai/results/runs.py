@@ -22,7 +22,7 @@ from eai.benchmarks.registry import registered
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_setting
 from eai.results.record import Record
-from eai.scoring.records import RECORDS, read_records
+from eai.results.records import RECORDS, read_records
 
 _LOG = "inspect.json"
 """The file beside records that says where Inspect's log has their samples."""

@@ -13,8 +13,8 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
 from eai.results.record import Origin, Record
-from eai.scoring.reward import Reward
-from eai.scoring.training_data import (
+from eai.results.reward import Reward
+from eai.results.training_data import (
     ASKED_OTHERWISE,
     EXPERIMENT,
     NO_ANSWER,

@@ -13,7 +13,7 @@ from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.results.codec import record_to_json
 from eai.results.record import Record
-from eai.scoring.records import read_records
+from eai.results.records import read_records
 from record_files import write_records
 
 

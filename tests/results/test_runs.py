@@ -7,7 +7,7 @@ import pytest
 
 from eai.base.errors import InputError
 from eai.results.responses import find_response_files
-from eai.scoring.runs import find_record_files, read_runs, write_log_place
+from eai.results.runs import find_record_files, read_runs, write_log_place
 from record_files import write_records
 from report.samples import action_run, all_runs, goal_run, write_runs
 

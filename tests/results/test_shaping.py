@@ -20,7 +20,7 @@ from eai.abilities.verdict import (
 )
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
-from eai.scoring.reward import METRICS, Shaping, merit, metrics_of, worth
+from eai.results.reward import METRICS, Shaping, merit, metrics_of, worth
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 

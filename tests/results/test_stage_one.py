@@ -15,12 +15,12 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
+from eai.results.batch import score_run
 from eai.results.codec import record_from_json, record_to_json, sha256_of
+from eai.results.epochs import Believed
+from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
-from eai.scoring.batch import score_run
-from eai.scoring.epochs import Believed
-from eai.scoring.options import ScoringOptions
 from eai.studies.pipeline.stage_one import (
     believe,
     read_believed,

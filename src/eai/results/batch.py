@@ -17,14 +17,14 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.suite import Suite
+from eai.results.options import ScoringOptions
 from eai.results.record import NOT_ANSWERED, Record
+from eai.results.records import AT_A_TIME, Part, Shard, part_of, record_of
 from eai.results.responses import Response, ResponseFile, Row, response_of
-from eai.scoring.options import ScoringOptions
-from eai.scoring.records import AT_A_TIME, Part, Shard, part_of, record_of
-from eai.scoring.workers import LARGEST, SMALLEST, Workers, batches
+from eai.results.workers import LARGEST, SMALLEST, Workers, batches
 
 if TYPE_CHECKING:
-    from eai.scoring.reward import Reward
+    from eai.results.reward import Reward
 
 NO_ROW = "the response file has no row of the task"
 """Why a task without an answer has none, where answers come from a file."""

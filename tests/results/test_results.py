@@ -12,12 +12,12 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.benchmarks.errata import ErrataUse
+from eai.results.batch import Scoring
 from eai.results.record import Record
+from eai.results.records import RECORDS, SUMMARY, part_of, write_parts
 from eai.results.responses import Response, ResponseFile
 from eai.results.summary import by_attempt, summarise
-from eai.scoring.batch import Scoring
-from eai.scoring.records import RECORDS, SUMMARY, part_of, write_parts
-from scoring.work import TASK_IDS, echo_suite
+from results.work import TASK_IDS, echo_suite
 
 ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))
 

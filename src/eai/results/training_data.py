@@ -12,7 +12,7 @@ from operator import itemgetter
 from typing import Any, TypeAlias
 
 from eai.results.record import Record
-from eai.scoring.reward import Reward
+from eai.results.reward import Reward
 from eai.tasks.prompts.prompt import Prompt
 
 Row: TypeAlias = dict[str, Any]

@@ -18,10 +18,10 @@ import eai
 from eai.base.errors import EaiError
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
-from eai.scoring.batch import Scoring
-from eai.scoring.reward import Reward
-from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers, _Batch, _remove, _Worker, batches
-from scoring.work import Dying, asleep, cubes, deadly, failing, folder_of_files, large, squares, unspeakable
+from eai.results.batch import Scoring
+from eai.results.reward import Reward
+from eai.results.workers import AHEAD, DEATHS, LARGEST, Workers, _Batch, _remove, _Worker, batches
+from results.work import Dying, asleep, cubes, deadly, failing, folder_of_files, large, squares, unspeakable
 
 
 @pytest.mark.parametrize("workers", [1, 2, 3])
@@ -134,7 +134,7 @@ def test_a_folder_that_is_written_to_meanwhile_is_removed_again_until_time_is_up
             if self.times == 3:
                 super().cleanup()
 
-    monkeypatch.setattr("eai.scoring.workers.CLEANING_SECONDS", seconds)
+    monkeypatch.setattr("eai.results.workers.CLEANING_SECONDS", seconds)
     folder = Written(dir=tmp_path)
     _remove(folder)
     assert Path(folder.name).exists() is stays
@@ -169,7 +169,7 @@ def test_what_starts_workers_never_hears_of_an_interrupt() -> None:
     script = (
         "from multiprocessing.forkserver import _forkserver\n"
         "from pathlib import Path\n"
-        "from eai.scoring.workers import Workers\n"
+        "from eai.results.workers import Workers\n"
         "with Workers(2) as pool:\n"
         "    list(pool.each(list, range(3)))\n"
         "    print(Path(f'/proc/{_forkserver._forkserver_pid}/status').read_text())\n"
@@ -260,7 +260,7 @@ def test_the_folder_of_workers_is_removed_though_something_is_written_to_it(
             made.append(options)
             super().__init__(**options)  # type: ignore[call-overload]
 
-    monkeypatch.setattr("eai.scoring.workers.TemporaryDirectory", Folder)
+    monkeypatch.setattr("eai.results.workers.TemporaryDirectory", Folder)
     with Workers(2) as pool:
         assert list(pool.each(squares, range(9))) == squares(range(9))
     assert made == [{"prefix": "eai-workers-", "ignore_cleanup_errors": True}]

@@ -35,7 +35,7 @@ from typing import Any, TypeVar
 from typing_extensions import Self
 
 from eai.base.errors import EaiError
-from eai.scoring.collector import collect_seldom
+from eai.results.collector import collect_seldom
 
 ENDED = 128 + signal.SIGTERM
 """The exit status of a worker that is ended, as a shell has it."""
@@ -287,7 +287,7 @@ class Workers:
         """A new process, which shares nothing with threads of this one."""
         methods = multiprocessing.get_all_start_methods()
         context: Any = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
-        context.set_forkserver_preload(["eai.scoring.batch"])  # imported once, not in every process
+        context.set_forkserver_preload(["eai.results.batch"])  # imported once, not in every process
         if "forkserver" in methods:
             resource_tracker.ensure_running()  # which lets interrupts in when it starts
             with _interrupts_held():  # until what starts all workers is there, who inherit that

@@ -10,13 +10,13 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import RAISED, PlanVerdict
 from eai.acting.setting import ACTING
 from eai.benchmarks.suite import Suite, open_suite
+from eai.results.batch import Scoring, score_run
+from eai.results.options import ScoringOptions
 from eai.results.record import NOT_ANSWERED, Record
 from eai.results.responses import Response, ResponseFile
-from eai.scoring.batch import Scoring, score_run
-from eai.scoring.options import ScoringOptions
 from eai.world.fault import FaultKind
 from raising import BOOM, NAME
-from scoring.work import TASK_IDS, echo_suite
+from results.work import TASK_IDS, echo_suite
 
 ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))
 

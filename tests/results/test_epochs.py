@@ -13,12 +13,12 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.benchmarks.errata import ErrataUse
 from eai.cli.console import counted, dollars
 from eai.cli.table import result_json
+from eai.results.epochs import Obtained, majority, meaning, settle
+from eai.results.options import ScoringOptions
 from eai.results.totals import Totals
-from eai.scoring.epochs import Obtained, majority, meaning, settle
-from eai.scoring.options import ScoringOptions
-from eai.scoring.trials import Answer
+from eai.results.trials import Answer
 from eai.tasks.prompts.prompt import Prompt
-from scoring.work import TASK_IDS, echo_suite
+from results.work import TASK_IDS, echo_suite
 
 PLANS = Ability.ACTION_SEQUENCING
 GOALS = Ability.GOAL_INTERPRETATION

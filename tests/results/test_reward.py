@@ -24,7 +24,7 @@ from eai.benchmarks.names import TaskReference
 from eai.logic.formula import And, Or
 from eai.pddl.planning import PlannerOutcome
 from eai.planning.successor_generator import applicable_actions
-from eai.scoring.reward import METRICS, Reward, Shaping, reward_of
+from eai.results.reward import METRICS, Reward, Shaping, reward_of
 from eai.tasks.goal_test import GoalTest
 from eai.world import Action, Constant, Episode, State
 from sweeps import examples

@@ -18,7 +18,7 @@ from eai.envs import make
 from eai.planning.repair import Mender, Plan, Told
 from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
-from eai.scoring.reward import Shaping
+from eai.results.reward import Shaping
 from eai.world import Action, Episode
 from envs.switches import DOMAIN, as_plan, initial
 from suites import answer_book

@@ -10,16 +10,16 @@ from pathlib import Path
 import pytest
 
 from eai.base.errors import InputError
+from eai.results.batch import NO_ROW, Scoring
+from eai.results.options import ScoringOptions
 from eai.results.parquet import parquet
 from eai.results.rate import Rate
 from eai.results.record import Record
+from eai.results.records import RECORDS, SUMMARY, Shard, find_shards, merge_shards, write_parts, write_shard
 from eai.results.responses import Response, ResponseFile, read_responses
+from eai.results.runs import read_runs
 from eai.results.totals import Totals
-from eai.scoring.batch import NO_ROW, Scoring
-from eai.scoring.options import ScoringOptions
-from eai.scoring.records import RECORDS, SUMMARY, Shard, find_shards, merge_shards, write_parts, write_shard
-from eai.scoring.runs import read_runs
-from scoring.work import TASK_IDS, echo_suite
+from results.work import TASK_IDS, echo_suite
 
 SAMPLES = 100
 ROWS = [

@@ -1,1 +1,0 @@
-"""Many answers scored: records and summaries, in one process or several."""
