@@ -18,13 +18,13 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple, get_args
 
 from eai.abilities.protocol import Ability
+from eai.agents.agents import AGENTS, NULLS, Agent
+from eai.agents.command import DONE
+from eai.agents.game import Game
+from eai.agents.reference import staged
+from eai.agents.rules import STANDARD, Rules, View
+from eai.agents.stage import Stage
 from eai.benchmarks.registry import FIRST, find_benchmark
-from eai.envs.agents import AGENTS, NULLS, Agent
-from eai.envs.command import DONE
-from eai.envs.game import Game
-from eai.envs.reference import staged
-from eai.envs.rules import STANDARD, Rules, View
-from eai.envs.stage import Stage
 from eai.tasks.source import Source
 
 TIMES = (1, 2, 4)

@@ -13,10 +13,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
 
+from eai.agents.game import Game
+from eai.agents.reference import staged
+from eai.agents.rules import Rules
 from eai.benchmarks.registry import find_benchmark
-from eai.envs.game import Game
-from eai.envs.reference import staged
-from eai.envs.rules import Rules
 from eai.tasks.source import Source
 
 CHILD = Path(__file__).with_name("alfworld_child.py")

@@ -23,11 +23,11 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability
 from eai.abilities.reports import action_text, fact_text
+from eai.agents.gym import TextEnvironment, make
+from eai.agents.rules import Observe
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import FIRST
 from eai.benchmarks.suite import open_suite
-from eai.envs import TextEnvironment, make
-from eai.envs.rules import Observe
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain

@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.acting.setting import ACTING
+from eai.agents.setting import ACTING
 from eai.base.json_value import Json
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library

@@ -24,8 +24,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
-from eai.acting.play import Arena
-from eai.acting.setting import ACTING
+from eai.agents.play import Arena
+from eai.agents.setting import ACTING
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.responses import read_responses
 

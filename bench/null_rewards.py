@@ -26,14 +26,14 @@ from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.protocol import FOUR, Ability
+from eai.agents.command import DONE
+from eai.agents.gym import TextEnvironment, make
+from eai.agents.rules import Observe
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmarks.gold_answers import AnswerBook, join_operators
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.suite import Suite, open_suite
-from eai.envs import TextEnvironment, make
-from eai.envs.command import DONE
-from eai.envs.rules import Observe
 from eai.logic.formula import And, Atom, Variable
 from eai.pddl.model import Add, Both
 from eai.pddl.writer import write_action

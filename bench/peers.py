@@ -21,11 +21,11 @@ from pathlib import Path
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
+from eai.agents.game import Game
+from eai.agents.reference import staged
+from eai.agents.rules import Rules
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.envs.game import Game
-from eai.envs.reference import staged
-from eai.envs.rules import Rules
 from eai.logic.ltl import read_formula
 from eai.logic.semantics import holds
 from eai.logic.signature import Signature

@@ -29,18 +29,18 @@ from mcp import Client
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.acting.journal import key_in, read_journal
-from eai.acting.play import Arena, Play
-from eai.acting.server import server_of
-from eai.acting.setting import ACTING, AGENT, STANDARD
-from eai.acting.verdict import ActingVerdict
-from eai.acting.worlds import journal_in, opened
+from eai.agents.agents import NULLS
+from eai.agents.command import DONE, LOOK
+from eai.agents.gym import TextEnvironment, make
+from eai.agents.journal import key_in, read_journal
+from eai.agents.play import Arena, Play
+from eai.agents.rules import STANDARD as RULES
+from eai.agents.server import server_of
+from eai.agents.setting import ACTING, AGENT, STANDARD
+from eai.agents.verdict import ActingVerdict
+from eai.agents.worlds import journal_in, opened
 from eai.benchmarks.registry import FIRST
 from eai.benchmarks.suite import Suite, open_suite
-from eai.envs import TextEnvironment, make
-from eai.envs.agents import NULLS
-from eai.envs.command import DONE, LOOK
-from eai.envs.rules import STANDARD as RULES
 from eai.run.acting import enter, episode_text
 from eai.world.action import Action
 

@@ -19,11 +19,11 @@ import tempfile
 import time
 from collections.abc import Sequence
 
-from eai.acting.play import Arena
-from eai.acting.setting import ACTING, Setting
+from eai.agents.agents import random_agent
+from eai.agents.command import DONE
+from eai.agents.play import Arena
+from eai.agents.setting import ACTING, Setting
 from eai.benchmarks.suite import Suite, open_suite
-from eai.envs.agents import random_agent
-from eai.envs.command import DONE
 from mcp_agent import model
 
 TURNS = 30

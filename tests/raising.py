@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
+from agents.switches import SWITCHES, tasks
 from eai import given
 from eai.abilities.notation.plans import JsonPlans, WrittenPlan
 from eai.abilities.verdict import Unreadable
-from envs.switches import SWITCHES, tasks
 
 BOOM = "BOOM!"
 

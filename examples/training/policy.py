@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from eai.envs.listed import spelled_out
+from eai.agents.listed import spelled_out
 
 Vector: TypeAlias = "NDArray[np.float64]"
 

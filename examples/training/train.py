@@ -20,11 +20,11 @@ from typing import NamedTuple
 
 from policy import Choice, Reader, Table
 
+from eai.agents.gym import TextEnvironment, make
 from eai.benchmarks.generator.generator import Generator, generate
 from eai.benchmarks.generator.sets import giving_away, seeds_of
 from eai.benchmarks.generator.spec import Generated, Spec, Split, Tier
 from eai.benchmarks.registry import find_benchmark
-from eai.envs import TextEnvironment, make
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.tasks.task_files import write_task_file

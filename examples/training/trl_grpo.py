@@ -14,7 +14,7 @@ from __future__ import annotations
 from datasets import load_dataset
 from trl import GRPOConfig, GRPOTrainer
 
-from eai.envs.rewards import TrlReward
+from eai.agents.rewards import TrlReward
 
 
 def main() -> None:

@@ -12,6 +12,7 @@ from typing import cast, get_args
 import pytest
 
 import eai.logic.formula as w
+from agents.switches import DOMAIN, SWITCHES
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.feedback import REASONS, Asker
@@ -22,7 +23,6 @@ from eai.benchmarks.suite import open_suite
 from eai.tasks.prompts.prompt import Belief, Prompt
 from eai.tasks.task import Task, goal
 from eai.tasks.wording import Wording
-from envs.switches import DOMAIN, SWITCHES
 from raising import BOOM, RAISING
 
 ACTIONS = Ability.ACTION_SEQUENCING

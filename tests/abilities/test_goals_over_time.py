@@ -14,11 +14,11 @@ from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import PlanVerdict
+from eai.agents.game import Game
+from eai.agents.reference import staged
+from eai.agents.rules import Rules
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
-from eai.envs.game import Game
-from eai.envs.reference import staged
-from eai.envs.rules import Rules
 from eai.tasks.planning import planning_goal
 from eai.tasks.task import GoalKind, Task
 from eai.tasks.task_lines import _TaskLine, task_of, written

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from abilities import counting
+from agents.switches import SWITCHES
 from by_path import TESTS
 from eai.abilities import declaration, protocol
 from eai.abilities.protocol import FOUR, Ability, place_of
@@ -18,7 +19,6 @@ from eai.base.errors import InputError
 from eai.benchmarks.suite import open_suite
 from eai.results.reward import Reward
 from eai.tasks.source import Source
-from envs.switches import SWITCHES
 from processes import eai
 
 LAMPS = TESTS.parent / "examples" / "lamps"

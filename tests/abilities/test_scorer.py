@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import pytest
 
+from agents.switches import SWITCHES
 from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import RAISED, Verdict
-from eai.acting.setting import ACTING
+from eai.agents.setting import ACTING
 from eai.base.errors import DataError, InputError
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
@@ -22,7 +23,6 @@ from eai.results.responses import Response
 from eai.results.summary import outcome
 from eai.results.totals import Totals
 from eai.tasks.source import Source, TaskSet
-from envs.switches import SWITCHES
 
 BOOM = "BOOM"
 

@@ -9,6 +9,7 @@ from typing import get_args
 
 import pytest
 
+from agents.switches import SWITCHES
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment, World
@@ -17,7 +18,6 @@ from eai.abilities.trial import Trial
 from eai.benchmarks.suite import open_suite
 from eai.tasks.task import GoalKind
 from eai.world.episode import Luck
-from envs.switches import SWITCHES
 
 ACTIONS = Ability.ACTION_SEQUENCING
 SUITE = open_suite(SWITCHES, ACTIONS)

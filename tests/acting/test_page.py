@@ -13,15 +13,15 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from agents.switches import WON
 from browsing import needs_browser
 from eai.acting.page import MAX_BODY
-from eai.acting.play import Play
+from eai.agents.play import Play
 from eai.base.errors import EaiError, InputError
 from eai.cli.play import play
 from eai.tasks.prompts.prompt import Image
-from envs.switches import WON
 
-DOMAIN = "envs.switches:SWITCHES"
+DOMAIN = "agents.switches:SWITCHES"
 SCRIPT = "<script>alert('</script>')</script>"
 
 

@@ -8,7 +8,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import RAISED, Confusion
-from eai.acting.setting import ACTING
+from eai.agents.setting import ACTING
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice, PlannerOutcome

@@ -8,10 +8,10 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
+from eai.agents.rewards import TrlReward, answer_of, compute_score
 from eai.base.store import Store
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import open_suite
-from eai.envs.rewards import TrlReward, answer_of, compute_score
 from eai.pddl.planning import PlannerChoice
 from eai.results.reward import reward_of
 from eai.tasks.source import Source

@@ -13,8 +13,8 @@ import eai.cli.run
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.acting.play import Arena
-from eai.acting.setting import ACTING
+from eai.agents.play import Arena
+from eai.agents.setting import ACTING
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.prompt_library import Library
@@ -70,7 +70,7 @@ def test_what_does_not_count_is_asked_once_and_says_nothing(
 @pytest.fixture
 def runs(eai: Command, tmp_path: Path) -> Path:
     """Runs of models that act: one wins all tasks, one some and one none; and one had but two tasks."""
-    suite = open_suite("envs.switches:SWITCHES", ACTING)
+    suite = open_suite("agents.switches:SWITCHES", ACTING)
     for model, won in {"good": 4, "fair": 2, "poor": 0, "short": 1}.items():
         answers = [
             {"identifier": task_id, "llm_output": answer_of(suite, task_id) if place < won else "WAVE"}
@@ -78,7 +78,7 @@ def runs(eai: Command, tmp_path: Path) -> Path:
         ]
         file = tmp_path / f"{model}_outputs.json"
         file.write_text(json.dumps(answers[:2] if model == "short" else answers))
-        named = ("--domain", "envs.switches:SWITCHES", "--ability", "acting", "--allow-missing")
+        named = ("--domain", "agents.switches:SWITCHES", "--ability", "acting", "--allow-missing")
         assert eai("score", file, *named, "--out", tmp_path / "runs" / model).status == 0
     return tmp_path / "runs"
 
@@ -91,7 +91,7 @@ def answer_of(suite: Suite, task_id: str) -> str:
 
 
 def test_runs_of_several_models_tell_how_difficult_tasks_are(runs: Path, tmp_path: Path) -> None:
-    suite = open_suite("envs.switches:SWITCHES", ACTING)
+    suite = open_suite("agents.switches:SWITCHES", ACTING)
     assert eai.cli.run._adaptive_suites([suite], [ACTING], runs) == [suite]
     known, _, models = eai.cli.run._difficulties(suite, runs)
     assert models == f"the 3 models in {runs}"

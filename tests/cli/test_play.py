@@ -16,15 +16,15 @@ from typing import TypeAlias
 
 import pytest
 
+from agents.switches import WON
 from by_path import TESTS
 from command_line import Command, Outcome
-from eai.acting.play import Arena, commands_of
-from eai.acting.setting import ACTING
+from eai.agents.play import Arena, commands_of
+from eai.agents.setting import ACTING
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from envs.switches import WON
 
-DOMAIN = "envs.switches:SWITCHES"
+DOMAIN = "agents.switches:SWITCHES"
 Playing: TypeAlias = Callable[..., Outcome]
 
 

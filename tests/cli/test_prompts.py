@@ -63,7 +63,7 @@ def test_prompts_of_a_pipeline_state_the_goals_of_answers(
 
 
 def test_no_page_pretends_that_people_can_act_on_it(eai: Command, tmp_path: Path) -> None:
-    options = ("--domain", "envs.switches:SWITCHES", "--ability", "acting", "--out", tmp_path / "form.html")
+    options = ("--domain", "agents.switches:SWITCHES", "--ability", "acting", "--out", tmp_path / "form.html")
     assert eai("export", "prompts", *options).err.endswith(
         "a file carries no actions out; people act by eai play --page\n"
     )

@@ -8,15 +8,15 @@ from pathlib import Path
 import gymnasium
 import pytest
 
-import eai.envs
+import eai.agents.gym
 from command_line import Command
 from eai import Reward
 from eai.abilities.protocol import Ability
-from eai.acting.setting import ACTING
-from eai.acting.worlds import opened
+from eai.agents.rewards import TrlHousehold, TrlReward
+from eai.agents.setting import ACTING
+from eai.agents.worlds import opened
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import open_suite
-from eai.envs.rewards import TrlHousehold, TrlReward
 from eai.harbor.verify import rewards
 from eai.tasks.source import Source
 from raising import BOOM, NAME, RAISING
@@ -94,7 +94,7 @@ def test_rewards_of_the_other_answers_are_paid() -> None:
 def test_an_action_that_raises_fails_and_the_episode_goes_on(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    env = gymnasium.make(eai.envs.ANY, benchmark=RAISING, task_id=TASK, disable_env_checker=True)
+    env = gymnasium.make(eai.agents.gym.ANY, benchmark=RAISING, task_id=TASK, disable_env_checker=True)
     env.reset(seed=0)
     told, paid, terminated, truncated, info = env.step(BOOM)
     assert "Failed (uncategorised): the world raised OverflowError." in told

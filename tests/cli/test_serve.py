@@ -14,7 +14,7 @@ def test_a_port_that_is_taken_is_told(eai: Command, tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         done = eai(
-            "serve", "mcp", "--domain", "envs.switches:SWITCHES", "--out", tmp_path / "out", "--port", port
+            "serve", "mcp", "--domain", "agents.switches:SWITCHES", "--out", tmp_path / "out", "--port", port
         )
     told = f"eai: --port {port}: cannot listen there, at 127.0.0.1 (Address already in use)"
     assert (done.status, done.err.strip(), [*tmp_path.iterdir()]) == (2, told, [])
@@ -39,7 +39,7 @@ def test_a_port_that_is_taken_is_told(eai: Command, tmp_path: Path) -> None:
 )
 def test_what_cannot_be_served_is_told(eai: Command, tmp_path: Path, words: str, told: str) -> None:
     out = tmp_path / "served"
-    done = eai("serve", "mcp", "--domain", "envs.switches:SWITCHES", "--out", out, *words.split())
+    done = eai("serve", "mcp", "--domain", "agents.switches:SWITCHES", "--out", out, *words.split())
     assert (done.status, done.out) == (2, "")
     assert done.err.strip() == told
     assert not out.exists()

@@ -10,7 +10,7 @@ import pytest
 from boxes import lacking
 from by_path import ROOT
 from eai.abilities.protocol import FOUR
-from eai.acting.worlds import opened
+from eai.agents.worlds import opened
 from eai.base.errors import InputError
 from eai.base.files import parse_toml
 from eai.base.store import Store

@@ -9,16 +9,16 @@ from typing import Any
 
 import pytest
 
+from agents.switches import DOMAIN, initial
 from by_path import ROOT
 from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
-from eai.acting.journal import key_in
-from eai.acting.worlds import journal_in, opened
+from eai.agents.journal import key_in
+from eai.agents.worlds import journal_in, opened
 from eai.benchmarks.suite import Suite, open_suite
 from eai.harbor.verify import answer_in, rewards, rewards_of_episode
 from eai.logic.formula import Atom, Constant, Not
 from eai.results.reward import LIMIT
-from envs.switches import DOMAIN, initial
 
 GO, PRESS = "GO(lamp_1)", "PRESS(lamp_1)"
 PLAN = ["GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)", "DONE"]

@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import pytest
 
+from agents.switches import SWITCHES, WON
 from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, StepReport, read_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.acting.setting import ACTING
+from eai.agents.setting import ACTING
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
@@ -24,7 +25,6 @@ from eai.results.responses import Response
 from eai.tasks.source import Source
 from eai.tasks.wording import subjects
 from eai.world.execution import execute
-from envs.switches import SWITCHES, WON
 from pictures.kitchen import DOMAIN, KITCHEN, WORDS, fact, kitchen_task, told_by
 
 DONE = ("TAKE(cup_1)", "PUT_ON(cup_1, table_1)", "LIGHT(lamp_2)")

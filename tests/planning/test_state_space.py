@@ -13,7 +13,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT
 from eai.abilities.verdict import PlanVerdict
-from eai.acting.scorer import Moment, loss
+from eai.agents.scorer import Moment, loss
 from eai.benchmarks.suite import open_suite
 from eai.pddl.execute import DerivedPredicates
 from eai.pddl.search import search

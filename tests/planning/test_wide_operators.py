@@ -13,11 +13,11 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT
 from eai.abilities.subgoal_decomposition.repertoire import MAX_LISTED, Repertoire
+from eai.agents.gym import make
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.random_answers import random_walk
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.envs import make
 from eai.planning.planner import Planner, PlanningGoal, planner_of
 from eai.planning.possible import Possible
 from eai.planning.search import Limits, SearchEnd

@@ -7,10 +7,11 @@ from urllib.parse import urlencode
 
 import pytest
 
+from agents.switches import SWITCHES, WON
 from browsing import needs_browser
 from eai.abilities.protocol import Ability
-from eai.acting.play import Arena
-from eai.acting.setting import ACTING
+from eai.agents.play import Arena
+from eai.agents.setting import ACTING
 from eai.benchmarks.suite import open_suite
 from eai.pictures.course import Course, course_of
 from eai.pictures.tiles import Tile
@@ -19,7 +20,6 @@ from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.responses import Response
 from eai.results.runs import Run, RunKey, read_runs
-from envs.switches import SWITCHES, WON
 from report.samples import HOSTILE, all_runs, write_runs
 
 pytestmark = needs_browser

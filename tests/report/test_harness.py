@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from agents.switches import SWITCHES, WON
 from eai.abilities.experiment import Experiment
-from eai.acting.play import Arena
-from eai.acting.setting import ACTING, REACT, TEXT, Setting
+from eai.agents.play import Arena
+from eai.agents.setting import ACTING, REACT, TEXT, Setting
 from eai.benchmarks.suite import open_suite
 from eai.cli.table import print_results
 from eai.report.rankings import rankings
@@ -22,7 +23,6 @@ from eai.results.responses import Response, ResponseFile
 from eai.results.runs import read_runs
 from eai.results.table import Label
 from eai.results.totals import Totals
-from envs.switches import SWITCHES, WON
 from processes import eai
 from record_files import write_records
 

@@ -8,7 +8,7 @@ import pytest
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import RAISED, PlanVerdict
-from eai.acting.setting import ACTING
+from eai.agents.setting import ACTING
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import Scoring, score_run
 from eai.results.options import ScoringOptions

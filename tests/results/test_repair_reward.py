@@ -9,18 +9,18 @@ from random import Random
 import pytest
 
 import eai
+from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, InputError, Reward, Suite, Task, given, make_task
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.repair import EFFORT
+from eai.agents.gym import make
 from eai.base.store import Store
-from eai.envs import make
 from eai.planning.repair import Mender, Plan, Told
 from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
 from eai.results.reward import Shaping
 from eai.world import Action, Episode
-from envs.switches import DOMAIN, as_plan, initial
 from suites import answer_book
 from sweeps import examples
 

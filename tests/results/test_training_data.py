@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 import eai
+from agents.switches import SWITCHES
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
@@ -25,7 +26,6 @@ from eai.results.training_data import (
     verified_rows,
 )
 from eai.tasks.prompts.prompt import Prompt
-from envs.switches import SWITCHES
 
 PROMPT = Prompt("Do it.", "You are a robot.")
 PROMPTS = dict.fromkeys(("both", "greet", "half", "done", "none"), PROMPT)

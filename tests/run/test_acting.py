@@ -14,8 +14,8 @@ import pytest
 from inspect_ai.log import EvalLog, write_eval_log
 from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
 
-from eai.acting.play import Arena, in_setting
-from eai.acting.setting import ACTING, Setting
+from eai.agents.play import Arena, in_setting
+from eai.agents.setting import ACTING, Setting
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite

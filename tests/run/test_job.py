@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from eai.abilities.protocol import FOUR, Ability
-from eai.acting.setting import ACTING
+from eai.agents.setting import ACTING
 from eai.base.errors import InputError
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmarks.gold_answers import open_planned_book

@@ -11,10 +11,11 @@ import pytest
 from inspect_ai.log import EvalLog, EvalSample, read_eval_log
 from inspect_ai.scorer import Score
 
+from agents.switches import SWITCHES
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.acting.setting import ACTING
+from eai.agents.setting import ACTING
 from eai.base.files import file_name
 from eai.base.store import Store
 from eai.benchmarks.errata import published_errata
@@ -29,7 +30,6 @@ from eai.results.summary import outcome, summarise
 from eai.run.scorer import with_experiment
 from eai.run.tasks import read_answers
 from eai.tasks.source import ErrataChoice, Source
-from envs.switches import SWITCHES
 from processes import own_process
 from run.child import (
     PLANNER,

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import eai
+from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, InputError, Task, given, make_task
 from eai.abilities.notation.plans import QUESTION, refusal
 from eai.benchmarks.generator.spec import SHUT_LAST
@@ -20,7 +21,6 @@ from eai.studies.conduct.study import FLOOR, _names_it
 from eai.studies.records import Records
 from eai.studies.registry import find_study
 from eai.tasks.task_lines import written
-from envs.switches import DOMAIN, as_plan, initial
 from record_files import write_records
 
 LEFT_ON = "always (lit(lamp) implies eventually not lit(lamp))"

@@ -10,13 +10,13 @@ import pytest
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
+from eai.agents.game import Game
+from eai.agents.reference import staged
+from eai.agents.rules import Rules
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.envs.game import Game
-from eai.envs.reference import staged
-from eai.envs.rules import Rules
 from eai.tasks.source import Source
 from processes import eai as in_own_process
 

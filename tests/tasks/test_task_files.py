@@ -12,6 +12,7 @@ from by_path import ROOT, TESTS
 from command_line import Command
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.agents.environment import make
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
@@ -19,7 +20,6 @@ from eai.benchmarks.gold_answers import open_answer_book, open_planned_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.envs.environment import make
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
 from eai.tasks.task_lines import json_schema, written

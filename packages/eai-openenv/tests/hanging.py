@@ -6,7 +6,7 @@ import os
 import threading
 from typing import Any
 
-from eai.envs import rewards
+from eai.agents import rewards
 
 
 def reward_func(queries: list[str], *others: Any, **options: Any) -> dict[str, Any]:

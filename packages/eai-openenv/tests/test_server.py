@@ -21,12 +21,12 @@ from fastapi.testclient import TestClient
 from openenv import GenericEnvClient
 
 import eai
+from agents.switches import CASES_BY_SHAPING, reference
+from eai.agents.rewards import PROMPT_NOT_FOUND
+from eai.agents.rules import Rules
 from eai.base.errors import InputError
-from eai.envs.rewards import PROMPT_NOT_FOUND
-from eai.envs.rules import Rules
 from eai.results.reward import METRICS, Shaping
 from eai_openenv import Act, Household, Limits, PromptProtocol, Tasks, create_app, scorers
-from envs.switches import CASES_BY_SHAPING, reference
 
 LAMPS = "lamps:lamps"
 LIGHT = f"{LAMPS}/action_sequencing/light"
@@ -260,7 +260,7 @@ def test_there_are_only_so_many_sessions(client: TestClient) -> None:
 def test_an_episode_pays_what_the_library_pays(
     task_id: str, commands: tuple[str, ...], shaping: Shaping, worth: float
 ) -> None:
-    household = Household(Tasks({"all": "envs.switches:SWITCHES"}), Rules(reward=shaping))
+    household = Household(Tasks({"all": "agents.switches:SWITCHES"}), Rules(reward=shaping))
     household.reset(task=reference(task_id))
     paid = [household.step(Act(command=command)).reward for command in commands]
     assert sum(paid) == pytest.approx(worth)

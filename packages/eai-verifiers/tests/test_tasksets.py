@@ -19,14 +19,14 @@ import verifiers.v1 as vf
 from example import PLAN
 
 import eai
+from agents.switches import CASES_BY_SHAPING, as_plan, reference
 from eai.abilities.protocol import Ability
+from eai.agents.rules import Rules
 from eai.base.errors import DataError
-from eai.envs.rules import Rules
 from eai.results.reward import METRICS, Shaping
 from eai_verifiers.steps import StepsConfig, StepsTaskConfig, StepsTaskset
 from eai_verifiers.tasks import suite_of_one
 from eai_verifiers.taskset import HouseholdConfig, HouseholdTask, HouseholdTaskset
-from envs.switches import CASES_BY_SHAPING, as_plan, reference
 
 LAMPS = "lamps:lamps"
 LIGHT = f"{LAMPS}/action_sequencing/light"
@@ -98,7 +98,7 @@ def test_the_rules_are_those_of_environments_and_go_by_their_old_names_too() -> 
 def test_the_same_actions_pay_the_same_as_a_plan_and_step_by_step(
     task_id: str, commands: tuple[str, ...], shaping: Shaping, worth: float
 ) -> None:
-    options = {"domain": "envs.switches:SWITCHES", "task": {"shaping": shaping}}
+    options = {"domain": "agents.switches:SWITCHES", "task": {"shaping": shaping}}
     whole = {task.data.task: task for task in HouseholdTaskset(HouseholdConfig.model_validate(options))}
     assert whole[reference(task_id)].grade(as_plan(commands)).value == pytest.approx(worth)
     steps = {task.data.task: task for task in StepsTaskset(StepsConfig.model_validate(options))}

@@ -16,7 +16,7 @@ from threading import Lock
 from typing import Any, TypeAlias
 
 from eai.acting.person import RULES, completions, enter
-from eai.acting.play import Play
+from eai.agents.play import Play
 from eai.base.errors import EaiError, InputError
 from eai.base.json_value import Json
 from eai.results.page import build_page, for_script
@@ -105,7 +105,7 @@ class _Handler(BaseHTTPRequestHandler):
         if self._is_for_us():
             with self.server.lock:
                 data = for_script(self.server.shown)
-            self._send("text/html", build_page("eai.acting", "player", ("player.js",), data, sends=True))
+            self._send("text/html", build_page("eai.agents", "player", ("player.js",), data, sends=True))
 
     def do_POST(self) -> None:
         """Carry a line out, and send what the page shows then; the last one ends the server."""

@@ -13,11 +13,11 @@ from itertools import groupby
 from operator import attrgetter
 
 from eai.abilities.verdict import REFUSE
-from eai.acting.play import Episode, Play, read_episode
+from eai.agents.command import DONE, LOOK
+from eai.agents.observation import manual
+from eai.agents.play import Episode, Play, read_episode
+from eai.agents.stage import Stage
 from eai.base.errors import InputError
-from eai.envs.command import DONE, LOOK
-from eai.envs.observation import manual
-from eai.envs.stage import Stage
 from eai.world.fault import FaultKind
 
 HARNESS, PROMPTED = "person", "person who asked what is possible"

@@ -21,7 +21,7 @@ from eai.abilities.repair import EFFORT, repair_lines
 from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
-from eai.acting.verdict import ActingVerdict, outlook_text
+from eai.agents.verdict import ActingVerdict, outlook_text
 from eai.base.errors import EaiError, InputError, did_you_mean, member
 from eai.base.files import write_whole
 from eai.base.store import Store

@@ -22,7 +22,7 @@ from eai.tasks.options import Options
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 if TYPE_CHECKING:
-    from eai.acting.setting import Setting
+    from eai.agents.setting import Setting
 
 ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
 """The panels of the help of commands that score."""
@@ -153,7 +153,7 @@ def setting_of_others(settings: Sequence[str]) -> Setting:
     Raises:
         InputError: an option is one of models alone.
     """
-    from eai.acting.setting import AGENT, Setting  # which commands that score do not need
+    from eai.agents.setting import AGENT, Setting  # which commands that score do not need
 
     chosen = with_settings(AGENT, Setting, settings)
     for name in sorted(chosen.model_fields_set & {"harness", "tokens", "seconds"}):

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from eai.acting.setting import ACTING, PICTURES, Setting
+from eai.agents.setting import ACTING, PICTURES, Setting
 from eai.base.errors import InputError
 from eai.benchmarks.suite import Suite
 from eai.cli.console import counted, note, say
@@ -19,7 +19,7 @@ from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
 from eai.results.responses import SUFFIX, Response, ResponseFile, model_name, read_responses, write_responses
 
 if TYPE_CHECKING:
-    from eai.acting.play import Play
+    from eai.agents.play import Play
 
 _QUIT = "quit"
 
@@ -107,7 +107,7 @@ def _begun(
 ) -> Iterator[tuple[int, Play, Sequence[str]]]:
     """The tasks that are not over yet: number, episode, and what was observed in it so far."""
     from eai.acting.person import begin
-    from eai.acting.play import Arena
+    from eai.agents.play import Arena
 
     arena = Arena(suite.benchmark, setting)
     for number, task_id in enumerate(task_ids, 1):

@@ -8,7 +8,7 @@ from random import Random
 from typing import Annotated, TypeVar
 
 from eai.abilities.protocol import Ability
-from eai.acting.setting import ACTING
+from eai.agents.setting import ACTING
 from eai.base.errors import InputError, did_you_mean
 from eai.base.files import write_whole
 from eai.base.json_value import Json

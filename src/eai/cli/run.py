@@ -17,8 +17,8 @@ import typer
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
-from eai.acting.setting import ACTING, STANDARD
-from eai.acting.verdict import ActingVerdict
+from eai.agents.setting import ACTING, STANDARD
+from eai.agents.verdict import ActingVerdict
 from eai.base.errors import InputError
 from eai.base.files import file_name, sole_run
 from eai.benchmarks.prompt_library import Library
@@ -238,7 +238,7 @@ def _obtain_and_score(
     prompt_name, harness, effort = spec.prompts.label, None, spec.generation.reasoning_effort
     rules: str | None = None
     if suite.ability is ACTING:
-        from eai.acting.play import in_setting
+        from eai.agents.play import in_setting
 
         asked, about = in_setting(spec.agent, asked, suite)
         rules = spec.agent.label or None

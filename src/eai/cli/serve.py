@@ -62,8 +62,8 @@ def mcp(
     """
     setting = setting_of_others(settings or ())
     with needing("mcp", "eai serve mcp needs"):
-        from eai.acting.server import http_app, listen, serve_http, serve_stdio
-        from eai.acting.worlds import opened
+        from eai.agents.server import http_app, listen, serve_http, serve_stdio
+        from eai.agents.worlds import opened
     suite, ids = playable(domain, tasks, sample, seed, data)
     by_ticket = port is not None and not trust_network
     if not by_ticket and len(ids) != 1:

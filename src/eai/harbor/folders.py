@@ -13,14 +13,14 @@ from string import Template
 from typing import TypeAlias
 
 from eai import __version__
-from eai.acting.setting import ACTING
+from eai.agents.command import DONE
+from eai.agents.setting import ACTING
 from eai.base.errors import InputError
 from eai.base.files import content_of, files_below, write_whole
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.registry import PDDL, registered
 from eai.benchmarks.suite import Suite
-from eai.envs.command import DONE
 from eai.harbor.verify import is_right
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.task_files import lines_in

@@ -12,10 +12,10 @@ from pathlib import Path
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.verdict import RAISED, UNREPLAYABLE, Verdict
-from eai.acting.journal import key_in, read_journal
-from eai.acting.play import Arena, Play
-from eai.acting.setting import ACTING, STANDARD
-from eai.acting.worlds import HARNESS, journal_in
+from eai.agents.journal import key_in, read_journal
+from eai.agents.play import Arena, Play
+from eai.agents.setting import ACTING, STANDARD
+from eai.agents.worlds import HARNESS, journal_in
 from eai.base.errors import InputError
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import Suite, open_suite

@@ -18,7 +18,7 @@ from eai.abilities.explanation import Explanation, StepReport, near_misses
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import repair_lines
 from eai.abilities.verdict import PlanVerdict, SpanKind, Verdict
-from eai.acting.verdict import ActingVerdict
+from eai.agents.verdict import ActingVerdict
 from eai.base.json_value import Json
 from eai.benchmarks.registry import title_of
 from eai.pictures.course import Course

@@ -21,13 +21,13 @@ from inspect_ai.util import StoreModel, apply_limits, registry_info, time_limit,
 from pydantic import Field
 
 from eai.abilities.attempt import Usage
-from eai.acting.play import Arena, Play
-from eai.acting.setting import ACTING, REACT, TEXT, Setting
-from eai.acting.tools import command_of, tools_of
+from eai.agents.command import DONE
+from eai.agents.play import Arena, Play
+from eai.agents.setting import ACTING, REACT, TEXT, Setting
+from eai.agents.tools import command_of, tools_of
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark, loaded
 from eai.benchmarks.suite import open_suite
-from eai.envs.command import DONE
 from eai.run.job import ERRATA, PROVIDER
 from eai.run.journal import Desk
 from eai.run.solver import answer_in, content_of, giving_up, part, remember, thoughts_in, usage_of, with_epoch

@@ -13,7 +13,7 @@ from pydantic import Field
 from eai.abilities.answer_schema import Schema
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
-from eai.acting.setting import ACTING, AGENT
+from eai.agents.setting import ACTING, AGENT
 from eai.base.errors import InputError, did_you_mean
 from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import answer_form

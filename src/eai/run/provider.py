@@ -19,8 +19,10 @@ from inspect_ai.tool import ToolChoice, ToolInfo
 from pydantic import Field
 
 from eai.abilities.protocol import Ability
-from eai.acting.play import Arena, commands_of
-from eai.acting.setting import ACTING, STANDARD, Setting
+from eai.agents.agents import AGENTS
+from eai.agents.command import DONE
+from eai.agents.play import Arena, commands_of
+from eai.agents.setting import ACTING, STANDARD, Setting
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
@@ -38,8 +40,6 @@ from eai.benchmarks.gold_answers import (
 )
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
-from eai.envs.agents import AGENTS
-from eai.envs.command import DONE
 from eai.pictures.scene_graph import SCENE, read_scene_graph
 from eai.planning.search import Limits
 from eai.results.answer_files import recorded_file

@@ -34,7 +34,7 @@ from eai.abilities.experiment import RULES_SEPARATOR, Experiment
 from eai.abilities.explanation import Explanation, PartReport, StepReport
 from eai.abilities.protocol import Ability, Protocol, registered_abilities
 from eai.abilities.verdict import Verdict
-from eai.acting.setting import ACTING
+from eai.agents.setting import ACTING
 from eai.base.files import file_name
 from eai.base.grouping import grouped
 from eai.benchmarks.benchmark import Benchmark

@@ -18,7 +18,7 @@ from pydantic import BeforeValidator, Field, JsonValue, model_validator
 from typing_extensions import Self
 
 from eai.abilities.protocol import FOUR, Ability
-from eai.acting.setting import STANDARD, Setting
+from eai.agents.setting import STANDARD, Setting
 from eai.base.errors import InputError, did_you_mean
 from eai.base.files import write_whole
 from eai.benchmarks.registry import REFERENCES

@@ -32,8 +32,8 @@ from rich.text import Text
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
-from eai.acting.play import in_setting
-from eai.acting.setting import ACTING, AGENT, Setting
+from eai.agents.play import in_setting
+from eai.agents.setting import ACTING, AGENT, Setting
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import file_name, require_file, writing_to
 from eai.base.grouping import grouped

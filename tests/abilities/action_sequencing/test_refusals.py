@@ -7,21 +7,21 @@ from dataclasses import replace
 import pytest
 
 import eai
+from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, Reward, Shaping, Suite, Task, given, make_task
 from eai.abilities.notation.plans import QUESTION, reason_of, refusal
 from eai.abilities.repair import EFFORT
 from eai.abilities.verdict import PlanVerdict
+from eai.agents.game import Game
+from eai.agents.reference import staged
+from eai.agents.rules import TRAINING
 from eai.benchmarks.gold_answers import open_answer_book
-from eai.envs.game import Game
-from eai.envs.reference import staged
-from eai.envs.rules import TRAINING
 from eai.results.batch import score_run
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
 from eai.tasks.prompts.own import explanations
 from eai.tasks.prompts.template import Templates
-from envs.switches import DOMAIN, as_plan, initial
 
 WHY = "lit(lamp)"
 NO = refusal(WHY)

@@ -4,6 +4,9 @@ import pytest
 
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.agents.game import Game
+from eai.agents.reference import staged
+from eai.agents.rules import STANDARD
 from eai.base.store import Store
 from eai.benchmarks.behavior.benchmark import behavior
 from eai.benchmarks.behavior_1k.benchmark import behavior_1k, challenge_2025, of_behavior_100, untold
@@ -14,9 +17,6 @@ from eai.benchmarks.behavior_1k.tasks import left_out
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
-from eai.envs.game import Game
-from eai.envs.reference import staged
-from eai.envs.rules import STANDARD
 from eai.logic import formula as f
 from eai.logic.formula import Atom
 from eai.logic.traversal import walk

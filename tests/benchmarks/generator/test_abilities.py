@@ -9,12 +9,12 @@ import pytest
 from benchmarks.generator.worlds import HOUSEHOLDS, tasks
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.agents.environment import make
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book, open_planned_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.envs.environment import make
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
 from eai.tasks.task_files import write_task_file

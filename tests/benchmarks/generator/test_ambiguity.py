@@ -14,14 +14,14 @@ from eai import Benchmark, given
 from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.acting.play import rules_of
-from eai.acting.setting import STANDARD
+from eai.agents.game import Game
+from eai.agents.play import rules_of
+from eai.agents.reference import staged
+from eai.agents.rules import TRAINING
+from eai.agents.setting import STANDARD
 from eai.benchmarks.generator.spec import Generated, TaskKind
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
-from eai.envs.game import Game
-from eai.envs.reference import staged
-from eai.envs.rules import TRAINING
 from eai.tasks.goal_test import solves
 from eai.tasks.source import Source
 from eai.tasks.task import Task

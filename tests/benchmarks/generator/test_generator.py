@@ -261,8 +261,8 @@ def test_rejections_say_why() -> None:
 
 def test_a_task_is_rejected_whose_things_are_never_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """A sink stands in a closed counter that cannot be opened: who sees a part of the world cannot win."""
-    from eai.envs.reference import staged
-    from eai.envs.rules import STANDARD
+    from eai.agents.reference import staged
+    from eai.agents.rules import STANDARD
 
     made = generator("virtualhome")
     assert made.task("107") is Reason.NEVER_SEEN

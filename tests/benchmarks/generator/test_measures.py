@@ -10,6 +10,7 @@ from importlib import resources
 import pytest
 
 import eai.logic.formula as f
+from agents.switches import SWITCHES
 from benchmarks.generator.worlds import HOUSEHOLDS, tasks
 from by_path import module_at
 from eai.base.errors import InputError
@@ -30,7 +31,6 @@ from eai.tasks.goal_text import make_task
 from eai.tasks.source import Source
 from eai.world.action import Action
 from eai.world.state import Fact, Scene, WorldObject
-from envs.switches import SWITCHES
 
 _MEASURED = (Measure.CONTAINERS, Measure.HIDDEN, Measure.TOOL_STEPS, Measure.DISTRACTORS)
 

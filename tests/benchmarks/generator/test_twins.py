@@ -15,16 +15,16 @@ from eai import given
 from eai.abilities.notation.plans import reason_of
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.acting.play import Play, rules_of
-from eai.acting.setting import STANDARD
+from eai.agents.agents import gold_agent
+from eai.agents.game import Game
+from eai.agents.play import Play, rules_of
+from eai.agents.reference import staged
+from eai.agents.setting import STANDARD
+from eai.agents.stage import Stage
 from eai.benchmarks.generator.spec import Generated, TaskKind
 from eai.benchmarks.generator.twins import Leaning, twins_of
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
-from eai.envs.agents import gold_agent
-from eai.envs.game import Game
-from eai.envs.reference import staged
-from eai.envs.stage import Stage
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import solves

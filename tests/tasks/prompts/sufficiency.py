@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
-from eai.envs.listed import spelled_out
+from eai.agents.listed import spelled_out
 from eai.logic.ltl_printer import print_ltl
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import Task

@@ -13,6 +13,9 @@ import pytest
 from benchmarks.generator.worlds import generator
 from by_path import ROOT, TESTS
 from eai.abilities.protocol import Ability
+from eai.agents.game import Game
+from eai.agents.reference import staged
+from eai.agents.rules import Rules, View
 from eai.base.store import Store
 from eai.benchmarks.behavior_1k.benchmark import UNTOLD
 from eai.benchmarks.behavior_1k.conventions import HEADING, conventions
@@ -21,9 +24,6 @@ from eai.benchmarks.generator.sets import seeds_of
 from eai.benchmarks.generator.spec import Generated, TaskKind
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, with_tasks
-from eai.envs.game import Game
-from eai.envs.reference import staged
-from eai.envs.rules import Rules, View
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import GoalTest

@@ -11,12 +11,12 @@ import pytest
 
 from by_path import TESTS
 from eai.abilities.protocol import FOUR, Ability
+from eai.agents.game import Game
+from eai.agents.reference import staged
+from eai.agents.rules import TRAINING
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
-from eai.envs.game import Game
-from eai.envs.reference import staged
-from eai.envs.rules import TRAINING
 from eai.tasks.problem_world import open_pddl
 from eai.tasks.prompts.own import Questions, render
 from eai.tasks.prompts.template import Templates

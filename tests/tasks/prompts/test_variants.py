@@ -8,6 +8,7 @@ from string import Template
 
 import pytest
 
+from agents.switches import SWITCHES
 from eai.abilities.protocol import FOUR, Ability
 from eai.base.errors import InputError
 from eai.base.store import Store
@@ -17,7 +18,6 @@ from eai.run.spec import read_spec
 from eai.tasks.prompts.prompt import VARIANTS, PromptSet
 from eai.tasks.prompts.template import Templates
 from eai.tasks.source import Source
-from envs.switches import SWITCHES
 
 PLACE = re.compile(r"\$(\w+)")
 SIDES = ("and", "or", "not", "exists", "forall", "when")

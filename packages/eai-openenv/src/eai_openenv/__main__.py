@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 import uvicorn
 
+from eai.agents.rules import TRAINING, Feedback, Observe, Rules
 from eai.base.errors import EaiError
-from eai.envs.rules import TRAINING, Feedback, Observe, Rules
 from eai.results.reward import Shaping
 from eai_openenv.connections import PromptProtocol
 from eai_openenv.limits import Limits

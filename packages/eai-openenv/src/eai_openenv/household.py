@@ -1,4 +1,4 @@
-"""The environment that OpenEnv plays: a thin translation of `eai.envs.game.Game`."""
+"""The environment that OpenEnv plays: a thin translation of `eai.agents.game.Game`."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from openenv.core.env_server import Environment
 from openenv.core.env_server.types import Action, EnvironmentMetadata, Observation, State
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from eai.agents.game import Game
+from eai.agents.reference import stage_of
+from eai.agents.rules import TRAINING, Rules
 from eai.base.errors import InputError
-from eai.envs.game import Game
-from eai.envs.reference import stage_of
-from eai.envs.rules import TRAINING, Rules
 from eai.tasks.options import misfit
 from eai_openenv.meters import Meters
 from eai_openenv.tasks import Tasks

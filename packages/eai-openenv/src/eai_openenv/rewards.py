@@ -9,7 +9,7 @@ from anyio import BrokenWorkerProcess
 from fastapi import APIRouter, HTTPException, Request
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from eai.envs.rewards import PROMPT_NOT_FOUND
+from eai.agents.rewards import PROMPT_NOT_FOUND
 from eai.results.reward import METRICS, Shaping
 from eai_openenv.limits import Limits
 from eai_openenv.meters import Meters

@@ -10,7 +10,7 @@ from typing import Any
 
 from anyio import CapacityLimiter, fail_after, to_process
 
-from eai.envs.rewards import reward_func
+from eai.agents.rewards import reward_func
 from eai.results.reward import Shaping
 
 

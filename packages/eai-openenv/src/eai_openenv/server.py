@@ -9,8 +9,8 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import JSONResponse
 from openenv.core.env_server import ConcurrencyConfig, HTTPEnvServer
 
+from eai.agents.rules import TRAINING, Rules
 from eai.base.errors import EaiError
-from eai.envs.rules import TRAINING, Rules
 from eai_openenv.household import Act, Household, Seen, Standing
 from eai_openenv.limits import Limits
 from eai_openenv.meters import Meters

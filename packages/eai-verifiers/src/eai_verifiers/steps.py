@@ -10,11 +10,11 @@ import verifiers.v1 as vf
 from pydantic import model_validator
 
 from eai.abilities.protocol import Ability
-from eai.envs.game import Game
-from eai.envs.reference import stage_of, staged
-from eai.envs.rewards import answer_of
-from eai.envs.rules import TRAINING, Rules
-from eai.envs.stage import Stage
+from eai.agents.game import Game
+from eai.agents.reference import stage_of, staged
+from eai.agents.rewards import answer_of
+from eai.agents.rules import TRAINING, Rules
+from eai.agents.stage import Stage
 from eai_verifiers.tasks import suite_of_one
 from eai_verifiers.taskset import HouseholdConfig, HouseholdData, HouseholdTaskConfig, HouseholdTaskset
 
@@ -30,7 +30,7 @@ class StepsTaskConfig(HouseholdTaskConfig):
     """How tasks are played, and what is paid for."""
 
     rules: Rules = TRAINING
-    """The rules of a game, as `eai.envs.make` takes them; ``shaping`` says what is paid for."""
+    """The rules of a game, as `eai.agents.gym.make` takes them; ``shaping`` says what is paid for."""
 
     @model_validator(mode="before")
     @classmethod

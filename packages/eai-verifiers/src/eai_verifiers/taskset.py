@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import verifiers.v1 as vf
 
 from eai.abilities.protocol import Ability
+from eai.agents.rewards import answer_of
 from eai.benchmarks.generator.spec import Split, Tier
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import TaskReference
-from eai.envs.rewards import answer_of
 from eai.results.reward import Grade, Reward, Shaping, reward_of
 from eai.tasks.prompts.prompt import PromptSet
 from eai_verifiers.tasks import Asked, new_tasks, own_tasks, suite_of_one

@@ -1,0 +1,155 @@
+"""Acting as a registered ability: an episode is an answer, and these are its measures.
+
+Their definitions, with sources, are in ``docs/acting.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import floor
+from statistics import fmean
+from typing import TYPE_CHECKING
+
+from eai.abilities.declaration import (
+    ENDING_FAULTS,
+    GOAL_COLUMNS,
+    PARTIAL,
+    SUCCESS,
+    AbilityDeclaration,
+    AskedWorld,
+    MetricColumn,
+    Posed,
+    SingleTurn,
+    goal_shares,
+    label_of,
+    plan_outcome,
+)
+from eai.abilities.experiment import Experiment
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import NOTHING, UNREPLAYABLE, of_all
+from eai.agents.verdict import ActingVerdict
+from eai.tasks.share import Share
+from eai.world.fault import FaultKind
+
+if TYPE_CHECKING:
+    from eai.abilities.scorer import Scorer
+    from eai.tasks.task import Task
+
+WITHIN = {"within_1x": 1.0, "within_1.5x": 1.5, "within_2x": 2.0, "within_4x": 4.0}
+"""Successes within so many times the actions of the shortest known plan."""
+
+KINDS = tuple(ENDING_FAULTS)
+"""The kinds of impossible actions; an action that is not needed is counted apart."""
+
+_SOON = 2
+"""Within how many turns a possible action follows a fault that is recovered from."""
+
+
+def contributions(verdict: ActingVerdict) -> dict[str, Share]:
+    """The contributions of one episode, or of all of its task, to each rate."""
+    if verdict.mean is not None:
+        return dict(verdict.mean)
+    won, actions, shortest = bool(verdict.success), verdict.actions, verdict.shortest
+    tried = len(actions)
+    kinds = [None if turn.fault is None else turn.fault.value for turn in actions]
+    faulty = [i for i, kind in enumerate(kinds) if kind in KINDS]
+    is_known = verdict.outlook in ("open", "lost")
+    mended = sum(any(turn.fault is None for turn in actions[i + 1 : i + 1 + _SOON]) for i in faulty)
+    return {
+        "success": of_all(won),
+        **{
+            name: NOTHING if shortest is None else of_all(won and tried <= max(1, floor(most * shortest)))
+            for name, most in WITHIN.items()
+        },
+        "spl": NOTHING if shortest is None else of_all(_path_length_share(won, tried, shortest)),
+        "impossible": Share(len(faulty), tried),
+        **{kind: Share(kinds.count(kind), tried) for kind in KINDS},
+        "additional_step": Share(kinds.count(FaultKind.ADDITIONAL_STEP.value), tried),
+        "won_after_fault": of_all(won) if faulty else NOTHING,
+        "recovered": Share(mended, len(faulty)),
+        "loops": Share(sum(turn.same_as is not None for turn in actions), tried),
+        "undeclared": of_all(verdict.reached and not won),
+        "declared_early": of_all(verdict.declared and not verdict.reached),
+        UNREPLAYABLE: of_all(verdict.is_unreplayable),
+        "lost_for_good": of_all(verdict.outlook == "lost") if is_known else NOTHING,
+        "outlook_unknown": NOTHING if verdict.outlook is None else of_all(not is_known),
+        **goal_shares(verdict),
+    }
+
+
+def averaged(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
+    """The first of a task's episodes that is not excluded, with the mean contributions of all such."""
+    scored = [verdict for verdict in verdicts if verdict.excluded is None]
+    if not scored:
+        return verdicts[0]
+    added = [contributions(verdict) for verdict in scored]
+    mean = {name: Share(*map(fmean, zip(*(each[name] for each in added), strict=True))) for name in added[0]}
+    return replace(scored[0], mean=mean)
+
+
+def _path_length_share(won: bool, tried: int, shortest: int) -> float:
+    """The part of one episode in SPL: the shortest plan's share of what it took, 0 if it is lost."""
+    return float(won) if tried <= shortest else won * shortest / tried
+
+
+def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+    """The maker of scorers, imported where it is needed, so that reports load no engine."""
+    from eai.agents.scorer import scorers
+
+    return scorers(world)
+
+
+def _pose(world: AskedWorld, task: Task) -> Posed:
+    from eai.agents.scorer import pose
+
+    return pose(world, task)
+
+
+def _made_by(answer: str) -> Experiment | None:
+    """Return the harness and the rules of an episode, whose reader is imported here: reports start fast."""
+    from eai.agents.play import Episode, read_episode, rules_label
+
+    episode = read_episode(answer)
+    if not isinstance(episode, Episode) or not episode.turns:
+        return None
+    return Experiment(harness=episode.harness or None, rules=rules_label(episode))
+
+
+_WITHIN = tuple(MetricColumn(name, "Success within", f"{most:g}x shortest") for name, most in WITHIN.items())
+
+ACTING = AbilityDeclaration(
+    ability=Ability("acting"),
+    asked=SingleTurn(_scorers, _pose),
+    title="Acting",
+    short="acting",
+    verdict=ActingVerdict,
+    contributions=contributions,
+    outcome=plan_outcome,
+    columns=(
+        MetricColumn("success", SUCCESS, "Success"),
+        *_WITHIN,
+        MetricColumn("spl", SUCCESS, "SPL"),
+        MetricColumn("impossible", "Impossible actions", "All", False),
+        *(MetricColumn(kind, "Impossible actions", label_of(kind), False) for kind in KINDS),
+        MetricColumn("additional_step", "Actions", "Not needed", False),
+        MetricColumn("loops", "Actions", "Loops", False),
+        MetricColumn("won_after_fault", "After a fault", "Success"),
+        MetricColumn("recovered", "After a fault", "Recovered"),
+        MetricColumn("undeclared", "The end", "Undeclared", False),
+        MetricColumn("declared_early", "The end", "Declared early", False),
+        MetricColumn(UNREPLAYABLE, "The end", "Unreplayable", False),
+        MetricColumn("lost_for_good", "The end", "Lost for good", False),
+        MetricColumn("outlook_unknown", "The end", "Outlook unknown", False),
+        *GOAL_COLUMNS,
+    ),
+    terminal=(
+        *("success", *WITHIN, "spl", "impossible", "recovered", "loops", "undeclared", "declared_early"),
+        *(UNREPLAYABLE, "lost_for_good", "total_goal", PARTIAL),
+    ),
+    main={"success": "Success", "within_2x": "Within 2x", "spl": "SPL"},
+    averaged=(),
+    yes_no=frozenset({"success", *WITHIN, "undeclared", "declared_early", UNREPLAYABLE, "lost_for_good"}),
+    of_epochs=averaged,
+    made_by=_made_by,
+)

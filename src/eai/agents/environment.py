@@ -1,0 +1,247 @@
+"""The environment of a benchmark: a thin object around games, as gymnasium wants it."""
+
+from __future__ import annotations
+
+import string
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import gymnasium
+from gymnasium.error import ResetNeeded
+
+from eai.abilities.protocol import Ability
+from eai.agents.command import MAX_LENGTH
+from eai.agents.game import Game
+from eai.agents.observation import manual
+from eai.agents.reference import staged
+from eai.agents.rules import Rules
+from eai.agents.stage import Stage
+from eai.base.errors import InputError
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.pictures.picture import pixels
+from eai.pictures.rendered import camera_of
+from eai.tasks.source import Source
+from eai.tasks.task import Task
+
+if TYPE_CHECKING:
+    from eai.bodies.camera import Camera
+
+
+MAX_OBSERVATION = 1 << 16
+"""How long an observation may be, in characters."""
+
+
+@dataclass(unsafe_hash=True)
+class AnyText(gymnasium.Space[str]):
+    """All texts up to a length, whatever their characters; samples are of printable ASCII.
+
+    It is no `gymnasium.spaces.Text`: that has a fixed set of characters, and observations of that space never
+    arrive through the memory that `gymnasium.vector.AsyncVectorEnv` shares by default. With this one it says
+    that it needs ``shared_memory=False``.
+    """
+
+    max_length: int
+
+    def __post_init__(self) -> None:
+        super().__init__(dtype=str)
+
+    def sample(self, mask: None = None, probability: None = None) -> str:
+        """A text of random printable characters."""
+        length = int(self.np_random.integers(self.max_length + 1))
+        return "".join(
+            [string.printable[i] for i in self.np_random.integers(len(string.printable), size=length)]
+        )
+
+    def contains(self, x: Any) -> bool:
+        """Whether this is a text, and not too long."""
+        return isinstance(x, str) and len(x) <= self.max_length
+
+    @property
+    def is_np_flattenable(self) -> bool:
+        """A text is no array."""
+        return False
+
+
+RENDER_MODE, CAMERA = "rgb_array", "camera"
+"""Render modes: a diagram of what is seen, or a camera near the place of work in a scene with bodies."""
+
+_MODES = (RENDER_MODE, CAMERA)
+
+
+class TextEnvironment(gymnasium.Env[str, str]):
+    """A benchmark played by text: an action is a line such as ``GRAB(soap.1002)``.
+
+    A step of an answer in the benchmark's own notation is an action too. What cannot be read, names what
+    there is not or is impossible costs a step and changes nothing.
+
+    Args:
+        benchmark: the benchmark.
+        task_ids: the tasks of which each reset chooses one.
+        rules: how they are played.
+        tasks: all tasks by id.
+        render_mode: ``rgb_array`` for diagrams of what is seen (`render`), ``camera`` for rendered
+            pictures, or None.
+
+    Attributes:
+        benchmark: the benchmark.
+        rules: how its tasks are played.
+        task_ids: the tasks of which each reset chooses one.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [RENDER_MODE], "render_fps": 1}  # noqa: RUF012 - gymnasium's form
+
+    def __init__(
+        self,
+        benchmark: Benchmark,
+        task_ids: Sequence[str],
+        rules: Rules,
+        tasks: Mapping[str, Task],
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode is not None and render_mode not in _MODES:
+            known = ", ".join(map(repr, _MODES))
+            raise InputError(f"render_mode: expected {known} or None, not {render_mode!r}")
+        if render_mode == CAMERA:  # which not every world has
+            self.metadata = {**self.metadata, "render_modes": [*_MODES]}
+        self.render_mode = render_mode
+        self.benchmark = benchmark
+        self.rules = rules
+        self.action_space = AnyText(MAX_LENGTH)
+        self.observation_space = AnyText(MAX_OBSERVATION)
+        self._tasks = tasks
+        self.task_ids = tuple(task_ids)
+        self._game: Game | None = None
+        self._epoch = -1
+        self._camera: Camera | None = None
+
+    @cached_property
+    def manual(self) -> str:
+        """The manual for an agent: the predicates of the world, and its actions."""
+        return manual(self.benchmark, self.rules)
+
+    @property
+    def game(self) -> Game:
+        """The game that is played, for agents that know it (`eai.agents.agents`).
+
+        Raises:
+            ResetNeeded: none has begun.
+        """
+        if self._game is None:
+            raise ResetNeeded("no game has begun: call reset")
+        return self._game
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[str, dict[str, Any]]:
+        """Begin a new game: the first observation, with the instruction, the goals and the objects.
+
+        Args:
+            seed: of the choice among several tasks and of slips; equal seeds give equal games in equal order.
+            options: ``task_id`` says which task to play.
+
+        Raises:
+            InputError: there is no such task, or it has no goals.
+        """
+        super().reset(seed=seed)
+        self._epoch = 0 if seed is not None else self._epoch + 1
+        wanted: str | None = (options or {}).get("task_id")
+        stage = self._stage(self._chosen() if wanted is None else wanted)
+        self._game = Game(stage, self.np_random_seed or 0, self._epoch)
+        return self._game.opening(), {**self._game.info()}
+
+    def step(self, action: str) -> tuple[str, float, bool, bool, dict[str, Any]]:
+        """Play one turn.
+
+        Raises:
+            ResetNeeded: no game has begun, or the last one is over.
+        """
+        if self._game is None or self._game.over:
+            raise ResetNeeded("the episode is over or has not begun: call reset")
+        observation, reward, terminated, truncated, info = self._game.act(action)
+        return observation, reward, terminated, truncated, {**info}
+
+    def render(self) -> Any:
+        """A picture of the world now: an array of height, width and 3 colours, 8 bits each.
+
+        A diagram shows what the agent sees; a camera stands in the room, and shuts out what is behind doors.
+
+        Returns:
+            the array; None where no render mode was chosen.
+
+        Raises:
+            ResetNeeded: no game has begun.
+            EaiError: what draws the picture is not installed, or the scene has no bodies.
+        """
+        if self.render_mode is None:
+            return None
+        if self.render_mode == CAMERA:
+            camera = self._watching()
+            camera.scene.show(self.game.state)
+            return camera.colours("near")
+        observation = self.game.memory.observation
+        return pixels(self.game.task, self.benchmark, observation.state, observation.visible)
+
+    def close(self) -> None:
+        """Free what pictures are drawn with."""
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None
+
+    def _watching(self) -> Camera:
+        """The camera in the scene of the task that is played."""
+        if self._camera is None or self._camera.scene.task is not self.game.task:
+            self.close()
+            self._camera = camera_of(self.game.task)
+        return self._camera
+
+    def _chosen(self) -> str:
+        """One of the tasks at random; those without goals are passed over where there are others."""
+        order = [self.task_ids[int(i)] for i in self.np_random.permutation(len(self.task_ids))]
+        return next((task_id for task_id in order if self._tasks[task_id].left_out is None), order[0])
+
+    def _stage(self, task_id: str) -> Stage:
+        _refuse_strangers((task_id,), self._tasks, self.benchmark)
+        return staged(self._tasks[task_id], self.benchmark, self.rules)
+
+
+def make(
+    benchmark: Benchmark | str,
+    task_id: str | Sequence[str] | None = None,
+    *,
+    render_mode: str | None = None,
+    source: Source | None = None,
+    rules: Rules | None = None,
+    **options: Any,
+) -> TextEnvironment:
+    """The environment of a benchmark.
+
+    Args:
+        benchmark: its name, ``module:object``, or a `Benchmark`.
+        task_id: the task; or several, of which each reset chooses one; or None for all that have goals.
+        render_mode: ``rgb_array`` for diagrams of what is seen, ``camera`` for rendered pictures, or None.
+        source: where the data comes from; the user's default store if None. It is fetched on first use.
+        rules: how tasks are played, such as `eai.agents.rules.STANDARD`; `Rules()` if None.
+        options: those of `Rules` that are others, by name, such as ``slip=0.1, until="done"``.
+
+    Raises:
+        InputError: there is no such benchmark, task or option, or an option has no such value.
+        DataError: the data cannot be had.
+    """
+    found = find_benchmark(benchmark) if isinstance(benchmark, str) else benchmark
+    read = Rules.read("make", {**dict(rules or Rules()), **options})
+    source = source or Source()
+    tasks = found.tasks_for(Ability.ACTION_SEQUENCING, source)
+    task_ids = (task_id,) if isinstance(task_id, str) else tuple(tasks if task_id is None else task_id)
+    if not task_ids:
+        raise InputError(f"{found.name}: no task is named")
+    _refuse_strangers(task_ids, tasks, found)
+    return TextEnvironment(found, task_ids, read, tasks, render_mode)
+
+
+def _refuse_strangers(task_ids: Sequence[str], tasks: Container[str], benchmark: Benchmark) -> None:
+    for task_id in task_ids:
+        if task_id not in tasks:
+            raise InputError(f"{benchmark.name} has no task {task_id!r}")

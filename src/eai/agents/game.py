@@ -1,0 +1,385 @@
+"""Games: tasks that are played by text, one action a turn, and the rewards of an episode."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Literal, NamedTuple, TypeAlias
+
+from typing_extensions import TypedDict, assert_never
+
+from eai.abilities.scorer import exception_text
+from eai.abilities.verdict import (
+    ASK,
+    REFUSE,
+    ErrorReport,
+    Merit,
+    gain_of_conditions,
+    is_question,
+    merit_of_actions,
+    refusal_in,
+)
+from eai.agents.command import DONE, Meant, is_look
+from eai.agents.observation import Memory, manual
+from eai.agents.rules import OUTCOMES
+from eai.agents.stage import Stage
+from eai.base.errors import EaiError, InputError
+from eai.planning.search import Effort
+from eai.planning.successor_generator import applicable_actions
+from eai.results.reward import Shaping, metrics_of, worth
+from eai.tasks.prompts.template import Templates
+from eai.world.action import Action, Fault
+from eai.world.episode import Episode, Luck, Slip
+from eai.world.execution import describe
+from eai.world.fault import FaultKind
+from eai.world.state import State
+
+_LOG = logging.getLogger(__name__)
+
+Ended: TypeAlias = Literal["goal", "done", "refused", "steps"]
+"""Why a game has ended: all goals are reached, `DONE`, a refusal, or the limit of actions."""
+
+
+class _Info(TypedDict, total=False):
+    """The facts about one turn that its observation does not tell.
+
+    Attributes:
+        task_id: the task.
+        goals: whether each goal is reached now.
+        won: whether the episode has ended with all goals reached, and with `DONE` if the rules require it.
+        fault: the kind of error of the action, or None.
+        slipped: whether the action was possible and did not work.
+        repairs: the repairs that reading the command took.
+        admissible_commands: the commands for possible actions, if the rules list them.
+    """
+
+    task_id: str
+    goals: list[bool]
+    won: bool
+    fault: str | None
+    slipped: bool
+    repairs: list[str]
+    admissible_commands: list[str]
+
+
+class _Turn(NamedTuple):
+    """The outcome of an action, as `gymnasium.Env.step` returns it."""
+
+    observation: str
+    reward: float
+    terminated: bool
+    truncated: bool
+    info: _Info
+
+
+class _Outcome(NamedTuple):
+    """The outcome of a command: its text, and the fault and slip of its action.
+
+    A text that tells a fault or a slip is a sentence; else changes follow on further lines.
+    """
+
+    text: str
+    fault: FaultKind | None = None
+    slipped: bool = False
+
+
+class Game:
+    """One game.
+
+    Args:
+        stage: the task, ready to be played.
+        seed: the seed of the slips.
+        epoch: the number of the game among games with this seed.
+
+    Attributes:
+        stage: the values that all games of the task share.
+        task: the task.
+        ended: why the game has ended; None if it has not.
+        won: whether the game has ended with all goals reached, and with `DONE` if the rules require it. A
+            refusal wins if no plan exists.
+        refused: the agent's reason why the task is impossible; None without a refusal.
+        taken: the operators of the actions that were carried out.
+        reached: whether each goal is reached now.
+        worth: the value of the episode by its present state; 0 if nothing can be earned.
+        tried: number of actions tried, impossible actions included.
+        action: the action of the last command; None if the command was not an action.
+        outcome: the outcome of the last command.
+    """
+
+    def __init__(self, stage: Stage, seed: int = 0, epoch: int = 0) -> None:
+        luck = Luck(stage.rules.slip, stage.task.id, seed=seed, epoch=epoch)
+        self.stage, self.task = stage, stage.task
+        self._rules = stage.rules
+        self._episode = Episode(stage.domain, stage.task.initial, luck)
+        self.taken: list[str] = []
+        self._last: Action | None = None
+        self._turns = 0
+        self._failed = False
+        self._faults: Counter[FaultKind] = Counter()
+        self._memory = Memory(stage.observer, stage.rules.feedback)
+        self._at_start = self.reached = self._goals_reached()
+        self.ended: Ended | None = None
+        self.won = False
+        self.refused: str | None = None
+        self.worth = 0.0
+        self.tried = 0
+        self.action: Action | None = None
+        self.outcome = _Outcome("")
+
+    @property
+    def memory(self) -> Memory:
+        """The memory of the agent, up to the present state even if turns tell outcomes alone."""
+        if self._memory.observation.state is not self.state:
+            self._memory.update(self.state)
+        return self._memory
+
+    @property
+    def over(self) -> bool:
+        """Whether the game has ended."""
+        return self.ended is not None
+
+    @property
+    def state(self) -> State:
+        """The present state of the world, hidden facts included."""
+        return self._episode.state
+
+    @property
+    def metrics(self) -> Mapping[str, float]:
+        """The metrics of the episode, by the names of `eai.results.reward.Grade`."""
+        return metrics_of(self._earned(is_last=self.over))
+
+    @property
+    def final_worth(self) -> float:
+        """The value of the episode if it ends now. `success` and `goals` pay nothing without `DONE`."""
+        return self._worth(is_last=True)
+
+    def _worth(self, *, is_last: bool) -> float:
+        if self.refused is not None:
+            return float(self.won)
+        earned = self._earned(is_last=is_last)
+        if earned is not None and self._rules.reward is Shaping.REPAIR:
+            last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
+            return self.stage.mender.nearness((*self._worked(), *last)) or 0.0
+        return 0.0 if earned is None else worth(earned, self._rules.reward)
+
+    def _worked(self) -> list[Action]:
+        """Return the actions that were carried out, or not needed."""
+        steps = self._episode.trajectory.steps
+        return [
+            step.action
+            for step in steps
+            if step.executed or (step.fault is not None and step.fault.kind is FaultKind.ADDITIONAL_STEP)
+        ]
+
+    def _earned(self, *, is_last: bool) -> Merit | None:
+        if self.refused is not None:
+            return Merit(float(self.won), self.won, ended=False, faults=self._faults)
+        if self.task.missing:  # no plan reaches all goals, so that none of them is paid
+            return None
+        ended = self._failed or self._is_undeclared(is_last=is_last)
+        earned = merit_of_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
+        if earned is None or self._rules.reward is not Shaping.PARTIAL:
+            return earned
+        partial = self.stage.goals.partial(self.state, self.taken, self.reached)
+        gained = gain_of_conditions(partial, self.stage.met_at_start, earned.gain)
+        return replace(earned, conditions=gained)
+
+    def _is_undeclared(self, *, is_last: bool) -> bool:
+        """Whether a required `DONE` is missing at the end."""
+        return is_last and self._rules.until == "done" and self.ended != "done"
+
+    def briefing(self) -> str:
+        """Return the text that an agent reads before its first action: the world, and the task."""
+        return f"{manual(self.stage.benchmark, self._rules)}\n\n{self.opening()}"
+
+    def opening(self) -> str:
+        """Return the first observation."""
+        text = self.stage.opening
+        if self._rules.budget is not None:
+            text += f"\n\n{Templates().fill('acting.txt', {'limit': str(self.stage.limit)})}"
+        return f"{text}\n\n{self.memory.describe(self.memory.known)}"
+
+    def act(self, text: str) -> _Turn:
+        """Play one turn. Any text costs an action, except the first `LOOK` after an action.
+
+        If the world raises an exception, the action fails and the episode goes on.
+
+        Raises:
+            InputError: the episode has ended.
+            EaiError: the simulator of the world has failed.
+        """
+        if self.over:
+            raise InputError("the episode is over")
+        self.action, self._memory.changes = None, []
+        turns, tried = self._turns, self.tried
+        try:
+            return self._play(text)
+        except EaiError:
+            raise
+        except Exception as error:
+            _LOG.warning("an action in %s fails: %s", self.task.id, exception_text(error))
+            self._turns, self.tried = turns + 1, tried + 1
+            kind = FaultKind.UNCATEGORISED
+            self._failed, self._memory.has_looked = True, False
+            self._faults[kind] += 1
+            words = f"Failed ({_words(kind)}): the world raised {type(error).__name__}."
+            return self._turn(_Outcome(words, kind), ())
+
+    def _play(self, text: str) -> _Turn:
+        if self._rules.feedback == "changes" and is_look(text, self.stage.domain):
+            self._turns += self._memory.has_looked
+            return self._turn(_Outcome(self.memory.look_around()), ())
+        fits, operators = self.task.fits, self.stage.domain.arities
+        if fits is not None and ASK not in operators and is_question(text):
+            return self._answer(fits[0])
+        if self.task.missing is not None and REFUSE not in operators:
+            self.refused = refusal_in(self.stage.benchmark.plans.decoded(text))
+            if self.refused is not None:
+                return self._turn(_Outcome(f"{REFUSE}."), ())
+        ends = self._rules.until == "done"
+        everything = range(len(self.task.scene.objects))
+        nameable = self.memory.known if self._rules.observe == "partial" else everything
+        meant, repairs = self.stage.commands.read(text, nameable, ends=ends)
+        self._memory.has_looked = False
+        self._turns += meant is not None
+        if self._is_late:
+            return self._turn(_Outcome("No actions are left."), ())
+        tried = self._carry_out(meant)
+        self.action = meant if isinstance(meant, Action) else None
+        if meant is not None:
+            self.tried += 1
+            self._failed = tried.fault not in (None, FaultKind.ADDITIONAL_STEP)
+            self._last = self.action
+        if tried.fault is not None:
+            self._faults[tried.fault] += 1
+        self.reached = self._goals_reached()
+        return self._turn(tried, repairs, done=meant is None)
+
+    def _answer(self, meant: str) -> _Turn:
+        """Name the object that the instruction means. A question costs an action."""
+        self._memory.has_looked = False
+        self._turns += 1
+        if self._is_late:
+            return self._turn(_Outcome("No actions are left."), ())
+        self.tried += 1
+        name = self.stage.observer.render_names((self.task.scene.index[meant],))
+        return self._turn(_Outcome(f"{name} is meant."), ())
+
+    def _turn(self, tried: _Outcome, repairs: tuple[str, ...], *, done: bool = False) -> _Turn:
+        """Return the turn that follows from the outcome of a command."""
+        self.outcome = tried
+        complete, limit = all(self.reached), self.stage.limit
+        if self.refused is not None:
+            self.ended = "refused"
+        elif done:
+            self.ended = "done"
+        elif self._rules.until == "goal" and complete:
+            self.ended = "goal"
+        elif self._is_late or (self._turns == limit and self._rules.until == "goal"):
+            self.ended = "steps"
+        truncated = self.ended == "steps"
+        self.won = self.over and complete and not truncated
+        if self.refused is not None:
+            self.won = bool(self.task.missing)
+        observation = tried.text
+        if self.over:
+            observation += "\nAll goals are reached." if self.ended == "goal" else "\nThe episode is over."
+        elif self._rules.budget is not None and limit is not None:
+            observation += f"\n{limit - self._turns} of {limit} actions left."
+        if self._rules.feedback == "facts":
+            observation += f"\n\nNow:\n{self.memory.observation.text or '-'}"
+        terminated = self.over and not truncated
+        info = self.info(tried.fault, slipped=tried.slipped, repairs=repairs)
+        return _Turn(observation, self._pay(), terminated, truncated, info)
+
+    @property
+    def _is_late(self) -> bool:
+        """Whether more actions are tried than allowed. After the last one `DONE` is still allowed."""
+        return self.stage.limit is not None and self._turns > self.stage.limit
+
+    def _pay(self) -> float:
+        """Return the reward of the turn: the change in the value of the episode."""
+        before, self.worth = self.worth, self._worth(is_last=self.over)
+        return self._rules.gamma * self.worth - before
+
+    def _carry_out(self, meant: Meant) -> _Outcome:
+        if meant is None:
+            return _Outcome(f"{DONE}.")
+        if isinstance(meant, ErrorReport):
+            hint = f" {self.stage.commands.hint}" if meant.kind is FaultKind.PARSING else ""
+            return _Outcome(f"Failed ({_words(meant.kind)}): {meant.detail}.{hint}", meant.kind)
+        line, outcome = self.stage.commands.write(meant), self._episode.act(meant)
+        match outcome:
+            case Fault(kind):
+                reason = describe(outcome, self.stage.domain, meant, self.stage.task.scene)
+                failed = "not needed" if kind is FaultKind.ADDITIONAL_STEP else f"failed ({_words(kind)})"
+                return _Outcome(f"{line}: {failed}: {reason}.", kind)
+            case Slip():
+                return _Outcome(f"{line}: nothing happened.", slipped=True)
+            case State():
+                self.taken.append(meant.operator)
+                if self._rules.feedback not in OUTCOMES:
+                    return _Outcome(f"{line}: done.\n{self._memory.update(outcome)}")
+                if self._rules.observe == "partial":  # objects in sight now may be hidden later
+                    self._memory.update(outcome)
+                return _Outcome(f"{line}: done.")
+            case _:
+                assert_never(outcome)
+
+    def _goals_reached(self) -> tuple[bool, ...]:
+        goals, episode = self.stage.goals, self._episode
+        return goals.reached(episode.state, self.taken, episode.trajectory if goals.watches else None)
+
+    def info(
+        self, fault: FaultKind | None = None, *, slipped: bool = False, repairs: Sequence[str] = ()
+    ) -> _Info:
+        """Return the facts about a turn, or about the beginning, that no observation tells."""
+        info = _Info(
+            task_id=self.stage.task.id,
+            goals=list(self.reached),
+            won=self.won,
+            fault=None if fault is None else fault.value,
+            slipped=slipped,
+            repairs=list(repairs),
+        )
+        if self._rules.admissible:
+            info["admissible_commands"] = self.admissible_commands()
+        return info
+
+    def admissible_commands(self) -> list[str]:
+        """Return the commands for all possible actions about known objects, and `DONE` if it ends episodes.
+
+        Raises:
+            InputError: too many actions are possible.
+        """
+        bindings = Effort(_MAX_BINDINGS)
+        commands = [self.stage.commands.write(action) for action in self.admissible(bindings)]
+        if bindings.is_exceeded:
+            raise InputError(
+                f"admissible: too many actions are possible in the task {self.task.id}; leave the option out"
+            )
+        return [*commands, DONE] if self._rules.until == "done" else commands
+
+    def admissible(self, bindings: Effort | None = None) -> Iterator[Action]:
+        """Yield all actions that are possible now, about known objects.
+
+        Args:
+            bindings: limit of the effort, after which no more actions are yielded, as in
+                `applicable_actions`; by default the limit of lists.
+        """
+        known = self.memory.known
+        objects = [index for index in self.stage.observer.subjects if index in known]
+        domain, state = self.stage.domain, self._episode.state
+        bindings = bindings or Effort(_MAX_BINDINGS)
+        for operator in domain.operators:
+            yield from applicable_actions(domain, operator, state, objects, bindings)
+
+
+_MAX_BINDINGS = 1_000_000
+"""Maximum number of values of parameters that are tried to list the possible actions."""
+
+
+def _words(kind: FaultKind) -> str:
+    return kind.value.replace("_", " ")

@@ -1,0 +1,44 @@
+"""Benchmarks as environments for gymnasium: one action a turn, written as text; observations are text.
+
+    import gymnasium
+    import eai.agents.gym
+
+    env = gymnasium.make("eai/Benchmark-v1", benchmark="lamps:lamps", slip=0.1)
+
+Importing this package registers the environments; every option of `make` is one of `gymnasium.make`. The
+benchmarks that come with the package have names of their own, such as those of `IDS`.
+"""
+
+from __future__ import annotations
+
+from typing import NoReturn
+
+from eai.base.errors import how_to_install
+from eai.benchmarks.registry import CAPITALISED
+
+__all__ = ["ANY", "IDS", "AnyText", "TextEnvironment", "make"]
+
+ANY = "eai/Benchmark-v1"
+"""The environment of the benchmark that its option ``benchmark`` names."""
+
+IDS = {f"eai/{title}-v1": name for name, title in CAPITALISED.items()}
+"""The environments of the benchmarks that come with the package."""
+
+try:
+    import gymnasium
+
+    from eai.agents.environment import AnyText, TextEnvironment, make
+except ImportError as _error:
+    _MISSING = _error
+
+    def __getattr__(name: str) -> NoReturn:
+        """Names that need gymnasium are not there without it; the rewards of this package do not."""
+        if name not in __all__:
+            raise AttributeError(f"module 'eai.agents.gym' has no attribute {name!r}")
+        raise ImportError(f"environments need gymnasium: {how_to_install('envs')}") from _MISSING
+
+else:
+    _MAKER = "eai.agents.environment:make"
+    gymnasium.register(ANY, entry_point=_MAKER)
+    for _id, _name in IDS.items():
+        gymnasium.register(_id, entry_point=_MAKER, kwargs={"benchmark": _name})

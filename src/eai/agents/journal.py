@@ -1,0 +1,216 @@
+"""The sealed journal of an episode, from which whoever measures reads it.
+
+A line is a seal and a JSON object: the first is of the task and the setting, then each is of one turn, with
+the command and the digest of the observation, and the last one tells why the episode ended. A seal is an
+HMAC-SHA256, by a key that the agent cannot read, over the seal before it and the object. A line is on the
+disk before its observation goes out, so that a last line that is torn was told to nobody, and is left out.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from secrets import token_bytes
+from typing import Any
+
+from eai.agents.play import Play
+from eai.base.errors import InputError
+from eai.base.files import content_of
+from eai.tasks.source import task_sha256
+
+_KEY_BYTES = 32
+
+
+def key_in(folder: Path) -> bytes:
+    """The key of the journals in a folder, made at random if there is none; its owner alone may read it.
+
+    Raises:
+        InputError: it cannot be read or written.
+    """
+    path = folder / "key"
+    try:
+        if not path.exists():
+            part = folder / ".key.part"
+            part.touch(0o600)
+            part.write_bytes(token_bytes(_KEY_BYTES))
+            part.chmod(0o400)
+            part.replace(path)
+        key = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read or written ({error.strerror})") from error
+    if len(key) != _KEY_BYTES:
+        raise InputError(f"{path}: expected {_KEY_BYTES} bytes")
+    return key
+
+
+@dataclass(frozen=True, slots=True)
+class _Sealed:
+    """The lines of a journal whose seals are right: the last seal, and the bytes of all whole lines."""
+
+    begin: Mapping[str, Any]
+    turns: tuple[Mapping[str, str], ...] = ()
+    ended: str | None = None
+    seal: str = ""
+    size: int = 0
+
+
+def is_begun(path: Path) -> bool:
+    """Whether a file has a whole line, so that its episode has begun."""
+    return path.exists() and b"\n" in path.read_bytes()
+
+
+def read_journal(path: Path, key: bytes, play: Play | None = None, *, ended: bool = True) -> str:
+    """The episode in a journal, as an answer.
+
+    Args:
+        path: the file.
+        key: of its seals.
+        play: the beginning of the episode that it must be; any will do if None.
+        ended: whether it must have ended.
+
+    Raises:
+        InputError: the file cannot be read or is a link, a seal is wrong, something is missing, or it is of
+            another episode.
+    """
+    episode = _read(path, key, play)
+    if ended and episode.ended is None:
+        raise InputError(f"{path}: the episode has no end")
+    about = {name: value for name, value in episode.begin.items() if name not in ("task", "task_sha256")}
+    whole = {**about, "turns": episode.turns, "ended": episode.ended or "stopped"}
+    return json.dumps(whole, ensure_ascii=False)
+
+
+def _read(path: Path, key: bytes, play: Play | None) -> _Sealed:
+    """The lines of a journal, which must be of the episode with this beginning if one is given."""
+    episode = _Sealed({})
+    if os.path.islink(path):  # noqa: PTH114 - what cannot be looked at is no error yet
+        raise InputError(f"{path}: expected a file, not a link")
+    for number, raw in enumerate(content_of(path).split(b"\n")[:-1], 1):
+        try:
+            episode = _with_line(episode, raw, key)
+        except ValueError as error:
+            raise InputError(f"{path}, line {number}: {error}") from error
+    if not episode.begin:
+        raise InputError(f"{path}: expected a line that begins an episode")
+    if play is not None and episode.begin != _begin_of(play):
+        raise InputError(f"{path}: another task or setting was begun")
+    return episode
+
+
+def _begin_of(play: Play) -> dict[str, Any]:
+    """The first line of a journal: the task, and the fields of the episode but for turns and end."""
+    about = play.to_json("stopped")
+    task = play.task
+    del about["turns"], about["ended"]
+    return {"task": task.id, "task_sha256": task_sha256(task), **about}
+
+
+def _with_line(episode: _Sealed, raw: bytes, key: bytes) -> _Sealed:
+    """An episode and its next line."""
+    seal, _, body = raw.partition(b" ")
+    if not hmac.compare_digest(seal, _seal(key, episode.seal, body).encode()):
+        raise ValueError("the seal is not that of this line in this place")
+    episode = replace(episode, seal=seal.decode(), size=episode.size + len(raw) + 1)
+    match json.loads(body):
+        case {"begin": dict(begin)} if not episode.begin:
+            return replace(episode, begin=begin)
+        case {"act": {"said": str(), "told": str()} as turn} if episode.begin and episode.ended is None:
+            return replace(episode, turns=(*episode.turns, turn))
+        case {"end": str(why)} if episode.begin and episode.ended is None:
+            return replace(episode, ended=why)
+    raise ValueError("expected a beginning, turns and an end")
+
+
+class Journal:
+    """The journal of an episode under way, to which each turn is added. The caller closes it.
+
+    It must be the only writer of the file; `eai.base.files.sole_run` sees to that.
+
+    Args:
+        path: the file; the turns that it holds are played again.
+        key: the key of the seals.
+        play: the episode at its beginning.
+
+    Attributes:
+        ended: why the episode has ended; None if it has not.
+
+    Raises:
+        InputError: the file cannot be read or written, a seal is wrong, or it is of another episode.
+    """
+
+    def __init__(self, path: Path, key: bytes, play: Play) -> None:
+        self.ended: str | None = None
+        self._path, self._key, self._seal = path, key, ""
+        self._written = 0
+        try:
+            size = self._resume(play) if is_begun(path) else 0
+            path.touch(0o600)
+            self._file = path.open("ab")
+            self._file.truncate(size)
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read or written ({error.strerror})") from error
+        if not size:
+            self._add({"begin": _begin_of(play)})
+        self.write(play)
+
+    def _resume(self, play: Play) -> int:
+        """Play the turns of the file again; returns the size of its whole lines."""
+        before = _read(self._path, self._key, play)
+        for turn in before.turns:
+            play.say(turn["said"])
+        if [*before.turns] != play.to_json("stopped")["turns"]:
+            raise InputError(f"{self._path}: another observation was told; eai or the data is another one")
+        self._seal, self.ended, self._written = before.seal, before.ended, len(before.turns)
+        return before.size
+
+    def write(self, play: Play) -> None:
+        """Write the turns that are not on the disk yet, and the end of an episode that is over.
+
+        Raises:
+            InputError: the file cannot be written, or the episode has ended before these turns.
+        """
+        turns = play.turns[self._written :]
+        if turns and self.ended is not None:
+            raise InputError(f"{self._path}: the episode is over")
+        for turn in turns:
+            self._add({"act": {"said": turn.said, "told": turn.told}})
+        self._written = len(play.turns)
+        if play.ended is not None:
+            self.end(play.ended)
+
+    def end(self, why: str = "stopped") -> None:
+        """End the episode for ever, if it has not ended.
+
+        Raises:
+            InputError: the file cannot be written.
+        """
+        if self.ended is None:
+            self._add({"end": why})
+            self.ended = why
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _add(self, line: Mapping[str, object]) -> None:
+        body = json.dumps(line).encode()
+        seal = _seal(self._key, self._seal, body)
+        try:
+            self._file.write(f"{seal} ".encode() + body + b"\n")
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except (OSError, ValueError) as error:
+            # The file is closed for good: who opens it again sees what it holds.
+            with suppress(OSError):
+                self._file.close()
+            raise InputError(f"{self._path}: cannot be written ({error})") from error
+        self._seal = seal
+
+
+def _seal(key: bytes, before: str, body: bytes) -> str:
+    return hmac.new(key, before.encode() + body, "sha256").hexdigest()

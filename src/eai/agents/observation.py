@@ -1,0 +1,358 @@
+"""Observations as text: an observer for each task, and the memory of an agent for each episode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from functools import cache, cached_property, partial
+from itertools import groupby
+from operator import itemgetter
+from typing import NamedTuple, TypeAlias
+
+from eai.agents.listed import HOW_TO_READ, facts_in_short, in_short
+from eai.agents.rules import Feedback, Observe, Rules, View
+from eai.base.grouping import grouped
+from eai.benchmarks.benchmark import Benchmark
+from eai.logic.formula import TRUE
+from eai.logic.traversal import predicates_of
+from eai.tasks.prompts.own import explanations
+from eai.tasks.prompts.template import Templates
+from eai.tasks.task import Task
+from eai.tasks.wording import Wording
+from eai.world.derived import stored_sources
+from eai.world.listing import Listing
+from eai.world.relation import bits, mask_of
+from eai.world.state import Change, Fact, State, change
+
+Indices: TypeAlias = tuple[int, ...]
+"""Indices of visible objects, in the order in which they are listed."""
+
+SignedFact: TypeAlias = tuple[str, Fact]
+"""A fact that became true, with ``+``, or false, with ``-``."""
+
+
+@dataclass(frozen=True, eq=False)
+class _VisibleFacts:
+    """The visible facts of one predicate, listed and rendered on first use."""
+
+    list_facts: Callable[[], Sequence[Fact]]
+    render: Callable[[Iterable[Fact]], Iterable[str]]
+
+    @cached_property
+    def facts(self) -> Sequence[Fact]:
+        """The facts, in order."""
+        return self.list_facts()
+
+    @cached_property
+    def text(self) -> str:
+        """The lines that state the facts."""
+        return "\n".join(self.render(self.facts))
+
+
+class _Observation(NamedTuple):
+    """The visible part of a state.
+
+    Attributes:
+        state: the state.
+        visible: the visible objects.
+        by_predicate: the facts about visible objects, by predicate.
+    """
+
+    state: State
+    visible: Indices
+    by_predicate: Sequence[_VisibleFacts]
+
+    @property
+    def text(self) -> str:
+        """All the facts, in lines."""
+        return "\n".join([facts.text for facts in self.by_predicate if facts.text])
+
+
+class Observer:
+    """Observes the world of one task; all episodes of the task share an observer.
+
+    Args:
+        task: the task.
+        wording: the words for facts and objects.
+        observe: whether all objects are visible, or some depend on the place of the agent.
+        view: whether all objects of the scene can ever be visible, or only those of the task and the agent.
+
+    Attributes:
+        subjects: objects that can ever be visible, in the order in which they are listed. In a partial view
+            this is the order of the scene, which does not show which landmarks matter.
+        agent: the acting object; None if the scene has no agent.
+        landmarks: objects that the agent knows from the start in a partial view.
+        first: the observation of the initial state.
+    """
+
+    def __init__(self, task: Task, wording: Wording, observe: Observe, view: View = "task") -> None:
+        self._task = task
+        self._wording = wording
+        self._is_full = observe == "full"
+        self._names = [wording.object_name(task, index) for index in range(len(task.scene.objects))]
+        self._kind = cache(partial(wording.kind, task))
+        self.agent = task.scene.agent
+        self._of_agent = {each.name for each in wording.domain.egocentric if view == "scene"}
+        landmarks = wording.domain.known_of(task.initial, task.scene.everything)
+        self.landmarks = () if self._is_full else tuple(bits(landmarks))
+        everything = range(len(task.scene.objects))
+        subjects = wording.subjects(task) if view == "task" else everything
+        self.subjects = tuple(subjects if self._is_full else sorted({*subjects, *self.landmarks}))
+        self._rank = {index: rank for rank, index in enumerate(self.subjects)}
+        self._mask = mask_of(self.subjects)
+        visible = wording.domain.visible or TRUE
+        self._visibility_sources = stored_sources(predicates_of(visible), wording.domain.vocabulary)
+        self.first = self._observe_anew(task.initial)
+
+    def _observe_anew(self, state: State) -> _Observation:
+        visible = self._visible(state)
+        return _Observation(
+            state, visible, [self._visible_facts(each, state, visible) for each in self._wording.told]
+        )
+
+    def render_objects(self, chosen: Collection[int]) -> str:
+        """Return the objects with their kinds and properties, in one line if these are equal."""
+        by_kind = grouped((self._kind(index), index) for index in self.subjects if index in chosen)
+        return "\n".join([f"{self.render_names(objects)} {kind}" for kind, objects in by_kind.items()])
+
+    def render_names(self, chosen: Iterable[int]) -> str:
+        """Return the names of objects, with ranges for names that are numbered in a row."""
+        return in_short([self._names[index] for index in chosen])
+
+    def render_facts(self, facts: Iterable[Fact]) -> Iterator[str]:
+        """Yield the lines that state facts."""
+        return facts_in_short(facts, self._names, self._wording.said)
+
+    def render_fact(self, fact: Fact) -> str:
+        """Return a single fact in words."""
+        return self._wording.said(fact.predicate, [self._names[index] for index in fact.arguments])
+
+    def facts_about(self, observation: _Observation, chosen: AbstractSet[int]) -> list[Fact]:
+        """Return the visible facts about some objects."""
+        state, visible = observation.state, observation.visible
+        return [
+            fact
+            for listing in self._wording.told
+            for fact in listing.facts(state, visible, self._required(listing, chosen))
+            if not chosen.isdisjoint(fact.arguments)
+        ]
+
+    def observe(self, last: _Observation, state: State, stored: Change) -> _Observation:
+        """Return the observation of a state.
+
+        Args:
+            last: an earlier observation in the same episode.
+            state: the state.
+            stored: the changes between the earlier state and this one.
+        """
+        changed = stored.predicates
+        visible = last.visible if changed.isdisjoint(self._visibility_sources) else self._visible(state)
+        is_same = visible == last.visible
+        facts = [
+            before
+            if is_same and changed.isdisjoint(listing.sources)
+            else self._visible_facts(listing, state, visible)
+            for listing, before in zip(self._wording.told, last.by_predicate, strict=True)
+        ]
+        return _Observation(state, visible, facts)
+
+    def find_changes(self, before: _Observation, after: _Observation, stored: Change) -> list[SignedFact]:
+        """Return the visible facts that became true, then the visible facts that became false."""
+        changed = stored.predicates
+        is_same = before.visible == after.visible
+        added: list[Fact] = []
+        removed: list[Fact] = []
+        for listing, old, new in zip(
+            self._wording.told, before.by_predicate, after.by_predicate, strict=True
+        ):
+            if changed.isdisjoint(listing.sources):
+                continue
+            if listing.is_stored:
+                added += self._visible_among(listing, stored.added, after.visible)
+                removed += self._visible_among(listing, stored.removed, before.visible)
+                continue
+            if is_same:
+                earlier, later = old.facts, new.facts
+            else:
+                earlier = self._facts(listing, before.state, after.visible)
+                later = self._facts(listing, after.state, before.visible)
+            added += _difference(new.facts, earlier)
+            removed += _difference(old.facts, later)
+        return [*[("+", fact) for fact in added], *[("-", fact) for fact in removed]]
+
+    def find_changes_about(
+        self, before: _Observation, after: _Observation, chosen: AbstractSet[int]
+    ) -> list[SignedFact]:
+        """Return the changes in facts about some objects and not about the agent."""
+        return [
+            (sign, fact)
+            for sign, fact in self.find_changes(before, after, change(before.state, after.state))
+            if not chosen.isdisjoint(fact.arguments) and self.agent not in fact.arguments
+        ]
+
+    def _visible_among(self, listing: Listing, facts: Iterable[Fact], visible: Indices) -> list[Fact]:
+        listed = [fact for fact in facts if fact.predicate == listing.predicate and listing.lists(fact)]
+        if not listed:
+            return listed
+        objects, required = {*visible}, self._required(listing)
+        listed = [
+            fact
+            for fact in listed
+            if objects.issuperset(fact.arguments)
+            and (required is None or not required.isdisjoint(fact.arguments))
+        ]
+        return sorted(listed, key=lambda fact: [self._rank[index] for index in fact.arguments])
+
+    def _visible(self, state: State) -> Indices:
+        if self._is_full:
+            return self.subjects
+        return tuple(bits(self._wording.domain.seen(state, self._mask)))
+
+    def _facts(self, listing: Listing, state: State, visible: Indices) -> Sequence[Fact]:
+        return listing.facts(state, visible, self._required(listing))
+
+    def _required(self, listing: Listing, chosen: AbstractSet[int] | None = None) -> AbstractSet[int] | None:
+        """Return the objects of which a listed fact must contain one, or None if any fact is listed."""
+        if listing.predicate not in self._of_agent:
+            return chosen
+        return frozenset() if self.agent is None else frozenset((self.agent,))
+
+    def _visible_facts(self, listing: Listing, state: State, visible: Indices) -> _VisibleFacts:
+        return _VisibleFacts(partial(self._facts, listing, state, visible), self.render_facts)
+
+
+def _difference(facts: Iterable[Fact], others: Sequence[Fact]) -> list[Fact]:
+    excluded = frozenset(others)
+    return [fact for fact in facts if fact not in excluded]
+
+
+class Memory:
+    """The objects and facts that an agent has seen in one episode.
+
+    Args:
+        observer: the observer of the task.
+        feedback: the facts that turns tell.
+
+    Attributes:
+        observation: the last observation.
+        known: objects that the agent has seen, and landmarks.
+        changes: visible changes by the last command, and earlier ones of objects that are visible again.
+        has_looked: whether the agent has looked around since its last action.
+    """
+
+    def __init__(self, observer: Observer, feedback: Feedback) -> None:
+        self._observer = observer
+        self._feedback = feedback
+        self.observation = observer.first
+        self.known = {*self.observation.visible, *observer.landmarks}
+        self.changes: list[SignedFact] = []
+        self.has_looked = False
+        self._seen = {*self.observation.visible}
+        self._last_seen: dict[int, _Observation] = {}
+
+    def look_around(self) -> str:
+        """Return the visible facts, once between two actions."""
+        if self.has_looked:
+            return "You have looked already: nothing has changed since."
+        self.has_looked = True
+        return self.describe(self.observation.visible)
+
+    def describe(self, objects: Collection[int]) -> str:
+        """Return objects, and the visible facts or a note that pictures show them."""
+        described = self._observer.render_objects(objects)
+        is_pictured = self._feedback == "pictures"
+        facts = "What the pictures show." if is_pictured else self.observation.text or "-"
+        return f"Objects [kind]: properties\n{described}\n\nNow:\n{facts}"
+
+    def update(self, state: State) -> str:
+        """Observe a later state; returns the visible changes, and objects seen for the first time."""
+        observer, before = self._observer, self.observation
+        stored = change(before.state, state)
+        self.observation = after = observer.observe(before, state, stored)
+        self.changes = observer.find_changes(before, after, stored)
+        news = [*self._render_changes(self.changes)] or ["No fact that you see has changed."]
+        new = [index for index in after.visible if index not in self.known]
+        self.known.update(new)
+        is_brief = self._feedback == "changes" and before.visible != after.visible
+        if is_brief:
+            new = [index for index in after.visible if index not in self._seen]
+            self._seen.update(new)
+            news += self._compare_visible(before, new)
+        if new:
+            news += ["", "You see for the first time:", observer.render_objects(new)]
+        if new and is_brief:
+            told = {fact for sign, fact in self.changes if sign == "+"}
+            facts = [fact for fact in observer.facts_about(after, {*new}) if fact not in told]
+            news += ["", "Of these:", *(observer.render_facts(facts) if facts else "-")]
+        return "\n".join(news)
+
+    def _render_changes(self, changes: Sequence[SignedFact]) -> Iterator[str]:
+        for sign, facts in groupby(changes, itemgetter(0)):
+            yield from (f"{sign} {line}" for line in self._observer.render_facts(fact for _, fact in facts))
+
+    def _compare_visible(self, before: _Observation, new: Sequence[int]) -> Iterator[str]:
+        """Yield lines for objects out of sight and in sight again, with changes in the meantime."""
+        observer, after = self._observer, self.observation
+        visible, expected = {*after.visible}, {*before.visible, *new}
+        gone = [index for index in before.visible if index not in visible]
+        back = [index for index in after.visible if index not in expected]
+        if gone:
+            self._last_seen.update(dict.fromkeys(gone, before))
+            kept = [index for index in before.visible if index in visible]
+            is_more = len(gone) > len(kept) > 0
+            names = f"all but {observer.render_names(kept)}" if is_more else observer.render_names(gone)
+            yield f"Gone out of sight: {names}."
+        if back:
+            yield f"In sight again: {observer.render_names(back)}."
+        last_seen = {index: self._last_seen[index] for index in back if index in self._last_seen}
+        for earlier in {id(each): each for each in last_seen.values()}.values():
+            chosen = {index for index, observation in last_seen.items() if observation is earlier}
+            changes = observer.find_changes_about(earlier, after, chosen)
+            self.changes += changes
+            yield from self._render_changes(changes)
+
+
+def task_text(task: Task, wording: Wording, rules: Rules) -> str:
+    """Return the instruction, goals and explanations, with which the first observation begins."""
+    parts = [f"{task.title}\n{task.instruction}"]
+    parts += [f"Goals:\n{wording.goals(task)}"] if task.is_told_by_goals else []
+    parts += explanations("environment", [task], Templates())
+    conventions = "" if wording.conventions is None else wording.conventions(task)
+    parts += [conventions] if conventions else []
+    agent = task.scene.agent
+    notes = [] if agent is None else [f"You are {wording.object_name(task, agent)}."]
+    if rules.observe == "partial":
+        notes.append("You do not see everything: an action may name only what is listed below or seen later.")
+    return "\n\n".join([*parts, " ".join(notes)] if notes else parts)
+
+
+_AT_FIRST = "At first you are told what holds of what you see; nothing else does. Each turn you are told what"
+_FEEDBACK: Mapping[Feedback, str] = {
+    "facts": (
+        "Each turn you are told what your action has changed and what holds now; of what you see, nothing"
+        " else holds."
+    ),
+    "changes": f"{_AT_FIRST} your action has changed.",
+    "outcome": f"{_AT_FIRST} became of your action; what it changes follows from the list of actions.",
+    "pictures": (
+        "At first and after each turn two pictures show what holds: from where the robot stands, and near the"
+        " place of work. Each turn you are told what became of your action."
+    ),
+}
+
+
+def manual(benchmark: Benchmark, rules: Rules) -> str:
+    """Return the manual of a world: its predicates, and its actions."""
+    egocentric = benchmark.domain.egocentric if rules.view == "scene" else ()
+    names, told = " and ".join([each.name for each in egocentric]), _FEEDBACK[rules.feedback]
+    told = f"{told} {names}: of yourself alone." if names else told
+    wording = benchmark.observed_wording()
+    values = {
+        "told": told,
+        "how_to_read": HOW_TO_READ,
+        "vocabulary": wording.vocabulary(),
+        "operators": wording.operators(),
+        "of_each": wording.contents_of("each"),
+    }
+    return Templates().fill("environment.txt", values)

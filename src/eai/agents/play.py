@@ -1,0 +1,315 @@
+"""Episodes: a task ready to be played, an episode under way, and the text of an episode that is over."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Annotated, Any, ClassVar
+
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+
+from eai.abilities.experiment import MAX_SEED, RULES_SEPARATOR
+from eai.abilities.notation.plans import resolve
+from eai.abilities.verdict import ErrorReport, Unreadable
+from eai.agents.agents import AGENTS
+from eai.agents.command import DONE, Commands, is_look
+from eai.agents.game import Game
+from eai.agents.observation import manual
+from eai.agents.reference import staged
+from eai.agents.rules import Rules
+from eai.agents.setting import AGENT, REACT, STANDARD, TEXT, Setting
+from eai.agents.stage import Stage
+from eai.base.errors import InputError
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import loaded
+from eai.benchmarks.suite import Suite
+from eai.pictures.rendered import VIEWS, photographs_of
+from eai.results.codec import sha256_of
+from eai.tasks.options import misfit
+from eai.tasks.prompts.prompt import Image, Prompt
+from eai.tasks.task import Task
+
+OVER = "The episode is over."
+"""The observation after a command that comes too late."""
+
+_UNKNOWN = 100
+"""How many actions a game without a limit is expected to take at most."""
+
+_BY_TOOLS = (
+    "You act by calls of tools, one at a time: act takes an action, look stands for LOOK, done for DONE."
+)
+_BY_TEXT = "Write one command a message, on its last line: an action, LOOK or DONE."
+
+
+def rules_of(setting: Setting) -> Rules:
+    """The rules of the game in a setting.
+
+    Raises:
+        InputError: there is no such view or feedback, or they contradict each other.
+    """
+    chosen = setting.model_dump(include={"view", "observe", "feedback", "slip", "budget"})
+    return Rules.read(AGENT, {**chosen, "until": "done", "max_steps": setting.steps})
+
+
+class Arena:
+    """The tasks of a benchmark, as they are played in a setting.
+
+    Args:
+        benchmark: the benchmark.
+        setting: how its tasks are played.
+
+    Attributes:
+        rules: those of its games.
+    """
+
+    def __init__(self, benchmark: Benchmark, setting: Setting = STANDARD) -> None:
+        self.benchmark = benchmark
+        self.setting = setting
+        self.rules = rules_of(setting)
+
+    def stage(self, task: Task) -> Stage:
+        """The task as it is played in the setting."""
+        return staged(task, self.benchmark, self.rules)
+
+    def prompt(self, task: Task) -> Prompt:
+        """The question: the world, the task, and how to act in it.
+
+        A task that is left out of all statistics is not played, and its question says why.
+        """
+        if task.left_out is not None:
+            return Prompt(f"{manual(self.benchmark, Rules())}\n\n{task.left_out}")
+        how = _BY_TEXT if self.setting.harness == TEXT else _BY_TOOLS
+        return Prompt(f"{Game(self.stage(task)).briefing()}\n\n{how}")
+
+    def shown(self, task: Task) -> Prompt:
+        """The question with the pictures that go with it.
+
+        Raises:
+            InputError, EaiError: as of `Play.pictures`.
+        """
+        images = () if task.left_out is not None else self.play(task).pictures()
+        return replace(self.prompt(task), images=images)
+
+    def play(self, task: Task, epoch: int = 1, begun: int = 1) -> Play:
+        """A new episode of a task."""
+        setting = self.setting
+        return Play(self.stage(task), setting.slip_seed, epoch, harness=setting.harness, begun=begun)
+
+    def commands(self, model: str, task: Task, seed: int, epoch: int) -> list[str]:
+        """The commands of one of `AGENTS` in an episode."""
+        play = self.play(task, epoch)
+        agent = AGENTS[model](play, seed + epoch - 1)
+        while not play.over:
+            play.say(agent())
+        return [turn.said for turn in play.turns]
+
+
+def in_setting(
+    setting: Setting, prompts: Mapping[str, Prompt], suite: Suite
+) -> tuple[Mapping[str, Prompt], Mapping[str, Mapping[str, str]]]:
+    """The questions of tasks that are played in a setting, and the metadata that says which, by task.
+
+    Raises:
+        InputError: its harness names no agent, or a scene cannot be shown in pictures.
+        EaiError: what draws them is not installed.
+    """
+    if setting.harness not in (REACT, TEXT):
+        loaded(setting.harness)  # while nobody has been asked yet
+    about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
+    if setting == STANDARD:
+        return prompts, about
+    arena = Arena(suite.benchmark, setting)
+    return {task_id: arena.shown(suite.tasks[task_id]) for task_id in prompts}, about
+
+
+def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
+    """The commands that carry an answer out, and the end: of an episode, of a plan, or lines as they are."""
+    if '"turns"' in answer:
+        episode = read_episode(answer)
+        return [turn.said for turn in episode.turns] if isinstance(episode, Episode) else []
+    plan = benchmark.plans.read(answer, benchmark.domain.arities)
+    if isinstance(plan, Unreadable):
+        return [*filter(str.strip, answer.splitlines()), DONE]
+    actions = resolve(plan, benchmark.domain, benchmark.plans, benchmark.plans.objects(task))
+    if isinstance(actions, ErrorReport):
+        return [*(f"{step.action}({', '.join(map(str, step.objects))})" for step in plan.steps), DONE]
+    return [*map(Commands(task, benchmark).write, actions), DONE]
+
+
+_MAX_TURNS = 100_000
+"""Largest number of turns of an episode that is replayed."""
+
+_MAX_NAME = 100
+"""Largest number of characters of a harness's name."""
+
+
+_Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
+_Seed = Annotated[int, Field(ge=-MAX_SEED, le=MAX_SEED)]
+_Harness = Annotated[str, Field(max_length=_MAX_NAME, pattern=r"^$|[^.]")]
+"""A name that may be part of a file's name (`eai.base.files.file_name`), or empty."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Command:
+    """A command of an episode.
+
+    Attributes:
+        said: the command.
+        told: digest of the observation after it, where that is known.
+        thought: the agent's words beside it, as far as they are not those beside the command before.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
+
+    said: str
+    told: str | None = None
+    thought: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Episode:
+    """An episode as an answer.
+
+    Attributes:
+        turns: the commands, in order.
+        rules: how the task was played; None for the standard setting.
+        seed: of the slips.
+        epoch: which of the episodes with this seed it is.
+        harness: what acted; empty where that is unknown.
+        begun: how often it was begun; the last time counts.
+        opening: digest of the first observation.
+        ended: why it ended, as whoever played it says.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
+
+    turns: Annotated[tuple[_Command, ...], Field(max_length=_MAX_TURNS)]
+    rules: Rules | None = None
+    seed: _Seed = 0
+    epoch: _Count = 1
+    harness: _Harness = ""
+    begun: _Count = 1
+    opening: str | None = None
+    ended: str = "stopped"
+
+
+@cache
+def _adapter() -> TypeAdapter[Episode]:
+    return TypeAdapter(Episode)
+
+
+def read_episode(text: str) -> Episode | Unreadable:
+    """The episode in a text: a JSON object as `Play.text` writes it, or commands, one a line."""
+    if not text.lstrip().startswith("{") or '"turns"' not in text:
+        return _episode_of_lines([line.strip() for line in text.splitlines() if line.strip()])
+    try:
+        return _adapter().validate_json(text)
+    except ValidationError as error:
+        return Unreadable(misfit(error, whole="the episode"))
+    except InputError as error:
+        return Unreadable(f"rules: {error}")
+
+
+RULE_NAMES = {
+    **{name: name for name in ("view", "observe", "feedback", "slip", "slip_seed", "budget")},
+    "max_steps": "steps",
+    **{name: name for name in ("until", "reward", "gamma", "admissible")},
+}
+"""The rules of an episode, by the names that labels have for them, in the order of labels."""
+
+
+def rules_label(episode: Episode) -> str | None:
+    """Return the rules of an episode that differ from the standard setting, as `Setting.label` writes them.
+
+    None if no rule differs. The seed of slips is a rule, because a player may choose a lucky seed.
+    """
+    standard = rules_of(STANDARD)
+    rules = episode.rules or standard
+    values = {**rules.model_dump(mode="json"), "slip_seed": episode.seed if rules.slip else 0}
+    usual = {**standard.model_dump(mode="json"), "slip_seed": 0}
+    different = [name for name in RULE_NAMES if values[name] != usual[name]]
+    return (
+        RULES_SEPARATOR.join([f"{RULE_NAMES[name]}-{str(values[name]).lower()}" for name in different])
+        or None
+    )
+
+
+def _episode_of_lines(lines: Sequence[str]) -> Episode | Unreadable:
+    if len(lines) > _MAX_TURNS:
+        return Unreadable(f"an episode has at most {_MAX_TURNS:,} turns, and this one {len(lines):,}")
+    return Episode(tuple(map(_Command, lines)))
+
+
+def _encodable(text: str) -> str:
+    """A text with question marks for lone surrogates, which no JSON reader takes."""
+    return text.encode(errors="replace").decode()
+
+
+class Play(Game):
+    """A game whose commands are kept as an episode.
+
+    Args:
+        stage: the task, ready to be played.
+        seed: the seed of the slips.
+        epoch: the number of the episode among episodes with this seed.
+        harness: the harness of the agent.
+        begun: how often the episode was begun, this time included.
+
+    Attributes:
+        turns: the commands so far.
+        failed: whether each command failed or slipped.
+        most: maximum number of actions, or an estimate if there is no limit.
+        harness: the harness of the agent.
+    """
+
+    def __init__(self, stage: Stage, seed: int, epoch: int, *, harness: str = "", begun: int = 1) -> None:
+        super().__init__(stage, seed, epoch)
+        self.turns: list[_Command] = []
+        self.failed: list[bool] = []
+        self.most = stage.limit or _UNKNOWN
+        self.harness = harness
+        self._thought = ""
+        self._about = Episode((), stage.rules, seed, epoch, "", begun, sha256_of(self.opening()))
+
+    def say(self, said: str, thought: str = "") -> str:
+        """Carry out a command with the agent's thought; returns the observation.
+
+        A look is a command of the episode only if turns tell changes.
+        """
+        if self.over:
+            return OVER
+        if self.stage.rules.feedback != "changes" and is_look(said, self.stage.domain):
+            return self.memory.look_around()
+        said, thought = _encodable(said), _encodable(thought)
+        told = self.act(said).observation
+        self.turns.append(_Command(said, sha256_of(told), "" if thought == self._thought else thought))
+        self.failed.append(self.outcome.fault is not None or self.outcome.slipped)
+        self._thought = thought
+        return told
+
+    def pictures(self) -> tuple[Image, ...]:
+        """Pictures of the world now, where turns are told by pictures and the episode is not over.
+
+        Raises:
+            InputError: its things have no bodies, or find no places.
+            EaiError: what draws them is not installed.
+        """
+        if self.stage.rules.feedback != "pictures" or self.over:
+            return ()
+        return photographs_of(self.task, VIEWS[:2], state=self.state)
+
+    def text(self, ended: str) -> str:
+        """The episode as an answer."""
+        return json.dumps(self.to_json(ended), ensure_ascii=False)
+
+    def to_json(self, ended: str) -> dict[str, Any]:
+        """The episode as a JSON object; ``ended`` says why it ended, if the game does not."""
+        ended = self.ended or ended
+        episode = replace(self._about, turns=tuple(self.turns), harness=self.harness, ended=ended)
+        written: dict[str, Any] = _adapter().dump_python(episode, mode="json")
+        for turn in written["turns"]:
+            if not turn["thought"]:
+                del turn["thought"]
+        return written

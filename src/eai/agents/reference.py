@@ -1,0 +1,114 @@
+"""The reference of a task: its shortest known plan, and commands that win the task as it is played."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+
+from eai.abilities.protocol import Ability
+from eai.agents.agents import AGENTS, Agent, refusal_of
+from eai.agents.command import DONE
+from eai.agents.game import Game
+from eai.agents.rules import TRAINING, Rules
+from eai.agents.stage import Reference, Stage
+from eai.base.errors import InputError
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.names import TaskReference
+from eai.planning.planner import needed_actions, planner_of
+from eai.planning.search import Limits
+from eai.planning.successor_generator import PlanNode
+from eai.results.reward import suite_of
+from eai.tasks.goal_test import GoalTest, solves
+from eai.tasks.planning import find_plan, planning_goal
+from eai.tasks.task import Task
+from eai.world.action import Action
+from eai.world.domain import Domain
+from eai.world.execution import execute
+
+_PLAN_LIMITS = Limits(5_000, looks=100_000)
+"""Limits of the search for a plan of a task without a gold plan."""
+
+_SHORTER_PLAN_LIMITS = Limits(300, looks=50_000)
+"""Limits of the search for a plan that is shorter than the gold plan."""
+
+_MAX_COMMANDS = 200
+"""Number of commands after which an agent is given up."""
+
+_MAX_STAGES = 4096
+"""Maximum number of stages that are kept; one takes some milliseconds to make."""
+
+
+@lru_cache(_MAX_STAGES)
+def stage_of(task: str, rules: Rules = TRAINING) -> Stage:
+    """Return a task, found by its reference, ready to be played.
+
+    Args:
+        task: a task of action sequencing, as `Suite.reference` writes it.
+        rules: the rules of the games.
+
+    Raises:
+        InputError: there is no such task, or it cannot be played.
+        DataError: the data cannot be had.
+    """
+    reference = TaskReference.parse(task)
+    if reference.ability is not Ability.ACTION_SEQUENCING:
+        raise InputError(f"{task}: only tasks of {Ability.ACTION_SEQUENCING.value} are played")
+    suite = suite_of(reference.benchmark, reference.ability)
+    if reference.task_id not in suite.tasks:
+        raise InputError(f"{suite.domain} has no task {reference.task_id!r}")
+    return staged(suite.tasks[reference.task_id], suite.benchmark, rules)
+
+
+@lru_cache(_MAX_STAGES)
+def staged(task: Task, benchmark: Benchmark, rules: Rules) -> Stage:
+    """Return a task ready to be played. Players and scorers of the task share the stage.
+
+    Raises:
+        InputError: the task cannot be played.
+    """
+    return Stage(task, benchmark, rules, reference_of)
+
+
+def reference_of(stage: Stage) -> Reference:
+    """Return the reference of a task, in the view of its stage."""
+    if stage.task.missing:
+        return Reference(None, (refusal_of(stage),))
+    lengths = [len(plan) for plan in _plans(stage.task, stage.domain)]
+    endless = stage.endless()
+    for name in ("gold", "explorer", "seeker"):
+        game = Game(endless)
+        commands = _commands_of(game, AGENTS[name](game, 0))
+        if all(game.reached):
+            return Reference(min([*lengths, len(commands)]), commands)
+    return Reference(min(lengths, default=None), None)
+
+
+def _commands_of(game: Game, agent: Agent) -> tuple[str, ...]:
+    """Play a game; returns the commands before `DONE`."""
+    commands: list[str] = []
+    while len(commands) < _MAX_COMMANDS and (command := agent()) != DONE:
+        game.act(command)
+        commands.append(command)
+    return tuple(commands)
+
+
+def _plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
+    """Yield the gold plan without needless actions, and the planner's plan, if they solve the task."""
+    gold = execute(domain, task.initial, task.script).executed
+    has_gold = bool(task.script) and solves(domain, task, gold)
+    if has_gold:
+        yield gold if any(goal.is_over_time for goal in task.goals) else _shortened(task, domain, gold)
+    limits = _SHORTER_PLAN_LIMITS if has_gold else _PLAN_LIMITS
+    plan = find_plan(task, planner_of(domain), limits).plan
+    if solves(domain, task, plan):
+        yield plan
+
+
+def _shortened(task: Task, domain: Domain, plan: Sequence[Action]) -> Sequence[Action]:
+    """Return a plan without the actions that its goals do not need."""
+    test, actions = GoalTest(task), planning_goal(task).actions
+
+    def reached(node: PlanNode) -> bool:
+        return node.met == len(actions) and test.all_lasting(node.state)
+
+    return needed_actions(domain, task.initial, plan, reached, actions)

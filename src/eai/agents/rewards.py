@@ -1,0 +1,253 @@
+"""Rewards as training libraries ask for them, one answer a task or step by step; none of them is imported.
+
+Every row of a data set names its task as `Suite.reference` does (``eai export prompts`` writes such rows), so
+that one data set may mix benchmarks and abilities. What is paid is what `eai.Reward` pays;
+``docs/training.md`` says how each library is configured.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from eai.abilities.reasoning import split_reasoning
+from eai.agents.game import Game
+from eai.agents.reference import stage_of
+from eai.agents.rules import TRAINING, Rules
+from eai.base.errors import member
+from eai.benchmarks.names import TaskReference
+from eai.results.reward import METRICS, Grade, Shaping, reward_of
+
+Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
+"""The output of a policy: a text, or messages of which the last is its answer."""
+
+PROMPT_NOT_FOUND = "prompt_not_found"
+"""The metric beside those of `METRICS` that is 1 where an answer cannot be separated from its prompt."""
+
+_POLICY = "assistant"
+"""The role of what a policy wrote; what others said at the end of a conversation is no answer."""
+
+_SPECIAL = re.compile(r"(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_turn>))+\s*\Z")
+"""Special tokens of tokenizers at the end of a text that was decoded with them."""
+
+
+def answer_of(completion: Completion) -> str:
+    """Return the answer in what a policy wrote: its last message without reasoning.
+
+    A message is a text or a list of parts, of which those of the type ``text`` are its text.
+
+    Raises:
+        TypeError: the content of the last message is neither.
+    """
+    if isinstance(completion, str):
+        return split_reasoning(completion)[0]
+    last = completion[-1] if completion else {}
+    if last.get("role", _POLICY) != _POLICY:
+        return ""
+    return split_reasoning(_text_of(last.get("content")))[0]
+
+
+def _text_of(content: object) -> str:
+    """Return the text of a message's content; a message that calls tools may have none."""
+    if content is None or isinstance(content, str):
+        return content or ""
+    if not isinstance(content, Sequence):
+        raise TypeError(f"expected the content of a message as text or parts, not {type(content).__name__}")
+    texts = [part if isinstance(part, str) else part.get("text") for part in content if _is_text(part)]
+    return "".join([text for text in texts if isinstance(text, str)])
+
+
+def _is_text(part: object) -> bool:
+    return isinstance(part, str) or (isinstance(part, Mapping) and part.get("type", "text") == "text")
+
+
+def grade_of(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> Grade:
+    """Return the worth of an answer to a task, and the reasons.
+
+    Args:
+        task: the task, as `Suite.reference` writes it.
+        text: the answer.
+        shaping: what it is paid for.
+
+    Raises:
+        InputError: there is no such task or shaping.
+    """
+    reference = TaskReference.parse(task)
+    return reward_of(reference, shaping).grade(reference.task_id, text)
+
+
+@dataclass(frozen=True)
+class TrlReward:
+    """A reward function of TRL: ``GRPOTrainer(reward_funcs=TrlReward("progress"), ...)``.
+
+    The data set has a column ``task``. Where nothing can be earned the reward is None, which TRL leaves out.
+    Metrics are logged as ``eai/NAME``, the mean over a batch.
+    """
+
+    shaping: Shaping | str = Shaping.SUCCESS
+
+    @property
+    def __name__(self) -> str:
+        """The name under which TRL logs the reward."""
+        return f"eai_{member(Shaping, self.shaping, 'shaping').value}"
+
+    def __call__(
+        self,
+        *,
+        completions: Sequence[Completion],
+        task: Sequence[str],
+        log_metric: Callable[[str, float], None] | None = None,
+        **others: object,
+    ) -> list[float | None]:
+        """The rewards of a batch, in order; ``others`` is what TRL gives besides."""
+        pairs = zip(task, completions, strict=True)
+        grades = [grade_of(name, answer_of(completion), self.shaping) for name, completion in pairs]
+        if log_metric is not None and grades:
+            for metric in METRICS:
+                log_metric(f"eai/{metric}", sum(grade.metrics[metric] for grade in grades) / len(grades))
+        return [grade.value for grade in grades]
+
+
+class TrlHousehold:
+    """An environment of TRL, played action by action: ``GRPOTrainer(environment_factory=TrlHousehold, ...)``.
+
+    The data set has a column ``task``, of action sequencing. The tool is `act`; an episode ends when all
+    goals are reached or 50 actions are tried, or as other rules say, such as `eai.agents.rules.STANDARD`.
+    """
+
+    def __init__(self, shaping: Shaping | str = Shaping.SUCCESS, rules: Rules = TRAINING) -> None:
+        self._rules = rules.model_copy(update={"reward": member(Shaping, shaping, "shaping")})
+        self._game: Game | None = None
+
+    def reset(self, *, task: str, **others: object) -> str:
+        """Begin an episode: the text that an agent reads first, about the world and the task."""
+        self._game = Game(stage_of(task, self._rules))
+        return self._game.briefing()
+
+    def act(self, command: str) -> str:
+        """Carry out one action in the household.
+
+        Args:
+            command: The action with its objects on one line, such as OPEN(fridge.7).
+
+        Returns:
+            What became of it, and all that is seen now.
+        """
+        if self._game is None or self._game.over:
+            return "The episode is over."
+        return self._game.act(command).observation
+
+    def get_reward(self) -> float:
+        """The worth of the episode by the definition that `eai.Reward` pays by."""
+        return 0.0 if self._game is None else self._game.final_worth
+
+
+def compute_score(
+    data_source: str,
+    solution_str: str,
+    ground_truth: str,
+    extra_info: Mapping[str, Any] | None = None,
+    *,
+    shaping: Shaping | str = Shaping.SUCCESS,
+    **others: object,
+) -> dict[str, float]:
+    """A reward function of verl.
+
+    ``custom_reward_function: {path: pkg://eai.agents.rewards, name: compute_score}``, and if need be
+    ``reward_kwargs: {shaping: progress}``.
+
+    Args:
+        data_source: not looked at; the task says what it is of.
+        solution_str: the answer.
+        ground_truth: the task.
+        extra_info: not looked at.
+        shaping: what an answer is paid for.
+        others: what verl gives besides.
+
+    Returns:
+        The reward as ``score``, 0 where nothing can be earned, and beside it all metrics.
+    """
+    grade = grade_of(ground_truth, answer_of(solution_str), shaping)
+    return {"score": grade.value or 0.0, **grade.metrics}
+
+
+def reward_func(
+    queries: Sequence[str],
+    prompts: Sequence[str],
+    labels: Sequence[str],
+    *,
+    shaping: Shaping | str = Shaping.SUCCESS,
+    **others: object,
+) -> dict[str, Any]:
+    """A reward function of OpenRLHF: ``--reward.remote_url FILE``, where FILE imports it.
+
+    For another shaping FILE says ``reward_func = functools.partial(reward_func, shaping="progress")``.
+    Where a query does not have its prompt, an example in it could be taken for the answer: nothing is paid,
+    ``prompt_not_found`` is 1, and a warning says so.
+
+    Args:
+        queries: prompts with answers, as they were decoded, special tokens included.
+        prompts: the prompts; where one is empty, its query is the answer.
+        labels: the tasks.
+        shaping: what an answer is paid for.
+        others: what OpenRLHF gives besides.
+
+    Returns:
+        ``rewards``, ``scores`` (the same) and the metrics and ``prompt_not_found`` as ``extra_logs``: numbers
+        for the one answer that OpenRLHF asks about at a time, lists for several.
+    """
+    texts = [_after(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
+    lost = [text is None for text in texts]
+    if any(lost):
+        warning = f"{sum(lost)} of {len(lost)} queries do not have their prompt: nothing is paid for them"
+        warnings.warn(warning, stacklevel=2)
+    grades = [
+        grade_of(task, answer_of(text or ""), shaping) for task, text in zip(labels, texts, strict=True)
+    ]
+
+    def of_each(values: list[float]) -> float | list[float]:
+        return values[0] if len(values) == 1 else values
+
+    paid = of_each([grade.value or 0.0 for grade in grades])
+    logs = {metric: of_each([grade.metrics[metric] for grade in grades]) for metric in METRICS}
+    logs[PROMPT_NOT_FOUND] = of_each([float(each) for each in lost])
+    return {"rewards": paid, "scores": paid, "extra_logs": logs}
+
+
+def _after(prompt: str, query: str) -> str | None:
+    """The text after a prompt, where it stands first, without special tokens at the end; None without it."""
+    place = query.find(prompt)
+    return None if place < 0 else _SPECIAL.sub("", query[place + len(prompt) :])
+
+
+class SkyRlTask:
+    """A single-turn environment of SkyRL, to be mixed into its base class, which we do not import.
+
+    ``class Household(SkyRlTask, BaseTextEnv): pass``, registered by its place; rows have
+    ``reward_spec: {"ground_truth": TASK}`` and may have ``shaping``.
+    """
+
+    def __init__(self, env_config: object = None, extras: Mapping[str, Any] | None = None) -> None:
+        super().__init__()
+        extras = extras or {}
+        self._task: str = extras["reward_spec"]["ground_truth"]
+        self._shaping = member(Shaping, extras.get("shaping", Shaping.SUCCESS), "shaping")
+        self._metrics: Mapping[str, float] = {}
+
+    def step(self, action: str) -> dict[str, Any]:
+        """Return the worth of the answer; there is no second turn."""
+        grade = grade_of(self._task, answer_of(action), self._shaping)
+        self._metrics = grade.metrics
+        return {
+            "observations": [],
+            "reward": grade.value or 0.0,
+            "done": True,
+            "metadata": dict(grade.metrics),
+        }
+
+    def get_metrics(self) -> dict[str, float]:
+        """The metrics of the last answer."""
+        return dict(self._metrics)

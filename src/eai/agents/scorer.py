@@ -1,0 +1,268 @@
+"""Scores episodes: each is replayed, strictly, in a fresh world of its task.
+
+Also whether the goals can still be reached after each turn, or are lost for good. Nothing that can be reached
+later could not be reached before, so the first turn after which the goals are out of reach is found by
+bisection.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cached_property, partial
+from typing import Any, TypeAlias
+
+from eai.abilities.declaration import AskedWorld, Posed
+from eai.abilities.explanation import EXECUTED, SLIP, Explanation, Statement, StepReport
+from eai.abilities.reports import call_of, goal_reports
+from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, Unreadable
+from eai.agents.command import DONE
+from eai.agents.game import Game
+from eai.agents.play import Arena, Episode, read_episode, rules_of
+from eai.agents.reference import staged
+from eai.agents.setting import STANDARD
+from eai.agents.stage import Stage
+from eai.agents.verdict import ActingVerdict, Outlook, Turn
+from eai.benchmarks.benchmark import Benchmark
+from eai.planning.planner import planner_of
+from eai.planning.search import Limits, SearchEnd
+from eai.results.codec import sha256_of
+from eai.tasks.goal_test import GoalTest, remaining_goals
+from eai.tasks.planning import find_plan
+from eai.tasks.task import Task, TaskExclusion
+from eai.world.domain import Domain
+from eai.world.fault import FaultKind
+from eai.world.state import State
+
+_ENDS = frozenset({"stopped", "tokens", "time", "turns", "crashed"})
+"""Why an episode may have ended before the game was over."""
+
+_TOO_LATE = "too_late"
+"""The outcome of a step for which no actions were left."""
+
+
+def _benchmark_of(world: AskedWorld) -> Benchmark:
+    if not isinstance(world.benchmark, Benchmark):
+        raise TypeError("acting needs the benchmark of a world")
+    return world.benchmark
+
+
+def scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+    """The maker of scorers in a world."""
+    return partial(_ActingScorer, benchmark=_benchmark_of(world))
+
+
+def pose(world: AskedWorld, task: Task) -> Posed:
+    """The question in the standard setting, and the commands of a reference that can be played in it."""
+    arena = Arena(_benchmark_of(world))
+    commands = arena.stage(task).reference.commands if task.left_out is None else None
+    end = [] if task.missing else [DONE]
+    return arena.prompt(task).user, "\n".join([*(commands or ()), *end])
+
+
+NO_REFERENCE = "nobody is known to win the task with what is seen in the standard setting"
+"""The reason for excluding a task without a reference that can be played, in all settings alike."""
+
+
+class _ActingScorer(Scorer):
+    """The scorer of the episodes of one task.
+
+    Args:
+        task: the task.
+        benchmark: the benchmark that it is of.
+    """
+
+    def __init__(self, task: Task, benchmark: Benchmark) -> None:
+        self.task = task
+        self.benchmark = benchmark
+        self.domain = benchmark.domain  # in which pictures carry out what an episode did
+        self.goals = GoalTest(task)
+
+    def why_excluded(self) -> TaskExclusion | None:
+        """Return why the task is not played. This does not compute the reference."""
+        return self.task.left_out
+
+    @cached_property
+    def _excluded(self) -> TaskExclusion | None:
+        if self.task.left_out is not None:
+            return self.task.left_out
+        stage = staged(self.task, self.benchmark, rules_of(STANDARD).of_replay)
+        return self.task.exclusion(NO_REFERENCE) if stage.reference.commands is None else None
+
+    def assess(self, text: str) -> Assessment:
+        """Return the verdict on an episode, which fails if it does not replay; the verdict names the turn."""
+        excluded = self._excluded
+        if excluded is not None:
+            return Assessment(ActingVerdict(excluded=excluded), lambda: Explanation((excluded,)))
+        read = read_episode(text)
+        episode = Episode(()) if isinstance(read, Unreadable) else read
+        rules = episode.rules or rules_of(STANDARD)
+        verdict, steps, moments = self._replay(staged(self.task, self.benchmark, rules.of_replay), episode)
+        if isinstance(read, Unreadable):
+            unread = ErrorReport(FaultKind.PARSING, None, read.reason)
+            verdict = replace(verdict, error=unread, executable=False)
+        return self._assessment(verdict, steps, moments)
+
+    def _replay(self, stage: Stage, episode: Episode) -> tuple[ActingVerdict, list[StepReport], list[Moment]]:
+        game = Game(stage, episode.seed, episode.epoch)
+        difference = _difference("the first observation", episode.opening, game.opening())
+        states: dict[Any, int] = {(game.state, game.reached): 0}
+        turns, steps = [], []
+        moments: list[Moment] = [(game.state, ())]
+        for number, command in enumerate(episode.turns, 1):
+            if difference is not None:
+                break
+            if game.over:
+                difference = f"turn {number}: the episode is over"
+                break
+            tried_before = game.tried
+            told = game.act(command.said).observation
+            difference = _difference(f"turn {number}", command.told, told)
+            first = states.setdefault((game.state, game.reached), number)
+            turns.append(
+                Turn(
+                    command.said,
+                    sha256_of(told),
+                    is_action=game.tried > tried_before,
+                    fault=game.outcome.fault,
+                    slipped=game.outcome.slipped,
+                    goals="".join("1" if reached else "0" for reached in game.reached),
+                    same_as=first if first < number else None,
+                )
+            )
+            steps.append(_step(turns[-1], game))
+            moments.append((game.state, tuple(game.taken)))
+        claimed = episode.ended if episode.ended in _ENDS else "stopped"
+        verdict = self._verdict(game, episode, tuple(turns), game.ended or claimed)
+        return verdict if difference is None else self._unreplayable(verdict, difference), steps, moments
+
+    def _unreplayable(self, verdict: ActingVerdict, difference: str) -> ActingVerdict:
+        """Return the verdict on an episode that does not replay: it reaches nothing, and its faults count."""
+        step = len(verdict.turns) - 1 if verdict.turns else None
+        return replace(
+            verdict,
+            error=ErrorReport(FaultKind.UNCATEGORISED, step, f"{UNREPLAYABLE}: {difference}", UNREPLAYABLE),
+            executable=False,
+            success=False,
+            goals=self.goals.tallies(self.goals.none_reached),
+            goals_satisfied=self.goals.none_reached,
+            partial=self.goals.none_met,
+            ended="stopped",
+            refused=None,
+            declared=False,
+            reached=False,
+        )
+
+    def _verdict(self, game: Game, episode: Episode, turns: tuple[Turn, ...], ended: str) -> ActingVerdict:
+        """The verdict; without a turn no goal is reached, though it may hold from the beginning."""
+        stage, held = game.stage, game.reached if turns else self.goals.none_reached
+        faults = [turn.fault for turn in turns if turn.fault is not None]
+        additional = faults.count(FaultKind.ADDITIONAL_STEP)
+        return ActingVerdict(
+            executable=len(faults) == additional,
+            success=game.won,
+            additional_steps=additional,
+            goals=self.goals.tallies(held),
+            goals_satisfied=held,
+            partial=self.goals.partial(game.state, game.taken, held) if turns else self.goals.none_met,
+            turns=turns,
+            ended=ended,
+            refused=game.refused,
+            declared=ended == "done",
+            reached=bool(turns) and all(held),
+            shortest=stage.reference.shortest,
+            budget=stage.limit,
+            view=f"{stage.rules.view}, {stage.rules.observe}",
+            harness=episode.harness,
+            begun=episode.begun,
+        )
+
+    def _assessment(
+        self, verdict: ActingVerdict, steps: list[StepReport], moments: list[Moment]
+    ) -> Assessment:
+        def look_back(states: int) -> ActingVerdict:
+            if self.task.missing:
+                return verdict
+            if verdict.is_unreplayable:
+                return replace(verdict, outlook="unknown")
+            if verdict.success:
+                return replace(verdict, outlook="open")
+            outlook, lost_at = loss(self.task, self.benchmark.domain, moments, states)
+            return replace(verdict, outlook=outlook, lost_at=lost_at)
+
+        def explain() -> Explanation:
+            notes = [] if verdict.error is None else [f"{verdict.error.kind.value}: {verdict.error.detail}"]
+            notes.append(f"ended: {verdict.ended}; {len(verdict.actions)} actions, at most {verdict.budget}")
+            if verdict.shortest is not None:
+                notes.append(f"the shortest known plan has {verdict.shortest}")
+            if verdict.begun > 1:
+                notes.append(f"begun {verdict.begun} times; the last one counts")
+            goals = goal_reports(self.task, verdict.goals_satisfied)
+            return Explanation(tuple(notes), tuple(steps), goals)
+
+        return Assessment(verdict, explain, look_back)
+
+
+_MAX_SHOWN = 100
+"""Largest number of characters of an observation in the reason for a failure."""
+
+
+def _difference(place: str, digest: str | None, told: str) -> str | None:
+    """Return how an observation differs from the digest that an episode has of it; None if it does not."""
+    if digest is None or digest == sha256_of(told):
+        return None
+    first = told.partition("\n")[0]
+    return f"{place}: the observation is another one: {first[:_MAX_SHOWN]}"
+
+
+def _step(turn: Turn, game: Game) -> StepReport:
+    """Return a turn as a step. Its reason has one line, also if the command names an object with two."""
+    reason, fact = game.outcome.text.partition("\n")[0], game.stage.observer.render_fact
+    fault = SLIP if turn.slipped else EXECUTED if turn.fault is None else turn.fault.value
+    if game.ended == "steps" and not turn.is_action:
+        fault = _TOO_LATE
+    return StepReport(
+        turn.said,
+        fault,
+        "" if fault == EXECUTED else reason,
+        added=tuple([fact(each) for sign, each in game.memory.changes if sign == "+"]),
+        removed=tuple([fact(each) for sign, each in game.memory.changes if sign == "-"]),
+        call=Statement(turn.said, None) if game.action is None else call_of(game.action, game.task.scene),
+    )
+
+
+Moment: TypeAlias = tuple[State, Sequence[str]]
+"""The world after a turn, and the operators of the actions that were carried out so far."""
+
+
+def loss(task: Task, domain: Domain, moments: Sequence[Moment], states: int) -> tuple[Outlook, int | None]:
+    """Whether the goals can still be reached at the end, and else the first turn after which they cannot.
+
+    Who acts may use all objects of the scene, seen or not, and any number of actions. A plan shows that the
+    goals can be reached, and a search of all that actions lead to that they cannot. Of goals over time the
+    first is never shown.
+
+    Args:
+        task: the task.
+        domain: the world.
+        moments: the start, and the world after each turn.
+        states: how many states each search may reach; if that does not do, nothing is known.
+    """
+    last = _outlook(task, domain, moments[-1], states)
+    if last != "lost":
+        return last, None
+    return last, bisect_left(moments[:-1], True, key=lambda at: _outlook(task, domain, at, states) == "lost")
+
+
+def _outlook(task: Task, domain: Domain, moment: Moment, states: int) -> Outlook:
+    state, taken = moment
+    now = replace(task, initial=state, goals=remaining_goals(task, taken))
+    end = SearchEnd.STATES
+    for objects in (task.relevant, tuple(range(len(task.scene.objects)))):
+        end = find_plan(replace(now, relevant=objects), planner_of(domain), Limits(states)).end
+        if end is SearchEnd.SOLVED:
+            is_over_time = any(goal.is_over_time for goal in task.goals)
+            return "unknown" if is_over_time else "open"
+    return "lost" if end is SearchEnd.UNREACHABLE else "unknown"

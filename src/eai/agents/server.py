@@ -1,0 +1,183 @@
+"""A server of the Model Context Protocol: agents act by calls of tools, over standard input or HTTP.
+
+Over standard input the process is one world. Over HTTP every request carries a ticket, which is one episode;
+the protocol has no sessions that could be one. There is no route but that of the protocol.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import logging
+import os
+import signal
+import socket
+import sys
+from collections.abc import Awaitable, Callable, Sequence
+from functools import partial
+from typing import Any
+
+import uvicorn
+from mcp import MCPError
+from mcp.server.auth.middleware.bearer_auth import AuthenticatedUser
+from mcp.server.auth.provider import AccessToken
+from mcp.server.auth.settings import AuthSettings
+from mcp.server.context import ServerRequestContext
+from mcp.server.lowlevel import Server
+from mcp.server.stdio import stdio_server
+from mcp.server.transport_security import TransportSecuritySettings
+from mcp.types import (
+    INTERNAL_ERROR,
+    CallToolRequestParams,
+    CallToolResult,
+    ImageContent,
+    ListToolsResult,
+    TextContent,
+    Tool,
+)
+from pydantic import AnyHttpUrl
+from starlette.applications import Starlette
+
+from eai import __version__
+from eai.abilities.scorer import exception_text
+from eai.agents.tools import command_of, tools_of
+from eai.agents.worlds import Worlds
+from eai.base.errors import EaiError, InputError
+from eai.tasks.prompts.prompt import Image
+from eai.world.domain import Domain
+
+MAX_BODY = 65_536
+"""The longest request, in bytes."""
+
+MAX_COMMAND = 2_000
+"""The longest command, in characters."""
+
+_MAX_CONNECTIONS = 1_000
+
+_LOG = logging.getLogger(__name__)
+
+_HOW = "You act in a simulated world. Call look to read your task, act for each action, and done at the end."
+
+
+class _Tickets:
+    """Lets in who has a ticket."""
+
+    def __init__(self, worlds: Worlds) -> None:
+        self._worlds = worlds
+
+    async def verify_token(self, token: str) -> AccessToken | None:
+        return AccessToken(token=token, client_id=token, scopes=[]) if token in self._worlds.tickets else None
+
+
+def server_of(worlds: Worlds, domain: Domain, *, open_to_all: bool = True) -> Server[Any]:
+    """A server of worlds.
+
+    Args:
+        worlds: the worlds.
+        domain: what can be done in them.
+        open_to_all: all who call act in the first world; if not, each in that of the ticket.
+    """
+    tools = [
+        Tool(name=name, description=meaning, input_schema={**schema})
+        for name, meaning, schema in tools_of(domain)
+    ]
+
+    async def list_tools(context: object, params: object) -> ListToolsResult:
+        return ListToolsResult(tools=tools)
+
+    async def call_tool(context: ServerRequestContext[Any], params: CallToolRequestParams) -> CallToolResult:
+        place = worlds.places[0] if open_to_all else worlds.tickets[_ticket(context)]
+        try:
+            command = command_of(params.name, params.arguments or {})
+            if len(command) > MAX_COMMAND:
+                raise InputError(f"a command has at most {MAX_COMMAND:,} characters")
+        except InputError as error:
+            return CallToolResult(content=[TextContent(text=str(error))], is_error=True)
+        try:
+            told = TextContent(text=worlds.call(place, command))
+            return CallToolResult(content=[told, *map(_shown, worlds.pictures(place))])
+        except Exception as error:  # which is not for the agent: it names files
+            _LOG.error("%s", error if isinstance(error, EaiError) else exception_text(error))
+            raise MCPError(INTERNAL_ERROR, "the world is out of order") from None
+
+    return Server(
+        "eai", version=__version__, instructions=_HOW, on_list_tools=list_tools, on_call_tool=call_tool
+    )
+
+
+def _shown(image: Image) -> ImageContent:
+    return ImageContent(data=base64.b64encode(image.data).decode(), mime_type=image.media_type)
+
+
+def _ticket(context: ServerRequestContext[Any]) -> str:
+    user = None if context.request is None else context.request.user
+    if not isinstance(user, AuthenticatedUser):
+        raise MCPError(INTERNAL_ERROR, "a request without a ticket was let in")
+    return user.access_token.token
+
+
+def serve_stdio(worlds: Worlds, domain: Domain) -> None:
+    """Serve the first world over standard input and output, until the input ends."""
+    server = server_of(worlds, domain)
+
+    def leave(number: int) -> None:
+        worlds.close()
+        os._exit(128 + number)  # the thread that reads standard input would wait for its end
+
+    async def run() -> None:
+        if sys.platform != "win32":
+            for number in (signal.SIGINT, signal.SIGTERM):
+                asyncio.get_running_loop().add_signal_handler(number, leave, number)
+        async with stdio_server() as (read, write):
+            await server.run(read, write, server.create_initialization_options())
+
+    asyncio.run(_until_done(worlds, run))
+
+
+def http_app(worlds: Worlds, domain: Domain, names: Sequence[str], *, open_to_all: bool = False) -> Starlette:
+    """The application that serves worlds over streamable HTTP at ``/mcp``.
+
+    Args:
+        worlds: the worlds.
+        domain: what can be done in them.
+        names: the hosts by which requests may call it; any other is refused, and every request of a page.
+        open_to_all: whether all who reach it act in the first world, without a ticket.
+    """
+    hosts = [text for name in names for text in (name, f"{name}:*")]
+    issuer = AnyHttpUrl("http://localhost")  # which nobody is sent to: tickets are handed out
+    return server_of(worlds, domain, open_to_all=open_to_all).streamable_http_app(
+        json_response=True,
+        stateless_http=True,
+        max_request_body_size=MAX_BODY,
+        transport_security=TransportSecuritySettings(allowed_hosts=hosts),
+        auth=None if open_to_all else AuthSettings(issuer_url=issuer, resource_server_url=None),
+        token_verifier=None if open_to_all else _Tickets(worlds),
+    )
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A socket that listens at an address.
+
+    Raises:
+        InputError: it cannot.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family)
+    except OSError as error:
+        why = os.strerror(error.errno or 0)
+        raise InputError(f"--port {port}: cannot listen there, at {host} ({why})") from error
+
+
+def serve_http(worlds: Worlds, app: Starlette, listener: socket.socket) -> None:
+    """Serve an application until the process is interrupted."""
+    config = uvicorn.Config(app, log_level="warning", server_header=False, limit_concurrency=_MAX_CONNECTIONS)
+    server = uvicorn.Server(config)
+    asyncio.run(_until_done(worlds, partial(server.serve, [listener])))
+
+
+async def _until_done(worlds: Worlds, run: Callable[[], Awaitable[None]]) -> None:
+    """Run a server; the signal USR1 ends all episodes, between two calls."""
+    if sys.platform != "win32":
+        asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, worlds.end)
+    await run()

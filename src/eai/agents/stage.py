@@ -1,0 +1,115 @@
+"""Stages: tasks that are ready to be played, with the values that all games of a task share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from functools import cached_property
+from math import ceil
+from typing import TYPE_CHECKING, NamedTuple
+
+from eai.agents.command import DONE, Commands
+from eai.agents.observation import Observer, task_text
+from eai.agents.rules import Rules
+from eai.base.errors import InputError
+from eai.benchmarks.benchmark import Benchmark
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.share import Share
+from eai.tasks.task import Task
+
+if TYPE_CHECKING:
+    from eai.abilities.mending import PlanMender
+
+_PAIR_ACTIONS = 50
+"""Number of actions in both tasks of a pair: it must not show which has no plan, or is ambiguous."""
+
+_EXTRA_ACTIONS = 8
+"""Number of actions for looking around, beside those of plans."""
+
+
+class Reference(NamedTuple):
+    """The shortest known plan of a task, and commands that win the task.
+
+    Attributes:
+        shortest: length of the shortest known plan of a planner that knows the whole scene, not proved to be
+            the shortest; None if no plan is known.
+        commands: commands that reach all goals in the view of the stage, without `DONE`: the gold plan, else
+            the explorer's, else the gold plan with commands that search for its objects. A refusal if the
+            task has no plan; None if none of these wins, and the task is left out.
+    """
+
+    shortest: int | None
+    commands: tuple[str, ...] | None
+
+    def budget(self, times: float) -> int:
+        """Return the maximum number of actions: some to look around, and at least those of the commands."""
+        least = 0 if self.commands is None else len(self.commands)
+        return max(ceil(times * (self.shortest or 0)) + _EXTRA_ACTIONS, least)
+
+
+class Stage:
+    """A task that is ready to be played, with the values that all its games share.
+
+    Args:
+        task: the task.
+        benchmark: the benchmark of the task.
+        rules: the rules of its games.
+        find_reference: finds the reference, on first use.
+
+    Raises:
+        InputError: the task has no goals that can be reached, or an action has the name that ends an episode.
+    """
+
+    def __init__(
+        self, task: Task, benchmark: Benchmark, rules: Rules, find_reference: Callable[[Stage], Reference]
+    ) -> None:
+        if task.left_out is not None:
+            raise InputError(f"{benchmark.name}: {task.id} cannot be played: {task.left_out}")
+        if rules.until == "done" and DONE in benchmark.domain.arities:
+            raise InputError(f"{benchmark.name}: {DONE} is an action, so it cannot end an episode")
+        wording = benchmark.observed_wording()
+        self.task = task
+        self.rules = rules
+        self.benchmark = benchmark
+        self.domain = benchmark.domain
+        self.commands = Commands(task, benchmark)
+        self.observer = Observer(task, wording, rules.observe, rules.view)
+        self.goals = GoalTest(task)
+        self.opening = task_text(task, wording, rules)
+        self._find_reference = find_reference
+
+    @cached_property
+    def met_at_start(self) -> Share:
+        """The partial success of an episode without actions."""
+        initial, goals = self.task.initial, self.goals
+        return goals.partial(initial, (), goals.reached(initial, ()))
+
+    @cached_property
+    def reference(self) -> Reference:
+        """The shortest known plan, and commands that win in this view."""
+        return self._find_reference(self)
+
+    @cached_property
+    def limit(self) -> int | None:
+        """Number of actions after which a game is cut off; None for no limit."""
+        limits = [] if self.rules.max_steps is None else [self.rules.max_steps]
+        if self.rules.budget is not None:
+            is_of_pair = self.task.missing is not None or self.task.fits is not None
+            limits.append(_PAIR_ACTIONS if is_of_pair else self.reference.budget(self.rules.budget))
+        return min(limits, default=None)
+
+    @cached_property
+    def mender(self) -> PlanMender:
+        """The measure of how near actions are to success."""
+        from eai.abilities.mending import PlanMender  # which repairs alone need
+
+        return PlanMender(self.task, self.domain, self.benchmark.plans)
+
+    def endless(self) -> Stage:
+        """Return the task in the same view, without slips or limits, until `DONE`."""
+        stage = copy(self)
+        stage.rules = self.rules.model_copy(
+            update={"slip": 0.0, "max_steps": None, "budget": None, "until": "done"}
+        )
+        stage.__dict__.pop("limit", None)
+        return stage

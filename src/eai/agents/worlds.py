@@ -1,0 +1,180 @@
+"""The episodes that are offered to agents outside of this process, each in a sealed journal of its own."""
+
+from __future__ import annotations
+
+import hmac
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from urllib.parse import quote, unquote
+
+from eai.agents.command import LOOK
+from eai.agents.journal import Journal, is_begun, key_in, read_journal
+from eai.agents.play import OVER, Arena, Play, read_episode
+from eai.agents.setting import STANDARD, Setting
+from eai.base.errors import InputError
+from eai.base.files import file_name, sole_run, write_whole, writing_to
+from eai.base.grouping import grouped
+from eai.benchmarks.suite import Suite
+from eai.results.responses import COLUMNS, LINES
+from eai.results.trials import Place
+from eai.tasks.prompts.prompt import Image
+
+HARNESS = "mcp"
+"""How those act in records who act from outside."""
+
+_EPISODES, _ENDING = "episodes", ".journal"
+
+
+def journal_in(folder: Path, place: Place) -> Path:
+    """The journal of an episode in the folder of its world."""
+    return folder / _EPISODES / str(place[1]) / f"{quote(place[0], safe='')}{_ENDING}"
+
+
+@contextmanager
+def opened(
+    folder: Path, suite: Suite, places: Sequence[Place], setting: Setting = STANDARD, agent: str = "agent"
+) -> Iterator[Worlds]:
+    """Worlds in a folder where no other process works during the block; see `Worlds`.
+
+    Raises:
+        InputError: another process works there, the folder cannot be used, or it has other episodes.
+    """
+    arena = Arena(suite.benchmark, setting)
+    with suppress(OSError):  # it is there, or `sole_run` says why it cannot be
+        folder.mkdir(mode=0o700, parents=True)
+    with sole_run(folder):
+        worlds = Worlds(folder, suite, places, arena, agent)
+        try:
+            yield worlds
+        finally:
+            worlds.close()
+
+
+class Worlds:
+    """The worlds of tasks, one for each ticket; an episode begins with the first call, and only once.
+
+    The folder has the key, a journal of each episode, and the answers for `eai score`. The agent must not be
+    able to read or write there.
+
+    Args:
+        folder: the folder.
+        suite: the tasks.
+        places: which of them are offered, and how often.
+        arena: where they are played.
+        agent: who acts, in the name of the file with answers.
+
+    Attributes:
+        tickets: the episode of each ticket.
+
+    Raises:
+        InputError: the folder cannot be used, or has other episodes.
+    """
+
+    def __init__(self, folder: Path, suite: Suite, places: Sequence[Place], arena: Arena, agent: str) -> None:
+        self._folder, self._suite, self._agent = folder, suite, file_name(agent)
+        self._key = key_in(folder)
+        self._arena = arena
+        self._under_way: dict[Place, tuple[Play, Journal]] = {}
+        self._written: set[Place] = set()
+        self.places = places
+        self.tickets = {self._ticket(place): place for place in places}
+        self._write()
+
+    def call(self, place: Place, command: str) -> str:
+        """Carry out a command in an episode; returns the observation.
+
+        To look before the first action tells the whole task.
+
+        Raises:
+            InputError: the folder cannot be written.
+        """
+        play, journal = self._episode(place)
+        if journal.ended is not None:
+            return OVER
+        if command == LOOK and not play.turns:
+            return self._arena.prompt(play.task).user
+        told = play.say(command)
+        journal.write(play)  # before the observation goes out
+        if journal.ended is not None and place in self._written:
+            self._write()
+        elif journal.ended is not None:
+            self._append(place)
+        return told
+
+    def pictures(self, place: Place) -> tuple[Image, ...]:
+        """The pictures that go with an observation (`Play.pictures`)."""
+        return self._episode(place)[0].pictures()
+
+    def end(self) -> None:
+        """End all episodes that have begun.
+
+        Raises:
+            InputError: the folder cannot be written.
+        """
+        for place in self.places:
+            if is_begun(journal_in(self._folder, place)):
+                self._episode(place)[1].end()
+        self._write()
+
+    def close(self) -> None:
+        """Write the answers as they are, and close all journals; what has not ended can go on."""
+        for _, journal in self._under_way.values():
+            journal.close()
+        self._write()
+
+    def _write(self) -> None:
+        """Write all episodes that have begun as answers: one that has not ended is stopped, and may be lost.
+
+        Raises:
+            InputError: a journal was changed or is of another setting, or the folder cannot be written.
+        """
+        begun = self._begun()
+        write_whole(grouped((self._answers(each), self._answer(each)) for each in begun))
+        self._written.update(begun)
+
+    def _append(self, place: Place) -> None:
+        """Add an episode that has ended to the answers, where it is not yet."""
+        self._written.add(place)
+        with writing_to(self._answers(place)), self._answers(place).open("a", encoding="utf-8") as file:
+            file.write(self._answer(place))
+
+    def _answers(self, place: Place) -> Path:
+        """The response file that an episode is in; further episodes of a task are another agent's."""
+        epoch = place[1]
+        return self._folder / f"{self._agent}{'' if epoch == 1 else f'-{epoch}'}{LINES}"
+
+    def _answer(self, place: Place) -> str:
+        """An episode as a line of a response file."""
+        path = journal_in(self._folder, place)
+        text = read_journal(path, self._key, ended=False)
+        if getattr(read_episode(text), "rules", None) != self._arena.rules:
+            raise InputError(f"{path}: the episode is of another setting; give another --out")
+        return json.dumps(dict(zip(COLUMNS, (place[0], text), strict=True))) + "\n"
+
+    def _begun(self) -> list[Place]:
+        """All episodes that have begun in the folder, in the order of the tasks."""
+        order = {task_id: number for number, task_id in enumerate(self._suite.task_ids)}
+        found: list[Place] = []
+        for path in (self._folder / _EPISODES).glob(f"*/*{_ENDING}"):
+            task_id = unquote(path.name.removesuffix(_ENDING))
+            if task_id not in order:
+                raise InputError(f"{path}: not of a task of {self._suite.domain}; give another --out")
+            if is_begun(path):
+                found.append((task_id, int(path.parent.name)))
+        return sorted(found, key=lambda place: (place[1], order[place[0]]))
+
+    def _episode(self, place: Place) -> tuple[Play, Journal]:
+        """Return an episode with its journal. It begins if it has not begun."""
+        if place not in self._under_way:
+            task_id, epoch = place
+            path, stage = journal_in(self._folder, place), self._arena.stage(self._suite.tasks[task_id])
+            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            play = Play(stage, self._arena.setting.slip_seed, epoch, harness=HARNESS)
+            self._under_way[place] = play, Journal(path, self._key, play)
+        return self._under_way[place]
+
+    def _ticket(self, place: Place) -> str:
+        """The ticket of an episode, the same after a crash."""
+        return hmac.new(self._key, f"ticket {place[1]} {place[0]}".encode(), "sha256").hexdigest()

@@ -1,0 +1,82 @@
+"""When an episode is lost for good: a box that nothing shuts again must stay shut."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from agents.switches import DOMAIN, SWITCHES, initial
+from eai import Benchmark, given, make_task
+from eai.agents.declaration import contributions
+from eai.agents.setting import ACTING
+from eai.agents.verdict import ActingVerdict, Outlook, outlook_text
+from eai.benchmarks.suite import Suite, open_suite
+from eai.logic.formula import Atom, Constant, Eventually
+from eai.results.batch import score_run
+from eai.results.codec import record_from_json, record_to_json
+from eai.results.options import ScoringOptions
+from eai.results.responses import Response, ResponseFile
+from eai.world.action import Action
+
+SUITE = open_suite(SWITCHES, ACTING)
+
+
+def looked_back(task_id: str, *commands: str, states: int = 1_000, suite: Suite = SUITE) -> ActingVerdict:
+    look_back = suite.scorer(task_id).assess("\n".join(commands)).look_back
+    assert look_back is not None
+    verdict = look_back(states)
+    assert isinstance(verdict, ActingVerdict)
+    return verdict
+
+
+@pytest.mark.parametrize(
+    ("commands", "outlook", "lost_at"),
+    [
+        ((), "open", None),
+        (("GO(shed)", "DONE"), "open", None),
+        (("PRESS(lamp)", "DONE"), "open", None),
+        (("GO(shed)", "OPEN(box)", "GO(hall)", "PRESS(lamp)", "DONE"), "lost", 2),
+        (("LOOK", "FLY(box)", "GO(shed)", "OPEN(box)"), "lost", 4),
+    ],
+)
+def test_the_first_turn_after_which_the_goals_cannot_be_reached(
+    commands: tuple[str, ...], outlook: Outlook, lost_at: int | None
+) -> None:
+    verdict = looked_back("half", *commands)
+    assert (verdict.outlook, verdict.lost_at) == (outlook, lost_at)
+    assert contributions(verdict)["lost_for_good"] == (outlook == "lost", 1)
+    assert contributions(verdict)["outlook_unknown"] == (0, 1)
+
+
+def test_a_search_that_is_cut_off_shows_nothing() -> None:
+    verdict = looked_back("half", "GO(shed)", "OPEN(box)", states=1)
+    assert (verdict.outlook, verdict.lost_at) == ("unknown", None)
+    assert contributions(verdict)["lost_for_good"] == (0, 0)
+    assert contributions(verdict)["outlook_unknown"] == (1, 1)
+    assert outlook_text(verdict).endswith("is not known")
+
+
+def test_of_goals_over_time_it_is_only_shown_that_they_are_lost() -> None:
+    lit, shut = (Atom(name, (Constant(thing),)) for name, thing in (("lit", "lamp"), ("shut", "box")))
+    over_time = make_task("over", "Keep the box shut.", initial(), Eventually(lit), shut)
+    index = over_time.scene.index
+    over_time = replace(over_time, script=(Action("PRESS", (index["lamp"],)),))
+    suite = open_suite(Benchmark("over_time", DOMAIN, given(over_time)), ACTING)
+    assert looked_back("over", "PRESS(lamp)", suite=suite).outlook == "unknown"
+    lost = looked_back("over", "GO(shed)", "OPEN(box)", suite=suite)
+    assert (lost.outlook, lost.lost_at) == ("lost", 2)
+
+
+def test_records_have_it_where_it_was_asked_for() -> None:
+    answers = ResponseFile("model", (Response("half", "GO(shed)\nOPEN(box)"),))
+    (plain,) = score_run(SUITE, answers, {}, ScoringOptions())
+    assert isinstance(plain.verdict, ActingVerdict)
+    assert (plain.verdict.outlook, contributions(plain.verdict)["lost_for_good"]) == (None, (0, 0))
+    (record,) = score_run(SUITE, answers, {}, ScoringOptions(look_back=1_000))
+    written = json.loads(json.dumps(record_to_json(record)))
+    assert (written["outlook"], written["lost_at"]) == ("lost", 2)
+    assert record_from_json(written) == record
+    assert isinstance(record.verdict, ActingVerdict)
+    assert outlook_text(record.verdict) == "lost for good after turn 2: no actions lead to the goals any more"

@@ -1,0 +1,150 @@
+"""One reward: the same actions on a task pay the same, whatever asks for it.
+
+Of the faces in packages of their own, OpenEnv's and verifiers', the packages' tests hold the same table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import pytest
+
+import eai
+from agents.switches import CASES, CASES_BY_SHAPING, SWITCHES, WON, as_plan, reference, tasks
+from eai import Shaping
+from eai.agents.game import Game
+from eai.agents.gym import make
+from eai.agents.reference import staged
+from eai.agents.rewards import SkyRlTask, TrlHousehold, TrlReward, compute_score, reward_func
+from eai.agents.rules import Rules
+from eai.base.errors import InputError
+from eai.base.store import Store
+from eai.results.reward import METRICS
+
+Face = Callable[[str, Sequence[str], Shaping], float | None]
+
+
+def of_plan(pay: Callable[[str, str, Shaping], float | None]) -> Face:
+    """A face that takes actions as one answer to a named task."""
+    return lambda task_id, commands, shaping: pay(reference(task_id), as_plan(commands), shaping)
+
+
+def of_openrlhf(task: str, text: str, shaping: Shaping) -> float:
+    paid: float = reward_func([text], [""], [task], shaping=shaping)["rewards"]
+    return paid
+
+
+def of_skyrl(task: str, text: str, shaping: Shaping) -> float:
+    extras = {"reward_spec": {"ground_truth": task}, "shaping": shaping.value}
+    paid: float = SkyRlTask(None, extras).step(text)["reward"]
+    return paid
+
+
+def of_gymnasium(
+    task_id: str, commands: Sequence[str], shaping: Shaping, *, until: str, gamma: float = 1.0
+) -> float:
+    environment = make(SWITCHES, task_id, reward=shaping.value, until=until, gamma=gamma)
+    environment.reset(seed=0)
+    played = [*commands, "DONE"] if until == "done" else commands
+    return sum(gamma**turn * environment.step(command)[1] for turn, command in enumerate(played))
+
+
+def of_trl_household(task_id: str, commands: Sequence[str], shaping: Shaping) -> float:
+    household = TrlHousehold(shaping)
+    household.reset(task=reference(task_id))
+    for command in commands:
+        household.act(command)
+    return household.get_reward()
+
+
+FACES: dict[str, Face] = {
+    "eai.reward": of_plan(eai.reward),
+    "eai.Reward": lambda task_id, commands, shaping: eai.Reward(
+        eai.open(SWITCHES, "action_sequencing"), shaping
+    )(task_id, as_plan(commands)),
+    "TrlReward": of_plan(lambda task, text, shaping: TrlReward(shaping)(completions=[text], task=[task])[0]),
+    "verl": of_plan(lambda task, text, shaping: compute_score("eai", text, task, shaping=shaping)["score"]),
+    "OpenRLHF": of_plan(of_openrlhf),
+    "SkyRL": of_plan(of_skyrl),
+    "gymnasium": partial(of_gymnasium, until="goal"),
+    "gymnasium, ended by DONE": partial(of_gymnasium, until="done"),
+    "TrlHousehold": of_trl_household,
+}
+
+
+@pytest.mark.parametrize("face", FACES)
+@pytest.mark.parametrize(("task_id", "commands", "shaping", "worth"), CASES_BY_SHAPING)
+def test_the_same_actions_pay_the_same_everywhere(
+    task_id: str, commands: Sequence[str], shaping: Shaping, worth: float, face: str
+) -> None:
+    assert FACES[face](task_id, commands, shaping) == pytest.approx(worth)
+
+
+@pytest.mark.parametrize(("task_id", "commands", "shaping", "worth"), CASES_BY_SHAPING)
+def test_discounted_turns_add_up_to_what_is_worth_something_at_the_end(
+    task_id: str, commands: Sequence[str], shaping: Shaping, worth: float
+) -> None:
+    paid = of_gymnasium(task_id, commands, shaping, until="goal", gamma=0.9)
+    assert paid == pytest.approx(0.9 ** len(commands) * worth)
+
+
+def test_two_actions_of_a_household_pay_the_same(data_store: Store) -> None:
+    """Three of its five goals are to be gained, and one of them is."""
+    commands = ("WALK(washing_machine.1001)", "SWITCHON(washing_machine.1001)")
+    environment = make("virtualhome", "27_2", reward="progress")
+    environment.reset(seed=0)
+    played = sum(environment.step(command)[1] for command in commands)
+    plan = '{"WALK": ["washing_machine", "1001"], "SWITCHON": ["washing_machine", "1001"]}'
+    task = "virtualhome/action_sequencing/27_2"
+    household = TrlHousehold("progress")
+    household.reset(task=task)
+    list(map(household.act, commands))
+    assert played == eai.reward(task, plan, "progress") == household.get_reward() == 1 / 3
+
+
+@pytest.mark.parametrize("face", FACES)
+@pytest.mark.parametrize("shaping", list(Shaping))
+def test_where_nothing_is_to_be_gained_nothing_is_paid(shaping: Shaping, face: str) -> None:
+    assert not FACES[face]("done", ("WAVE()",), shaping)
+
+
+def played(*commands: str, shaping: Shaping = Shaping.PROGRESS) -> Game:
+    game = Game(staged(tasks()[0], SWITCHES, Rules(reward=shaping, max_steps=8)))
+    for command in commands:
+        game.act(command)
+    return game
+
+
+@pytest.mark.parametrize(
+    ("commands", "worth"),
+    [
+        (("OPEN(box)", "PRESS(lamp)"), (0, 1 / 2, 1 / 2, 1 / 4, 1 / 3, 1 / 2)),
+        (("OPEN(box)", "PRESS(lamp)", "?"), (0, 0, 1 / 2, 1 / 6, 1 / 3, 1 / 2)),
+        (("?", "FLY", *WON), (1, 1, 1, 1 / 3, 1, 1)),
+    ],
+)
+def test_an_episode_goes_on_after_what_fails(commands: Sequence[str], worth: Sequence[float]) -> None:
+    """A plan would have ended there."""
+    assert tuple(played(*commands, shaping=shaping).worth for shaping in Shaping) == pytest.approx(worth)
+
+
+def test_metrics_are_those_of_a_grade() -> None:
+    suite = eai.open(SWITCHES, "action_sequencing")
+    for task_id, commands, _ in CASES:
+        if task_id == "both" and commands:  # an empty plan is an answer that cannot be read
+            metrics = eai.Reward(suite).grade(task_id, as_plan(commands)).metrics
+            assert played(*commands).metrics == metrics
+    metrics = played("OPEN(box)", "FLY(lamp)", "FLY(box)", "PRESS(lamp)").metrics
+    assert tuple(metrics) == METRICS
+    told = {name: value for name, value in metrics.items() if value}
+    assert told == {"progress": 0.5, "faults": 3, "fault.hallucination": 2, "fault.missing_step": 1}
+
+
+def test_an_episode_that_is_over_takes_no_action() -> None:
+    won = played(*WON)
+    assert won.over
+    with pytest.raises(InputError, match="the episode is over"):
+        won.act("PRESS(lamp)")
+    lasted = played(*["WAVE()"] * 8)
+    assert (lasted.over, lasted.worth) == (True, 0)

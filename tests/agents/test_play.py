@@ -1,0 +1,33 @@
+"""The question of an episode says how the harness takes commands, and the harness takes them so."""
+
+from __future__ import annotations
+
+import pytest
+
+from agents.switches import DOMAIN, SWITCHES
+from eai.agents.play import Arena
+from eai.agents.setting import ACTING, Setting
+from eai.agents.tools import tools_of
+from eai.benchmarks.suite import open_suite
+
+TASK = open_suite(SWITCHES, ACTING).tasks["both"]
+BY_TEXT = "Write one command a message, on its last line: an action, LOOK or DONE."
+BY_TOOLS = (
+    "You act by calls of tools, one at a time: act takes an action, look stands for LOOK, done for DONE."
+)
+
+
+@pytest.mark.parametrize(
+    ("harness", "how"), [("text", BY_TEXT), ("react", BY_TOOLS), ("my_agents:brief", BY_TOOLS)]
+)
+def test_the_question_ends_with_how_commands_are_given(harness: str, how: str) -> None:
+    arena = Arena(SWITCHES, Setting(harness=harness))
+    assert arena.prompt(TASK).user == f"{arena.play(TASK).briefing()}\n\n{how}"
+    assert arena.shown(TASK) == arena.prompt(TASK)
+
+
+def test_the_tools_that_a_question_names_are_those_of_the_harness() -> None:
+    names = [name for name, _, _ in tools_of(DOMAIN)]
+    assert names == ["act", "look", "done"]
+    assert [name for name in names if f" {name} " in BY_TOOLS] == names
+    assert not any(f" {name} " in BY_TEXT for name in names)

@@ -1,0 +1,49 @@
+"""Recorded episodes give the same bytes whenever they are replayed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from agents.switches import SWITCHES
+from eai import Benchmark
+from eai.agents.agents import blind_agent, random_agent
+from eai.agents.play import Arena
+from eai.agents.setting import ACTING, Setting
+from eai.base.store import Store
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
+from eai.results.batch import Scoring
+from eai.results.records import line_of
+from eai.results.responses import Response
+
+
+def recorded(benchmark: Benchmark, number: int, sample: int = 1) -> Iterator[Response]:
+    """Episodes of agents that know nothing, in worlds where some actions do not work."""
+    suite = open_suite(benchmark, ACTING)
+    arena = Arena(benchmark, Setting(slip=0.2, slip_seed=7))
+    task_ids = [i for i in suite.task_ids if suite.tasks[i].left_out is None][::sample]
+    for epoch in range(number):
+        play = arena.play(suite.tasks[task_ids[epoch % len(task_ids)]], epoch)
+        agent = (random_agent, blind_agent)[epoch % 2](play, epoch)
+        while not play.over:
+            play.say(agent())
+        yield Response(play.task.id, play.text("stopped"))
+
+
+def replayed(suite: Suite, responses: list[Response]) -> list[str]:
+    return list(map(line_of, Scoring().records(suite, "model", responses, explanations=True)))
+
+
+def test_a_thousand_episodes_replayed_twice_give_equal_bytes() -> None:
+    responses = list(recorded(SWITCHES, 1_000))
+    first, second = (replayed(open_suite(SWITCHES, ACTING), responses) for _ in range(2))
+    assert first == second
+    assert not any("unreplayable" in line for line in first)
+
+
+def test_episodes_of_households_replayed_twice_give_equal_bytes(data_store: Store) -> None:
+    for name in ("virtualhome", "behavior"):
+        responses = list(recorded(find_benchmark(name), 4, sample=40))
+        first, second = (replayed(open_suite(name, ACTING), responses) for _ in range(2))
+        assert first == second
+        assert not any("unreplayable" in line for line in first)

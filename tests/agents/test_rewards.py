@@ -1,0 +1,210 @@
+"""The rewards of training libraries, called as those libraries call them."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import pickle
+import subprocess
+import sys
+from functools import cache, partial
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import eai
+from eai import Ability
+from eai.abilities.protocol import FOUR
+from eai.agents.rewards import (
+    SkyRlTask,
+    TrlHousehold,
+    TrlReward,
+    answer_of,
+    compute_score,
+    reward_func,
+)
+from eai.base.store import Store
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.results.reward import METRICS
+
+HOUSEHOLDS = ("virtualhome", "behavior")
+ABILITIES = [(name, ability) for name in HOUSEHOLDS for ability in FOUR]
+PROMPT = "<|im_start|>user\nWash the clothes.<|im_end|>\n<|im_start|>assistant\n"
+
+
+@pytest.fixture(autouse=True)
+def there(data_store: Store) -> None:
+    """The households' data is there, or the tests of this module are skipped."""
+
+
+@cache
+def gold(name: str, ability: Ability) -> tuple[str, str]:
+    """A task that has something to earn, by its name, and its gold answer."""
+    suite = eai.open(name, ability)
+    book = open_answer_book(suite.benchmark, ability)
+    task_id = suite.task_ids[3]
+    return suite.reference(task_id), book[task_id].text
+
+
+@pytest.mark.parametrize(
+    ("completion", "answer"),
+    [
+        ("[1]", "[1]"),
+        ("<think>[2]</think>[1]", "[1]"),
+        ("[2]</think>[1]", "[1]"),
+        ("<think>a</think><think>b</think>[1]", "[1]"),
+        ("<think>[2], or rather", ""),
+        ("", ""),
+        ([], ""),
+        ([{"role": "assistant", "content": "[1]"}], "[1]"),
+        ([{"role": "assistant", "content": "[2]"}, {"role": "assistant", "content": None}], ""),
+        ([{"role": "assistant", "tool_calls": []}], ""),
+        ([{"content": "[1]"}], "[1]"),
+        ([{"role": "assistant", "content": "?"}, {"role": "tool", "content": "such as [1]"}], ""),
+    ],
+)
+def test_thoughts_are_no_part_of_an_answer(completion: Any, answer: str) -> None:
+    assert answer_of(completion) == answer
+
+
+@pytest.mark.parametrize(("name", "ability"), ABILITIES)
+def test_every_library_pays_the_same(name: str, ability: Ability) -> None:
+    task, text = gold(name, ability)
+    for answer, worth in ((text, 1), ("I do not know.", 0)):
+        message = [{"role": "assistant", "content": answer}]
+        assert TrlReward("goals")(completions=[message, answer], task=[task, task]) == [worth, worth]
+        scored = compute_score("eai", answer, task, {}, shaping="goals")
+        assert scored["score"] == worth
+        asked = [f"{PROMPT}{answer}<|im_end|>\n"], [PROMPT], [task]
+        paid = reward_func(*asked, shaping="goals")
+        assert (paid["rewards"], paid["scores"]) == (worth, worth)
+        assert paid["extra_logs"].pop("prompt_not_found") == 0
+        assert {**scored, "score": 0} == {"score": 0, **paid["extra_logs"]}
+        stepped = SkyRlTask(None, {"reward_spec": {"ground_truth": task}, "shaping": "goals"}).step(answer)
+        assert (stepped["reward"], stepped["done"], stepped["metadata"]) == (worth, True, paid["extra_logs"])
+
+
+def test_what_cannot_be_earned_is_left_out_or_nothing() -> None:
+    suite = eai.open("virtualhome", "action_sequencing")
+    task = suite.reference(next(i for i in suite.task_ids if not suite.tasks[i].goals))
+    assert TrlReward()(completions=["{}"], task=[task]) == [None]
+    assert compute_score("eai", "{}", task)["score"] == 0
+    assert reward_func([PROMPT], [PROMPT], [task])["rewards"] == 0
+
+
+def test_several_answers_of_openrlhf_come_as_lists() -> None:
+    task, text = gold("behavior", Ability.ACTION_SEQUENCING)
+    paid = reward_func([f"{PROMPT}{text}", PROMPT], [PROMPT] * 2, [task] * 2)
+    assert paid["rewards"] == [1, 0]
+    assert paid["extra_logs"]["fault.parsing"] == [0, 1]
+
+
+def test_an_answer_of_openrlhf_is_what_follows_the_prompt_where_that_stands_first() -> None:
+    task, text = gold("behavior", Ability.ACTION_SEQUENCING)
+    assert reward_func([text], [""], [task])["rewards"] == 1
+    assert reward_func([f"<s>{PROMPT}{text}"], [PROMPT], [task])["rewards"] == 1
+    thought = f"{PROMPT}<think>I was asked: {PROMPT}{text}"
+    assert reward_func([thought], [PROMPT], [task])["rewards"] == 0
+
+
+def test_an_example_in_a_prompt_that_is_not_found_is_paid_nothing_and_counted() -> None:
+    """The text is decoded otherwise than the prompt was written: what is the answer cannot be told."""
+    task, text = gold("behavior", Ability.ACTION_SEQUENCING)
+    prompt = f"Answer  as this one does: {text}\n"
+    decoded = prompt.replace("  ", " ")
+    with pytest.warns(UserWarning, match="1 of 2 queries do not have their prompt: nothing is paid"):
+        paid = reward_func([decoded, f"{prompt}{text}"], [prompt] * 2, [task] * 2)
+    assert (paid["rewards"], paid["scores"]) == ([0, 1], [0, 1])
+    assert paid["extra_logs"]["prompt_not_found"] == [1, 0]
+    with pytest.warns(UserWarning, match="1 of 1"):
+        paid = reward_func([f"{decoded}{text}"], [prompt], [task])
+    assert (paid["rewards"], paid["extra_logs"]["prompt_not_found"]) == (0, 1)
+
+
+def test_trl_is_told_the_metrics() -> None:
+    task, text = gold("behavior", Ability.ACTION_SEQUENCING)
+    told: dict[str, float] = {}
+    TrlReward()(completions=[text, "?"], task=[task] * 2, log_metric=told.__setitem__)
+    assert tuple(told) == tuple(f"eai/{metric}" for metric in METRICS)
+    assert (told["eai/success"], told["eai/fault.parsing"]) == (0.5, 0.5)
+
+
+def test_a_reward_of_trl_has_a_name_and_is_pickled() -> None:
+    paid = pickle.loads(pickle.dumps(TrlReward("diagnosis")))  # noqa: S301 - its own bytes
+    assert (paid, paid.__name__) == (TrlReward("diagnosis"), "eai_diagnosis")
+
+
+COLUMNS = ("prompts", "completions", "completion_ids", "task")
+GIVEN = ("trainer_state", "log_extra", "log_metric", "environments")
+"""What TRL 1.16 gives a reward function."""
+
+
+def test_what_trl_gives_is_taken() -> None:
+    inspect.signature(TrlReward()).bind(**dict.fromkeys((*COLUMNS, *GIVEN)))
+
+
+def test_what_the_installed_trl_gives_is_what_we_know() -> None:
+    """Read from its code: importing it would take a GPU library."""
+    found = find_spec("trl")
+    if found is None or found.origin is None:
+        pytest.skip("trl is not installed")
+    source = Path(found.origin).with_name("trainer") / "grpo_trainer.py"
+    calls, given = [], set()
+    for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Call(func=ast.Name(id="reward_func"), args=[], keywords=keywords):
+                calls.append({keyword.arg for keyword in keywords})
+            case ast.Assign(targets=[ast.Subscript(ast.Name(id="reward_kwargs"), ast.Constant(name))]):
+                given.add(name)
+    assert {"prompts", "completions", "completion_ids", None} in calls
+    assert given == set(GIVEN)
+
+
+def test_a_household_of_trl_is_won_action_by_action() -> None:
+    """With the members that TRL looks for, each possible tool with what it is told of its arguments."""
+    members = inspect.getmembers(TrlHousehold, predicate=inspect.isfunction)
+    assert [name for name, _ in members if not name.startswith("_")] == ["act", "get_reward", "reset"]
+    assert "Args:\n    command: " in (inspect.getdoc(TrlHousehold.act) or "")
+    task, text = gold("behavior", Ability.ACTION_SEQUENCING)
+    suite = eai.open("behavior", "action_sequencing")
+    plan = suite.benchmark.plans.read(text)
+    household = partial(TrlHousehold, "progress")()
+    opening = household.reset(task=task, prompt=[])
+    assert suite.tasks[task.rpartition("/")[2]].instruction in opening
+    assert household.get_reward() == 0
+    assert "Failed (parsing)" in household.act("I sit down.")
+    for step in plan.steps:
+        household.act(f"{step.action}({', '.join(map(str, step.objects))})")
+    assert household.get_reward() == 1
+    assert household.act("I wave.") == "The episode is over."
+    household.reset(task=task)
+    assert household.get_reward() == 0
+
+
+def test_a_task_of_skyrl_is_mixed_into_its_base_class() -> None:
+    class Base:
+        """As SkyRL's: made without arguments."""
+
+        def __init__(self) -> None:
+            self.turns = 0
+
+    class Household(SkyRlTask, Base):
+        pass
+
+    task, text = gold("behavior", Ability.ACTION_SEQUENCING)
+    household = Household(extras={"reward_spec": {"method": "rule", "ground_truth": task}})
+    assert household.turns == 0
+    assert household.get_metrics() == {}
+    assert household.step(text)["reward"] == 1
+    assert household.get_metrics()["success"] == 1
+
+
+def test_no_library_is_imported() -> None:
+    code = (
+        "import sys, eai.agents.rewards; "
+        "print([name for name in ('trl', 'verl', 'openrlhf', 'skyrl_gym', 'torch') if name in sys.modules])"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"

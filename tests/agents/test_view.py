@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+import random
+import re
+from typing import get_args
+
+import pytest
+
+from eai.abilities.protocol import Ability
+from eai.agents.game import Game
+from eai.agents.listed import spelled_out
+from eai.agents.observation import Observer
+from eai.agents.reference import staged
+from eai.agents.rules import STANDARD, Observe
+from eai.base.store import Store
+from eai.benchmarks.registry import find_benchmark
+from eai.planning.successor_generator import applicable_actions
+from eai.tasks.source import Source
+from eai.world.episode import Episode
+from eai.world.state import State, change
+
+TASKS = {
+    "virtualhome": ("27_2", "1003_2", "499_1"),
+    "behavior": (
+        "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46",
+        "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37",
+    ),
+}
+
+
+@pytest.mark.parametrize("observe", get_args(Observe))
+@pytest.mark.parametrize(("name", "task_id"), [(n, t) for n, ids in TASKS.items() for t in ids])
+def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
+    name: str, task_id: str, observe: Observe, data_store: Store
+) -> None:
+    benchmark = find_benchmark(name)
+    task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
+    wording, rng = benchmark.observed_wording(), random.Random(0)
+    observer, episode = Observer(task, wording, observe), Episode(benchmark.domain, task.initial)
+    observation = observer.first
+    stored = {each.predicate for each in wording.listings if each.sources == (each.predicate,)}
+    for _ in range(40):
+        operator = rng.choice(benchmark.domain.operators)
+        possible = list(applicable_actions(benchmark.domain, operator, episode.state, task.relevant))
+        if not possible:
+            continue
+        outcome = episode.act(rng.choice(possible))
+        assert isinstance(outcome, State)
+        difference = change(observation.state, outcome)
+        before, observation = observation, observer.observe(observation, outcome, difference)
+        facts = [fact for each in wording.listings for fact in each.facts(outcome, observation.visible)]
+        lines = spelled_out(observation.text).splitlines()
+        assert sorted(lines) == sorted([wording.fact(task, fact) for fact in facts])
+        changes = observer.find_changes(before, observation, difference)
+        told = [f"{sign} {observer.render_fact(fact)}" for sign, fact in changes]
+        expected = {
+            f"{sign} {wording.fact(task, fact)}"
+            for sign, facts, seen in (
+                ("+", difference.added, observation.visible),
+                ("-", difference.removed, before.visible),
+            )
+            for fact in facts
+            if fact.predicate in stored and {*seen}.issuperset(fact.arguments)
+            if len({*fact.arguments}) == len(fact.arguments)
+        }
+        assert {line for line in told if line[2:].partition("(")[0] in stored} == expected
+
+
+@pytest.mark.parametrize(("name", "task_id"), [(n, t) for n, ids in TASKS.items() for t in ids])
+def test_who_keeps_count_of_changes_knows_all_that_holds_of_what_is_seen(
+    name: str, task_id: str, data_store: Store
+) -> None:
+    benchmark = find_benchmark(name)
+    task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
+    game, rng = Game(staged(task, benchmark, STANDARD.model_copy(update={"budget": None}))), random.Random(1)
+    believed = {*spelled_out(game.opening()).partition("Now:\n")[2].splitlines()}
+    for turn in range(60):
+        walks = [each for each in game.admissible() if each.operator == "WALK"]
+        action = rng.choice(walks if walks and turn % 4 == 0 else [*game.admissible()])
+        told = spelled_out(game.act(game.stage.commands.write(action)).observation)
+        for line in told.splitlines():
+            if line[:2] == "- ":
+                believed.discard(line[2:])
+            elif line.endswith(")"):
+                believed.add(line.removeprefix("+ "))
+        holds = {*spelled_out(game.memory.observation.text).splitlines()}
+        seen = {*spelled_out(game.stage.observer.render_names(game.memory.observation.visible)).split(", ")}
+        assert holds <= believed
+        assert [each for each in believed - holds if {*re.findall(r"[\w.]+", each)[1:]} <= seen] == []
