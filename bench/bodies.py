@@ -24,10 +24,10 @@ from eai.benchmarks.gold_answers import open_planned_book
 from eai.benchmarks.suite import Suite, open_suite
 from eai.bodies.camera import Camera, View
 from eai.bodies.scene import BodyScene
-from eai.pictures.scene_graph import SceneGraph, graph_of
 from eai.planning.search import Limits
 from eai.results.rate import Rate
 from eai.studies.perception.belief import perceiving, scene_words
+from eai.studies.perception.scene_graph import SceneGraph, graph_of
 
 VIEWS: tuple[View, ...] = ("head", "near")
 LEAST = 12

@@ -13,8 +13,8 @@ from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
-from report.samples import action_run, goal_run, operator_run, write_runs
 from results.verdicts import record
+from studies.report.samples import action_run, goal_run, operator_run, write_runs
 from studies.told import read_table, told_tables
 from suites import answer_book
 

@@ -16,7 +16,7 @@ import pytest
 
 from eai.base.store import Store
 from processes import Outcome
-from report.samples import action_run, goal_run, write_runs
+from studies.report.samples import action_run, goal_run, write_runs
 
 LIBRARIES = (
     "gymnasium",

@@ -14,7 +14,7 @@ from typer.testing import CliRunner, Result
 
 from eai.cli import app
 from eai.results.record import Record
-from report.samples import HOSTILE, action_run, goal_run, operator_run, subgoal_run, write_runs
+from studies.report.samples import HOSTILE, action_run, goal_run, operator_run, subgoal_run, write_runs
 
 SCHEMA = json.loads((Path(__file__).parent / "every_eval_ever" / "eval.schema.json").read_text("utf-8"))
 FILE = """\

@@ -15,8 +15,8 @@ from eai.benchmarks.virtualhome.benchmark import count_annotated
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
 from eai.benchmarks.virtualhome.records import VirtualHome, open_virtualhome
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
-from eai.report.distributions import distributions
 from eai.results.data_set import profiles_of, table_of
+from eai.studies.report.distributions import distributions
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import ErrataChoice, Source, given
 from eai.world.action import Action

@@ -19,7 +19,7 @@ from eai.results.record import Origin, Record
 from eai.results.repeats import passes, passes_table, passes_to_json, without_epoch
 from eai.results.table import Estimate
 from eai.tasks.share import Share
-from report.samples import action_run
+from studies.report.samples import action_run
 
 
 def epochs(answers: Sequence[Sequence[bool]]) -> list[list[Case]]:

@@ -9,7 +9,7 @@ from eai.base.errors import InputError
 from eai.results.responses import find_response_files
 from eai.results.runs import find_record_files, read_runs, write_log_place
 from record_files import write_records
-from report.samples import action_run, all_runs, goal_run, write_runs
+from studies.report.samples import action_run, all_runs, goal_run, write_runs
 
 
 def test_runs_are_found_in_folders_and_files(tmp_path: Path) -> None:

@@ -20,8 +20,8 @@ from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.tidy import Tables
 from eai.tasks.source import Source
-from report.samples import action_run, goal_run, operator_run, subgoal_run
 from studies.published import tables
+from studies.report.samples import action_run, goal_run, operator_run, subgoal_run
 
 
 def _counts(answers: list[AnswerLine], bins: list[int]) -> list[tuple[int, int]]:

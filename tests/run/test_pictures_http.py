@@ -12,9 +12,9 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
-from eai.pictures.drawing import png
-from eai.pictures.picture import picture_of, picture_words
 from eai.studies.perception.belief import scene_words
+from eai.studies.perception.drawing import png
+from eai.studies.perception.picture import picture_of, picture_words
 from eai.tasks.source import Source
 from processes import eai
 from run.server import Reply, serve

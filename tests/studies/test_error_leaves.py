@@ -17,8 +17,8 @@ from eai.studies.errors.study import _Leaf, error_tables, leaf_of
 from eai.tasks.source import Source
 from oracle import MODELS
 from record_files import write_records
-from report.samples import action_run, goal_run, operator_run, subgoal_run
 from studies.published import tables
+from studies.report.samples import action_run, goal_run, operator_run, subgoal_run
 
 
 def rows(table: Table) -> list[dict[str, Any]]:

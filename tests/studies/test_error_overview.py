@@ -12,7 +12,7 @@ from eai.results.lines import AnswerLine
 from eai.results.tidy import Tables
 from eai.studies.errors.overview import draw_flows, flow_table
 from eai.tasks.source import Source
-from report.samples import action_run, goal_run
+from studies.report.samples import action_run, goal_run
 
 
 def answers(tmp_path: Path) -> list[AnswerLine]:

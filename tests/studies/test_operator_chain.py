@@ -23,8 +23,8 @@ from eai.studies.pipeline.operator_chain import (
     _OperatorChain,
 )
 from eai.tasks.source import Source
-from report.samples import write_runs
 from results.verdicts import record
+from studies.report.samples import write_runs
 from studies.told import read_table
 from suites import answer_book
 

@@ -10,7 +10,7 @@ from base.test_entry_points import declared
 from command_line import Command
 from eai.base.errors import InputError
 from eai.studies import registry
-from report.samples import action_run, write_runs
+from studies.report.samples import action_run, write_runs
 from studies.told import read_table
 
 STRANGER = """

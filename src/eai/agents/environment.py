@@ -21,8 +21,8 @@ from eai.agents.stage import Stage
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
-from eai.pictures.picture import pixels
 from eai.pictures.rendered import camera_of
+from eai.studies.perception.picture import pixels
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 

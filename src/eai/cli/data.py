@@ -20,11 +20,11 @@ from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_fin
 from eai.cli.options import AsJson, DataFolder, Errata, flag, opened_source, store
 from eai.cli.progress import data_progress
 from eai.pddl.planning import PlannerChoice
-from eai.report.distributions import distributions, save
 from eai.results.data_set import profiles_of, table_of
 from eai.results.table import Column, NamedCells, Table
 from eai.results.table_files import rows_csv, write_files
 from eai.results.terminal import print_table
+from eai.studies.report.distributions import distributions, save
 from eai.tasks.source import ErrataChoice, Source
 
 app = typer.Typer(no_args_is_help=True)

@@ -32,7 +32,6 @@ from eai.benchmarks.registry import registered
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import counted, output, print_json, say
 from eai.cli.options import AsJson, DataFolder, flag, store
-from eai.pictures.course import film_name, states_of
 from eai.pictures.rendered import film_of
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
@@ -42,6 +41,7 @@ from eai.results.record import NOT_ANSWERED, Record
 from eai.results.records import read_records
 from eai.results.runs import find_record_files
 from eai.results.summary import outcome
+from eai.studies.report.course import film_name, states_of
 from eai.tasks.planning import find_plan
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task

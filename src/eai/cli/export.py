@@ -27,14 +27,14 @@ from eai.cli.options import AsJson, DataFolder, flag, opened_source
 from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn, is_list, tasks_of, write_prompts
 from eai.households.submission import build_submission, check_submission
 from eai.pddl.planning import PlannerChoice
-from eai.pictures.drawing import Drawing, png, svg
-from eai.pictures.picture import Clutter, picture_of, picture_words
 from eai.pictures.rendered import VIEWS, film_of, photographs_of
 from eai.results import training_data
 from eai.results.records import read_records
 from eai.results.reward import Reward, Shaping, is_paid
 from eai.results.runs import find_record_files
 from eai.results.training_data import Row
+from eai.studies.perception.drawing import Drawing, png, svg
+from eai.studies.perception.picture import Clutter, picture_of, picture_words
 from eai.tasks.prompts.prompt import PromptSet
 from eai.tasks.source import ErrataChoice
 from eai.tasks.task import Task

@@ -25,15 +25,8 @@ from eai.benchmarks.registry import find_benchmark, registered, title_of
 from eai.cli.console import counted, note, output, say, tell
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, listed, opened_source, store
 from eai.cli.progress import scoring_progress
-from eai.pictures.course import courses, film_name
 from eai.report.board import board_html
-from eai.report.document import unnamed_remark
-from eai.report.explorer import Background, ExplorerData, explorer_html
-from eai.report.plots import add_plots
 from eai.report.publication import published_files
-from eai.report.rankings import Ranking, rankings
-from eai.report.run_summary import RunSummary, plain_runs, summary_of
-from eai.report.writer import rankings_json, tables_tex, write_tables
 from eai.results.answer_files import benchmarks_of_runs
 from eai.results.cost import PriceList
 from eai.results.plots import FORMATS
@@ -41,6 +34,13 @@ from eai.results.record import Record
 from eai.results.runs import as_asked_in_paper, find_record_files, read_runs
 from eai.results.table import Table, superscript
 from eai.results.terminal import print_table
+from eai.studies.report.course import courses, film_name
+from eai.studies.report.document import unnamed_remark
+from eai.studies.report.explorer import Background, ExplorerData, explorer_html
+from eai.studies.report.plots import add_plots
+from eai.studies.report.rankings import Ranking, rankings
+from eai.studies.report.run_summary import RunSummary, plain_runs, summary_of
+from eai.studies.report.writer import rankings_json, tables_tex, write_tables
 from eai.tasks.source import Source
 
 _FILMS = "films"

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from eai.base.errors import InputError, needing
-from eai.pictures.picture import PNG
+from eai.studies.perception.picture import PNG
 from eai.tasks.prompts.prompt import Image
 from eai.tasks.task import Task
 from eai.world.state import State

@@ -29,8 +29,6 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import MANIFEST, file_of_set, set_of, unproven
 from eai.benchmarks.registry import find_benchmark, title_of
 from eai.benchmarks.suite import Suite, open_suite
-from eai.report.rankings import RankedModel, Ranking, Score, rankings
-from eai.report.run_summary import RunSummary, summary_of
 from eai.results.answer_files import ZIP, suite_files, unpacked
 from eai.results.batch import score_run, without_row
 from eai.results.options import ScoringOptions
@@ -38,6 +36,8 @@ from eai.results.page import build_page
 from eai.results.paper_tables import is_null_model
 from eai.results.responses import ENDINGS, PARQUET, ResponseFile, read_responses
 from eai.results.runs import Run, RunKey
+from eai.studies.report.rankings import RankedModel, Ranking, Score, rankings
+from eai.studies.report.run_summary import RunSummary, summary_of
 from eai.tasks.options import Options
 from eai.tasks.source import Source
 
@@ -258,7 +258,7 @@ def _page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) -> str
     parts.append("<section><h2>Submissions</h2></section>")
     parts += _of_submissions(submissions.values())
     version = f"Scored by eai {__version__}."
-    return build_page("eai.report", "board", (), "\n".join([*parts, f"<footer>{version}</footer>"]))
+    return build_page("eai.studies.report", "board", (), "\n".join([*parts, f"<footer>{version}</footer>"]))
 
 
 _BEFORE = ("#", "Model")

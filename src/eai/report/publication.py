@@ -24,7 +24,7 @@ from eai.base.grouping import grouped
 from eai.base.json_value import Json
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.registry import of_the_paper
-from eai.report.run_summary import RunSummary
+from eai.studies.report.run_summary import RunSummary
 from eai.tasks.options import Options
 
 SCHEMA = "0.3.0"

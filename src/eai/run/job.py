@@ -18,9 +18,9 @@ from eai.base.errors import InputError, did_you_mean
 from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import answer_form
 from eai.benchmarks.suite import Suite
-from eai.pictures.scene_graph import SCENE
 from eai.results.codec import sha256_of
 from eai.results.trials import Inquiry, Trials
+from eai.studies.perception.scene_graph import SCENE
 from eai.studies.variation import Endpoint
 from eai.tasks.options import Options
 from eai.tasks.prompts.prompt import Prompt

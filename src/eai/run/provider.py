@@ -40,7 +40,6 @@ from eai.benchmarks.gold_answers import (
 )
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
-from eai.pictures.scene_graph import SCENE, read_scene_graph
 from eai.planning.search import Limits
 from eai.results.answer_files import recorded_file
 from eai.results.batch import NO_ROW
@@ -48,6 +47,7 @@ from eai.results.epochs import STATED
 from eai.results.responses import read_responses
 from eai.run.job import CAPTIONER, ERRATA, PROVIDER, answers, check_model
 from eai.run.tasks import refusing
+from eai.studies.perception.scene_graph import SCENE, read_scene_graph
 from eai.tasks.options import Options
 from eai.tasks.source import ErrataChoice, Source, errata_choice
 from eai.world.action import Action

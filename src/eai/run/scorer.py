@@ -41,7 +41,6 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.pictures.scene_graph import SCENE
 from eai.results.batch import Scoring
 from eai.results.codec import experiment_from_json, record_from_json, record_to_json
 from eai.results.epochs import STATED, SUBGOALS, majority
@@ -52,6 +51,7 @@ from eai.results.summary import outcome, summarise
 from eai.results.trials import record_of_trial, replay
 from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS
+from eai.studies.perception.scene_graph import SCENE
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 _MARK = {True: "✓", False: "✗"}

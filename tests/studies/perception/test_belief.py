@@ -2,11 +2,11 @@ from __future__ import annotations
 
 import pytest
 
-from eai.pictures.scene_graph import SceneGraph
 from eai.planning.planner import Planner
 from eai.studies.perception.belief import UNSEEN, believed_task
+from eai.studies.perception.scene_graph import SceneGraph
 from eai.tasks.planning import find_plan
-from pictures.kitchen import DOMAIN, KITCHEN, TRUTH, WORDS, fact, kitchen_task, seen
+from studies.perception.kitchen import DOMAIN, KITCHEN, TRUTH, WORDS, fact, kitchen_task, seen
 
 ALL = ("in cup_1 box_1", "on box_1 table_1", "lit lamp_1")
 

@@ -5,11 +5,11 @@ from dataclasses import fields
 import pytest
 
 from eai.abilities.verdict import Confusion
-from eai.pictures.scene_graph import SceneGraph
 from eai.results.rate import total
 from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.errors import perception_errors
-from pictures.kitchen import TRUTH, WORDS, fact, kitchen_task, seen
+from eai.studies.perception.scene_graph import SceneGraph
+from studies.perception.kitchen import TRUTH, WORDS, fact, kitchen_task, seen
 
 ALL = ("in cup_1 box_1", "on box_1 table_1", "lit lamp_1")
 ERRORS = ("missing", "misplaced", "unnecessary", "invented")

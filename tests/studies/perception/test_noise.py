@@ -15,7 +15,6 @@ from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.pictures.scene_graph import Supports
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.results.record import Perceived
@@ -23,11 +22,12 @@ from eai.studies.perception.belief import perceiving, scene_words
 from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import Noise, noise_of, perceive
+from eai.studies.perception.scene_graph import Supports
 from eai.tasks.planning import find_plan
 from eai.tasks.share import Share
 from eai.tasks.source import Source
 from eai.tasks.task import Task
-from pictures.kitchen import TRUTH, WORDS, kitchen_task, seen
+from studies.perception.kitchen import TRUTH, WORDS, kitchen_task, seen
 from sweeps import swept
 
 HOUSEHOLDS = ("behavior", "virtualhome")

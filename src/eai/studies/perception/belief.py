@@ -15,7 +15,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.errata import NO_ERRATA
 from eai.logic.traversal import objects
-from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
 from eai.tasks.wording import subjects

@@ -12,8 +12,8 @@ from typing_extensions import Self
 from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.base.errors import InputError
 from eai.base.files import file_name
-from eai.pictures.picture import Clutter
 from eai.studies.perception.noise import Noise, noise_of
+from eai.studies.perception.picture import Clutter
 from eai.studies.variation import Variation
 from eai.tasks.options import Arguments
 

@@ -24,7 +24,7 @@ from eai.tasks.share import Share
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
-    from eai.pictures.scene_graph import SceneWords
+    from eai.studies.perception.scene_graph import SceneWords
     from eai.tasks.task import Task
 
 
@@ -56,7 +56,7 @@ def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
 
 
 def _words(world: AskedWorld) -> SceneWords:
-    from eai.pictures.scene_graph import SceneWords
+    from eai.studies.perception.scene_graph import SceneWords
 
     return SceneWords(world.wording(Ability.ACTION_SEQUENCING))
 
@@ -68,8 +68,8 @@ def _pose(world: AskedWorld, task: Task) -> Posed:
 
 
 def _pictures(world: AskedWorld, task: Task) -> Sequence[tuple[str, bytes]]:
-    from eai.pictures.picture import drawn_image
-    from eai.pictures.scene_graph import SceneWords
+    from eai.studies.perception.picture import drawn_image
+    from eai.studies.perception.scene_graph import SceneWords
 
     return (drawn_image(task, SceneWords(world.observed())),)
 

@@ -9,8 +9,8 @@ from functools import partial
 from eai.abilities.explanation import Explanation, repair_notes
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import Confusion, ErrorReport
-from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, read_scene_graph
 from eai.results.record import Perceived
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, read_scene_graph
 from eai.studies.perception.verdict import SceneGraphVerdict
 from eai.tasks.task import Task
 from eai.world.fault import FaultKind

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 
 from eai.base.errors import InputError, did_you_mean
-from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, Supports, graph_of
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports, graph_of
 from eai.tasks.task import Task
 
 _NUMBER = re.compile(r"\d+$")

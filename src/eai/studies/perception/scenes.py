@@ -14,14 +14,14 @@ from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
-from eai.pictures.picture import Clutter, drawn_images, images_in, others_in_view
 from eai.pictures.rendered import photographed, places_of
-from eai.pictures.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph
 from eai.results.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
 from eai.studies.perception.choice import Perception, Showing
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import perceive
+from eai.studies.perception.picture import Clutter, drawn_images, images_in, others_in_view
+from eai.studies.perception.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.prompts.prompt import TOLD, Belief, Image
 from eai.tasks.prompts.template import Templates

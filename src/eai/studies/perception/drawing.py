@@ -1,0 +1,248 @@
+"""Drawings of tiles, as SVG and PNG; equal tiles give equal bytes.
+
+Boxes within one box never overlap, and texts stay in their box. All text is in one monospaced font, whose
+widths are known without measuring.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import escape, quoteattr
+
+from eai.base.errors import needing
+from eai.studies.report.tiles import BOTH_WAYS, ONE_WAY, Owner, Tile
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+FONT = "DejaVuSansMono"
+_FAMILY = "'DejaVu Sans Mono', Menlo, Consolas, monospace"
+
+WIDTH = 1024
+NAME_SIZE, TEXT_SIZE = 14, 12
+_PAD, _GAP, _LEAD = 8, 8, 17
+_TEXT_COLUMNS = 34
+"""How wide the lines of a tile are, in characters, unless its name is wider."""
+
+_INK = "#1a1a1a"
+_FILLS: Mapping[Owner, str] = {"agent": "#fff3d6", "object": "#ffffff", "other": "#f0f0f0"}
+_STROKES: Mapping[Owner, str] = {"agent": "#b36b00", "object": "#20456e", "other": "#8a8a8a"}
+_LINES: Mapping[Owner, int] = {"agent": 2, "object": 1, "other": 1}
+_ZONE_FILL, _ZONE_STROKE = "#e8eff7", "#9db4cd"
+_MARK_FILL, _MARK_STROKE = "#dcefdc", "#3f7d3f"
+_EMPTY = "(empty)"
+
+
+@dataclass(frozen=True, slots=True)
+class _Rectangle:
+    """A box in pixels from the top left corner; colours as ``#rrggbb``."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+    fill: str
+    stroke: str
+    radius: int = 0
+    line: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class _Text:
+    """A line of text whose top left corner is at a place."""
+
+    x: int
+    y: int
+    text: str
+    size: int
+    colour: str
+    bold: bool = False
+
+
+_Shape = _Rectangle | _Text
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """Shapes in a rectangle, from its top left corner, the later ones on top."""
+
+    width: int
+    height: int
+    shapes: Sequence[_Shape]
+
+
+def text_width(text: str, size: int) -> int:
+    """The width of a text in pixels."""
+    return len(text) * round(0.602 * size)
+
+
+def svg(drawing: Drawing) -> str:
+    """The drawing as SVG."""
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{drawing.width}" height="{drawing.height}" '
+        f'viewBox="0 0 {drawing.width} {drawing.height}" font-family={quoteattr(_FAMILY)}>'
+    )
+    white = f'<rect width="{drawing.width}" height="{drawing.height}" fill="#ffffff"/>'
+    return "\n".join([head, white, *map(_element, drawing.shapes), "</svg>", ""])
+
+
+def _element(shape: _Shape) -> str:
+    if isinstance(shape, _Rectangle):
+        return (
+            f'<rect x="{shape.x}" y="{shape.y}" width="{shape.width}" height="{shape.height}" '
+            f'rx="{shape.radius}" fill="{shape.fill}" stroke="{shape.stroke}" stroke-width="{shape.line}"/>'
+        )
+    weight = ' font-weight="bold"' if shape.bold else ""
+    return (
+        f'<text x="{shape.x}" y="{shape.y + round(0.8 * shape.size)}" font-size="{shape.size}"{weight} '
+        f'textLength="{text_width(shape.text, shape.size)}" lengthAdjust="spacingAndGlyphs" '
+        f'fill="{shape.colour}">{escape(shape.text)}</text>'
+    )
+
+
+def png(drawing: Drawing) -> bytes:
+    """The drawing as PNG.
+
+    Raises:
+        EaiError: matplotlib, from which the font is, or Pillow, which comes with it, is not installed.
+    """
+    file = io.BytesIO()
+    image_of(drawing).save(file, "PNG", optimize=False)
+    return file.getvalue()
+
+
+def image_of(drawing: Drawing) -> Image:
+    """The drawing as an image of Pillow's, in RGB.
+
+    Raises:
+        EaiError: as of `png`.
+    """
+    with needing("plots", "pictures as PNG need"):
+        import matplotlib as mpl
+        from PIL import Image, ImageDraw, ImageFont
+    folder = Path(mpl.get_data_path()) / "fonts" / "ttf"
+
+    @cache
+    def font(size: int, *, bold: bool) -> Any:
+        name = f"{FONT}{'-Bold' if bold else ''}.ttf"
+        return ImageFont.truetype(str(folder / name), size, layout_engine=ImageFont.Layout.BASIC)
+
+    image = Image.new("RGB", (drawing.width, drawing.height), "#ffffff")
+    canvas = ImageDraw.Draw(image)
+    for shape in drawing.shapes:
+        if isinstance(shape, _Rectangle):
+            corners = (shape.x, shape.y, shape.x + shape.width - 1, shape.y + shape.height - 1)
+            canvas.rounded_rectangle(corners, shape.radius, shape.fill, shape.stroke, shape.line)
+        else:
+            named = font(shape.size, bold=shape.bold)
+            canvas.text((shape.x, shape.y), shape.text, shape.colour, named)
+    return image
+
+
+def draw(tiles: Sequence[Tile]) -> Drawing:
+    """The picture of tiles, with a legend below: `WIDTH` wide, as high as it takes."""
+    inner = WIDTH - 2 * _GAP
+    boxes = [_box(tile, inner) for tile in tiles]
+    scene, legend = _packed(boxes, inner), _legend(inner)
+    shapes = [*_moved(scene.shapes, _GAP, _GAP), *_moved(legend.shapes, _GAP, scene.height + 2 * _GAP)]
+    return Drawing(WIDTH, scene.height + legend.height + 3 * _GAP, shapes)
+
+
+def _box(tile: Tile, most: int) -> Drawing:
+    """The tile at its place at the top left corner, no wider than there is room."""
+    inner = most - 2 * _PAD
+    zones = _flow([_zone(label, within, inner) for label, within in tile.zones.items()], inner)
+    named, letter = text_width(tile.name, NAME_SIZE), text_width(" ", TEXT_SIZE)
+    columns = max(_TEXT_COLUMNS, max(named, zones.width) // letter)
+    lines = [part for line in tile.lines for part in wrap(line, columns, subsequent_indent="  ")]
+    marks = _flow([_mark(text) for text in tile.marks], columns * letter, gap=4)
+    width = max([named, marks.width, zones.width, *[text_width(line, TEXT_SIZE) for line in lines]])
+    shapes: list[_Shape] = [_Text(_PAD, _PAD, tile.name, NAME_SIZE, _INK, bold=True)]
+    y = _PAD + NAME_SIZE + 6
+    if marks.shapes:
+        shapes += _moved(marks.shapes, _PAD, y)
+        y += marks.height + 5
+    for line in lines:
+        shapes.append(_Text(_PAD, y, line, TEXT_SIZE, _INK))
+        y += _LEAD
+    if zones.shapes:
+        shapes += _moved(zones.shapes, _PAD, y)
+        y += zones.height
+    height, width = y + _PAD, width + 2 * _PAD
+    frame = _Rectangle(0, 0, width, height, _FILLS[tile.kind], _STROKES[tile.kind], 6, _LINES[tile.kind])
+    return Drawing(width, height, [frame, *shapes])
+
+
+def _zone(label: str, within: Sequence[Tile], most: int) -> Drawing:
+    """The tiles in one relation to the thing whose tile they lie in."""
+    top = _PAD + TEXT_SIZE + 5
+    content = _packed([_box(tile, most - 2 * _PAD) for tile in within], most - 2 * _PAD)
+    shapes: list[_Shape] = [
+        _Text(_PAD, _PAD - 2, label if within else f"{label} {_EMPTY}", TEXT_SIZE, _STROKES["object"])
+    ]
+    width = max(content.width, text_width(f"{label} {_EMPTY}", TEXT_SIZE)) + 2 * _PAD
+    height = top + content.height + (_PAD if within else 0)
+    frame = _Rectangle(0, 0, width, height, _ZONE_FILL, _ZONE_STROKE)
+    return Drawing(width, height, [frame, *shapes, *_moved(content.shapes, _PAD, top)])
+
+
+def _mark(text: str) -> Drawing:
+    width, height = text_width(text, TEXT_SIZE) + 10, TEXT_SIZE + 6
+    frame = _Rectangle(0, 0, width, height, _MARK_FILL, _MARK_STROKE, 8)
+    return Drawing(width, height, [frame, _Text(5, 3, text, TEXT_SIZE, _INK)])
+
+
+def _packed(boxes: Sequence[Drawing], most: int) -> Drawing:
+    """Boxes row by row, the highest first, so that little is left empty."""
+    return _flow(sorted(boxes, key=lambda box: -box.height), most)
+
+
+def _flow(boxes: Sequence[Drawing], most: int, gap: int = _GAP) -> Drawing:
+    """Boxes side by side, row by row; one that is too wide for its row begins the next."""
+    shapes: list[_Shape] = []
+    x = y = width = row = 0
+    for box in boxes:
+        if x and x + box.width > most:
+            x, y, row = 0, y + row + gap, 0
+        shapes += _moved(box.shapes, x, y)
+        x += box.width + gap
+        width, row = max(width, x - gap), max(row, box.height)
+    return Drawing(width, y + row, shapes)
+
+
+def _legend(most: int) -> Drawing:
+    """The legend of a picture."""
+    samples = [
+        (_swatch("object"), "object"),
+        (_swatch("agent"), "the one who acts"),
+        (_swatch("other"), "another object"),
+        (_mark("state"), "holds of it"),
+        (_frame(_ZONE_FILL, _ZONE_STROKE), "what lies here is in this relation to the object around it"),
+        (_words(f"relation {ONE_WAY} x:"), "it is in this relation to x"),
+        (_words(f"relation {BOTH_WAYS} x:"), "so it is, and x to it"),
+        (_words("Nothing else"), "holds of these objects."),
+    ]
+    return _flow([_flow([sample, _words(text)], most, 7) for sample, text in samples], most, 18)
+
+
+def _swatch(kind: Owner) -> Drawing:
+    return _frame(_FILLS[kind], _STROKES[kind], 4, _LINES[kind])
+
+
+def _frame(fill: str, stroke: str, radius: int = 0, line: int = 1) -> Drawing:
+    return Drawing(22, 18, [_Rectangle(0, 0, 22, 18, fill, stroke, radius, line)])
+
+
+def _words(text: str) -> Drawing:
+    return Drawing(text_width(text, TEXT_SIZE), 18, [_Text(0, 3, text, TEXT_SIZE, _INK)])
+
+
+def _moved(shapes: Sequence[_Shape], x: int, y: int) -> Iterator[_Shape]:
+    for shape in shapes:
+        yield replace(shape, x=shape.x + x, y=shape.y + y)

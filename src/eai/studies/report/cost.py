@@ -1,0 +1,154 @@
+"""The cost of answers, as a section of a report and as a table, beside what the paper's cost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TypeAlias
+
+from eai.abilities.protocol import Ability
+from eai.base.files import file_name
+from eai.results.certainty import Cases, interval_of_ratio
+from eai.results.cost import PriceList, Spent, each, paper_cost
+from eai.results.markdown import escaped, grid, table_markdown
+from eai.results.rate import rate_of
+from eai.results.table import Cell, Estimate, Label, Plain, Row, table_of
+from eai.results.table_files import rows_csv
+from eai.studies.report.run_summary import RunSummary
+from eai.studies.report.table_specs import suite_title
+
+_DEFINITION = """\
+Tokens are those that providers counted: of questions, cached ones included, and of answers with their
+reasoning. An answer that was asked for several times (attempts, votes, repairs) has the tokens of all times,
+and one that is scored under several protocols is paid for once. {priced}"""
+_AS_RUN = "Dollars are those that `eai run` with `model.prices` wrote when it asked"
+_BY_LIST = (
+    "; where it wrote none, they follow from the prices of {date} by {source}, cached tokens at the full one"
+)
+_AT_LEAST = ". Before a sum of answers some of which have no price stands ≥."
+_KINDS = ("tokens", "dollars", "seconds")
+_PAPER = """\
+The paper's figures are of one run of all its models, at the prices of its day: {runs} runs, which are not 18
+models in 8 suites (144), with {queries:,} queries. It does not say which tokens are counted, nor how many
+each model took, so that only what a query costs can be set beside other runs, and only roughly."""
+
+
+_Place: TypeAlias = "tuple[str, str, Ability | None]"
+"""The model, the domain and the ability of a line; of the line of all together an empty domain and None."""
+
+
+def _row(place: _Place, spent: Spent) -> dict[str, Plain]:
+    """A line as ``cost.csv`` has it, by column."""
+    (model, domain, ability), usage, answers = place, spent.usage, spent.answers
+    return {
+        "model": model,
+        "domain": domain or None,
+        "ability": None if ability is None else ability.value,
+        "answers": answers,
+        "input_tokens": usage.input_tokens,
+        "output_tokens": usage.output_tokens,
+        "reasoning_tokens": usage.reasoning_tokens,
+        "tokens": spent.tokens,
+        "tokens_per_answer": each(spent.tokens, answers),
+        "dollars": usage.cost,
+        "dollars_per_1000_answers": each(_thousandfold(usage.cost), answers),
+        "answers_without_price": spent.unpriced_answers,
+    }
+
+
+def _shown(place: _Place, spent: Spent) -> dict[str, str]:
+    """A line as the report shows it, by heading."""
+    (model, domain, ability), usage, answers = place, spent.usage, spent.answers
+    known = "≥ " if spent.unpriced_answers else ""
+    return {
+        "model": escaped(model),
+        "suite": suite_title(domain, ability) if ability else "",
+        "answers": _number(answers),
+        "tokens in": _number(usage.input_tokens),
+        "out": _number(usage.output_tokens),
+        "of them reasoning": _number(usage.reasoning_tokens),
+        "an answer": _number(each(spent.tokens, answers)),
+        "dollars": _number(usage.cost, 2, known),
+        "per 1,000 answers": _number(each(_thousandfold(usage.cost), answers), 2, known),
+    }
+
+
+def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_paper: bool) -> Iterator[str]:
+    """The section; nothing where no record says what its answer took.
+
+    Args:
+        runs: all runs, experiments too.
+        prices: what tokens cost that were not priced when they were asked for.
+        with_paper: whether the paper's cost stands below.
+    """
+    lines = [_shown(place, spent) for place, spent in _spent_by(runs, prices).items()]
+    if not lines:
+        return
+    yield "## What the answers cost\n"
+    listed = "" if prices is None else _BY_LIST.format(date=prices.date, source=escaped(prices.source))
+    yield _DEFINITION.format(priced=_AS_RUN + listed + _AT_LEAST) + "\n"
+    rows = [[*line.values()] for line in lines]
+    if with_paper:
+        rows.append(_paper_row())
+    yield "\n".join(grid([*lines[0]], rows)) + "\n"
+    table = _per_success(runs)
+    yield f"{table.definition}.\n"
+    yield table_markdown(table)
+    if with_paper:
+        paper = paper_cost()
+        yield _PAPER.format(runs=paper.runs, queries=paper.queries) + "\n"
+
+
+def cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None:
+    """The same as CSV, without the paper; None where no record says what its answer took."""
+    rows = [_row(place, spent) for place, spent in _spent_by(runs, prices).items()]
+    return rows_csv(rows) if rows else None
+
+
+def _spent_by(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_Place, Spent]:
+    """The cost of each run, under whichever protocol comes first, and of all if there are several."""
+    known = {} if prices is None else {file_name(name): price for name, price in prices.models.items()}
+    found: dict[_Place, Spent] = {}
+    for item in runs:
+        if item.spent.answers:
+            place = item.key.name, item.key.domain, item.key.ability
+            found.setdefault(place, item.spent.priced(known.get(file_name(item.key.model))))
+    together = {("together", "", None): sum(found.values(), Spent())}
+    return found | together if len(found) > 1 else found
+
+
+@table_of("per_success", ("model", "suite", *_KINDS), title="")
+def _per_success(runs: Sequence[RunSummary]) -> Iterator[Row]:
+    """The effort that each success takes.
+
+    For each success: all that was spent, on failures too, divided by the successes; intervals by names of
+    tasks. Without a success, all that was spent stands behind ≥. Seconds are of waiting for replies in
+    episodes; dollars are those that `eai run` wrote
+    """
+    for item in runs:
+        amounts = (_ratio(item.per_success.get(kind, ())) for kind in _KINDS)
+        if item.per_success:
+            yield (Label(item.key.name), suite_title(item.key.domain, item.key.ability), *amounts)
+
+
+def _ratio(cases: Cases) -> Cell:
+    """All that was spent for each success; where there is none, at least that."""
+    if not cases:
+        return None
+    rate, interval = rate_of(case.share for case in cases), interval_of_ratio(cases)
+    return f"≥ {rate.numerator:,.4g}" if rate.share is None else Estimate(rate.share, *(interval or ()))
+
+
+def _paper_row() -> list[str]:
+    paper = paper_cost()
+    per_query = _number(each(paper.tokens, paper.queries))
+    per_thousand = _number(each(_thousandfold(paper.dollars), paper.queries), 2)
+    counted = [f"{paper.queries:,}", f"{paper.tokens:,} in and out", "", ""]
+    return ["*the paper, all models*", "", *counted, per_query, _number(paper.dollars, 2), per_thousand]
+
+
+def _thousandfold(dollars: float | None) -> float | None:
+    return None if dollars is None else 1000 * dollars
+
+
+def _number(number: float | None, digits: int = 0, before: str = "") -> str:
+    return "" if number is None else f"{before}{number:,.{digits}f}"

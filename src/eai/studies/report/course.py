@@ -1,0 +1,127 @@
+"""The course of an answer in pictures: what the scene looks like at the start and after each of its steps.
+
+Records hold no states. The steps that a record says were carried out are carried out again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import Protocol as Structure
+from typing import TypeAlias, runtime_checkable
+
+from eai.abilities.explanation import EXECUTED, Explanation, StepReport
+from eai.abilities.protocol import Ability, Protocol
+from eai.base.files import file_name
+from eai.benchmarks.registry import registered
+from eai.benchmarks.suite import Suite, open_suite
+from eai.results.codec import sha256_of
+from eai.results.record import Record
+from eai.studies.perception.picture import picture_words
+from eai.studies.perception.scene_graph import SceneWords
+from eai.studies.report.tiles import Tile, tiles_of
+from eai.tasks.source import ErrataChoice, Source
+from eai.tasks.task import Task
+from eai.tasks.wording import subjects
+from eai.world.action import Action
+from eai.world.domain import Domain
+from eai.world.episode import Episode
+from eai.world.state import Scene, State
+
+Course: TypeAlias = "Sequence[Sequence[Tile]]"
+"""The outermost tiles at the start and after each step that was tried; nothing where they are not known."""
+
+
+@runtime_checkable
+class _Executes(Structure):
+    """A scorer that carries out what answers say."""
+
+    domain: Domain
+    task: Task
+
+
+def courses(source: Source) -> Callable[[Record], Course]:
+    """Return a function that gives the course of a record; each suite is opened once."""
+
+    @cache
+    def suite_of(domain: str, ability: Ability, protocol: Protocol, *, errata: bool) -> Suite:
+        choice = ErrataChoice.CURRENT if errata else ErrataChoice.NONE
+        return open_suite(domain, ability, protocol, source=replace(source, errata=choice))
+
+    def course(record: Record) -> Course:
+        if record.domain not in registered() or _steps(record.explanation) == ():
+            return ()
+        errata = record.errata is not None
+        return course_of(record, suite_of(record.domain, record.ability, record.protocol, errata=errata))
+
+    return course
+
+
+def course_of(record: Record, suite: Suite) -> Course:
+    """The course of a record's answer; nothing where the data is not that of the record, or has no plan."""
+    found = states_of(record, suite)
+    if found is None:
+        return ()
+    task, states = found
+    named = [i for step in _steps(record.explanation) for i in _action(step, task.scene).arguments]
+    shown = list(dict.fromkeys([*subjects(task), *named]))
+    words = picture_words(suite.benchmark)
+    return [_tiles(task, words, state, shown) for state in states]
+
+
+def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
+    """The task of a record, and the states at the start and after each step of its answer.
+
+    None where the data is not that of the record, or the answer has no plan.
+    """
+    if suite.data_sha256 != record.data_sha256 or record.task_id not in suite.task_ids:
+        return None
+    scorer = suite.scorer(record.task_id)
+    if not isinstance(scorer, _Executes):
+        return None
+    before = _before(record)
+    states = states_along(scorer.domain, scorer.task.initial, [*before, *_steps(record.explanation)])
+    return None if states is None else (scorer.task, states[len(before) :])
+
+
+def film_name(record: Record) -> str:
+    """The name of the file with the film of an answer in a folder of films, the same for equal answers."""
+    return f"{file_name(record.task_id)}-{sha256_of(record.response)[:12]}.gif"
+
+
+def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) -> list[State] | None:
+    """The state at the start and after each step; None where a step that was carried out is not possible."""
+    episode = Episode(domain, initial)
+    states = [episode.state]
+    for step in steps:
+        if step.outcome == EXECUTED and step.call.name in domain.arities:
+            after = episode.act(_action(step, initial.scene))
+            if not isinstance(after, State):
+                return None
+        states.append(episode.state)
+    return states
+
+
+def _tiles(task: Task, words: SceneWords, state: State, shown: Sequence[int]) -> list[Tile]:
+    agent = task.scene.agent
+    graph = words.describe(replace(task, initial=state), shown)
+    return tiles_of(graph, words, None if agent is None else words.names(task)[agent])
+
+
+def _action(step: StepReport, scene: Scene) -> Action:
+    """The action that a report tells of."""
+    named = step.call.arguments or ()
+    return Action(step.call.name, tuple([scene.index[name] for name in named if name in scene.index]))
+
+
+def _before(record: Record) -> list[StepReport]:
+    """The steps of earlier attempts where the world continues."""
+    experiment = record.experiment
+    if experiment is None or experiment.world != "continue":
+        return []
+    return [step for attempt in record.attempts[:-1] for step in _steps(attempt.explanation)]
+
+
+def _steps(explanation: Explanation | None) -> tuple[StepReport, ...]:
+    return () if explanation is None else explanation.steps

@@ -1,0 +1,335 @@
+"""The report as one Markdown page: tables, how sure the main results are, and how near the paper's they come.
+
+How sure: with and without regard to near copies. How near: our numbers for the paper's models, cell by cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
+from operator import itemgetter
+
+from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
+from eai.base.grouping import grouped
+from eai.benchmarks.registry import title_of
+from eai.results.certainty import Cases, Interval, mean_over_names
+from eai.results.markdown import escaped, grid, table_markdown
+from eai.results.model_cards import model_cards
+from eai.results.paper_tables import PaperTable, paper_models, paper_setting, paper_table
+from eai.results.rate import NOTHING, Rate, rate_of
+from eai.results.repeats import passes_table, repeated_metric, without_epoch
+from eai.results.runs import RunKey
+from eai.studies.report.rankings import Ranking
+from eai.studies.report.run_summary import RunSummary, plain_runs
+from eai.studies.report.table_specs import suite_title
+
+STRATA: Mapping[str, range] = {
+    **{f"{steps[0]} to {steps[-1]} steps": steps for steps in map(range, (1, 4, 9, 17), (4, 9, 17, 33))},
+    "33 steps or more": range(33, 1_000_000),
+}
+"""The strata of lengths of plans."""
+
+DIGIT = 0.056
+"""A difference that the printed digit hides; the paper rounds to two digits and then to one."""
+
+
+def agreements(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
+    """Rows on the runs under the paper's protocol of its models: how near the figures of each table are.
+
+    A run is of such a model if it has the name of the published response file. Those that are not ranked are
+    left out.
+    """
+    setting = paper_setting()
+    ours = [
+        item
+        for item in runs
+        if item.key.protocol.value == setting.protocol
+        and item.key.model in paper_models()
+        and item.coverage.ranked
+    ]
+    found = grouped(
+        ((table.title, suite_title(item.key.domain, item.key.ability)), pair)
+        for table in map(paper_table, setting.full_tables)
+        for item in ours
+        for pair in _pairs(table, item)
+    )
+    return [_agreement(table, suite, pairs) for (table, suite), pairs in found.items()]
+
+
+def _agreement(table: str, suite: str, pairs: Sequence[tuple[float, str]]) -> dict[str, str]:
+    """The row of one ability's cells of one table of the paper."""
+    largest, where = max(pairs, key=itemgetter(0))
+    bounds = {"to the digit": DIGIT, "within 1": 1, "within 2": 2}
+    return {
+        "table": table,
+        "suite": suite,
+        "cells": str(len(pairs)),
+        **{
+            label: str(sum(difference <= points + 1e-9 for difference, _ in pairs))
+            for label, points in bounds.items()
+        },
+        "largest": f"{largest:.1f}",
+        "where": where,
+    }
+
+
+def _pairs(table: PaperTable, item: RunSummary) -> Iterator[tuple[float, str]]:
+    """How far our figures are from the paper's, in percentage points, and which they are."""
+    model = paper_models()[item.key.model]
+    for column in table.columns:
+        if (column.ability, column.domain) == (item.key.ability.value, item.key.domain):
+            printed, rate = table.figure(model, column), item.rates.get(column.metric)
+            if printed is not None and rate is not None and rate.percent is not None:
+                named = f"{escaped(item.key.model)}, {escaped(column.metric)}"
+                yield abs(rate.percent - printed), f"{named}: {rate.percent:.1f} for {printed:.1f}"
+
+
+_INTRODUCTION = """\
+All numbers are in percent. Under each run stand its 95 % intervals; they treat tasks of one name as the near
+copies that they are ([how sure the numbers are](#how-sure-the-numbers-are)). Bold is the best of a column. A
+task without an answer counts as a failure, unless a footnote says otherwise; a run that leaves tasks out is
+neither ranked nor in bold. Rows marked *floor* are null models: what is earned without deciding anything. A
+protocol says what the numbers mean: `strict` is what the paper defines, `eai-1.0.5` gives the verdicts of the
+reference package, defects included, and is the one to set beside published numbers. Each has tables of its
+own."""
+_BESIDES = """\
+The paper's tables of a few models, or of other ways to ask, in percent and in the paper's order. A run
+stands above the paper's rows where it measures the same: under `eai-1.0.5`, each answer asked for once."""
+_EXPERIMENTS = """\
+Runs that did more than ask each question once: several attempts, actions that slip, goals of a model's own.
+The plain run of the same model, if there is one, stands above them. What counts is the last attempt. Nothing
+here is ranked or set beside single answers: whoever is asked more often succeeds more often."""
+_AGREEMENT = """\
+Runs under `eai-1.0.5` that have the name of a published response file, beside the paper's figures for that
+model."""
+
+
+def report_markdown(
+    runs: Sequence[RunSummary],
+    tables: Sequence[Ranking],
+    experiments: Sequence[Ranking],
+    besides: Sequence[Ranking],
+    cost: str,
+    *,
+    with_paper: bool,
+) -> str:
+    """The page; what the answers cost is a section of it, if there is one."""
+    plain = plain_runs(runs)
+    blocks = [
+        "# Results\n",
+        _INTRODUCTION + "\n",
+        *_tables(tables),
+        *_titled("Experiments", _EXPERIMENTS, experiments),
+        *_titled("What the paper reports besides", _BESIDES, besides),
+        *(_cards() if with_paper else ()),
+        *_strata(plain),
+        *_section("How sure the numbers are", _certainty_rows(plain), _CERTAINTY, unnamed_remark(plain)),
+        *_repeated(runs),
+        *_protocols(plain),
+        *_section("Against the paper, cell by cell", agreements(plain) if with_paper else (), _AGREEMENT),
+        *_outcomes(plain),
+        *_runs(runs),
+        *([cost] if cost else []),
+    ]
+    return "\n".join(blocks)
+
+
+def _tables(tables: Sequence[Ranking]) -> Iterator[str]:
+    for (protocol, domain), group in groupby(tables, key=lambda table: (table.protocol, table.domain)):
+        yield f"## {title_of(domain)}, protocol {protocol.value}\n"
+        for table in group:
+            yield f"### {table.title}\n"
+            yield table_markdown(table.table())
+
+
+def _titled(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterator[str]:
+    """A section of tables of one kind; several protocols may have one of the same title."""
+    if tables:
+        yield f"## {title}\n"
+        yield f"{introduction}\n"
+    for table in tables:
+        alike = [each.protocol for each in tables if (each.title, each.domain) == (table.title, table.domain)]
+        rules = f", protocol {table.protocol.value}" if len(alike) > 1 else ""
+        yield f"### {table.title}, {title_of(table.domain)}{rules}\n"
+        yield table_markdown(table.table())
+
+
+def _cards() -> Iterator[str]:
+    """The section of the paper's models."""
+    cards = model_cards()
+    yield f"## {cards.title}\n"
+    yield f"{cards.definition}\n"
+    yield table_markdown(cards)
+
+
+def _section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: str) -> Iterator[str]:
+    """A section with a table of cells by heading, below some paragraphs; nothing if it has no rows."""
+    written = list(rows)
+    if written:
+        yield f"## {title}\n"
+        yield from (f"{each}\n" for each in paragraphs if each)
+        yield "\n".join(grid([*written[0]], [[*row.values()] for row in written])) + "\n"
+
+
+def _repeated(runs: Sequence[RunSummary]) -> Iterator[str]:
+    """The runs of which there are several epochs: whether one answer to a task is right, or all are."""
+    groups = grouped(pair for item in runs for pair in _epoch(item))
+    if not groups:
+        return
+    table = passes_table(
+        {f"{key.name}, {suite_title(key.domain, key.ability)}": each for key, each in groups.items()}
+    )
+    yield f"## {table.title}\n"
+    yield f"{table.definition}.\n"
+    yield table_markdown(table)
+
+
+def _epoch(item: RunSummary) -> Iterator[tuple[RunKey, Cases]]:
+    """The run that a run is an epoch of, and which of its answers are right; nothing of any other run."""
+    metric, model = repeated_metric(item.key.ability), without_epoch(item.key.model)
+    if metric is not None and model != item.key.model:
+        yield item.key._replace(model=model), item.cases.get(metric, ())
+
+
+def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
+    """The main metrics of runs that are there under every protocol of the report."""
+    by_key = {item.key: item for item in runs}
+    used = {key.protocol for key in by_key}
+    protocols = sorted(used, key=lambda each: (each.value != paper_setting().protocol, each.value))
+    rows = []
+    for key in by_key:
+        alike = [by_key.get(key._replace(protocol=protocol)) for protocol in protocols]
+        found = [run for run in alike if run is not None]
+        if key.protocol is protocols[0] and len(found) == len(protocols) > 1:
+            answered = " ".join(dict.fromkeys(str(run.coverage) for run in found))
+            for metric in declaration_of(key.ability).main:
+                row = {"model": escaped(key.name), "suite": suite_title(key.domain, key.ability)}
+                row |= {"answered": answered, "metric": label_of(metric)}
+                row |= {run.key.protocol.value: _percent(run.rates[metric].percent) for run in found}
+                rows.append(row)
+    yield from _section("Both protocols", rows)
+
+
+def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
+    kinds = [kind for kind in AnswerOutcome if any(kind in item.breakdown.outcomes for item in runs)]
+    rows = (
+        _named(item) | {label_of(kind.value): str(item.breakdown.outcomes.get(kind, "")) for kind in kinds}
+        for item in runs
+    )
+    yield from _section("Outcomes of answers", rows)
+
+
+def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
+    """The section on success by length of the data set's own plan, and on goals by what they speak of."""
+    for suite, items in grouped((_run_suite(item), item) for item in runs).items():
+        if items[0].breakdown.flow is not None:
+            names = [escaped(item.key.name) for item in items]
+            rows = [
+                {"tasks or goals": label, **dict(zip(names, map(_counted, rates), strict=True))}
+                for label, rates in (*_by_length(items), *_by_predicate(items))
+            ]
+            yield from _section(f"By length of plan and kind of goal: {suite}", rows, _STRATA)
+
+
+def _by_length(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
+    """Success in each stratum, a row a stratum and a cell a run."""
+    for label, steps in STRATA.items():
+        found = [
+            [case.share for n, cases in item.breakdown.by_length.items() if n in steps for case in cases]
+            for item in items
+        ]
+        if any(found):
+            yield f"plan of {label}", [*map(rate_of, found)]
+
+
+def _by_predicate(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
+    """The goals met of those that speak of each predicate, a row a predicate."""
+    tables = [item.breakdown.by_predicate for item in items]
+    for name in sorted({name for table in tables for name in table}):
+        yield f"goals on {escaped(name)}", [table.get(name, NOTHING) for table in tables]
+
+
+def _counted(rate: Rate) -> str:
+    if not rate.denominator:
+        return "–"
+    return f"{_percent(rate.percent)} ({round(rate.numerator, 1):g}/{rate.denominator:g})"
+
+
+def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
+    rows = [
+        _named(item)
+        | {
+            "answered": str(item.coverage),
+            "excluded": str(sum(item.excluded.values())),
+            "repaired": str(item.repaired),
+            "planner": ", ".join(item.planners),
+            "data": " ".join(digest[:12] for digest in item.data_sha256),
+        }
+        for item in runs
+    ]
+    yield from _section("Runs", rows)
+    remarks = dict.fromkeys(
+        f"{_run_suite(item)}, errata {item.errata.version}: {item.errata.remark}"
+        for item in runs
+        if item.errata is not None and item.errata.remark is not None
+    )
+    if remarks:
+        yield "\n".join(f"* {each}" for each in remarks) + "\n"
+    reasons = {reason for item in runs for reason in item.excluded}
+    if reasons:
+        yield "Excluded: " + "; ".join(escaped(reason) for reason in sorted(reasons)) + ".\n"
+
+
+def _named(item: RunSummary) -> dict[str, str]:
+    """The cells that say what run a row is of."""
+    return {"model": escaped(item.key.name), "suite": _run_suite(item)}
+
+
+def _run_suite(item: RunSummary) -> str:
+    return f"{suite_title(item.key.domain, item.key.ability)}, {item.key.protocol.value}"
+
+
+def _percent(percent: float | None) -> str:
+    return "–" if percent is None else f"{percent:.1f}"
+
+
+_STRATA = "Success by steps of the data set's own plan, and goals met by the predicates that they mention."
+_CERTAINTY = """\
+Tasks of one name are near copies: who solves one mostly solves the others. The intervals of this report
+therefore have names, not tasks, as their units; those of independent tasks stand beside them. The design
+effect is how many times larger the variance is with names, and tasks divided by it are the independent
+tasks that would say as much. Intervals also allow for names being few."""
+_UNNAMED = (
+    "{runs} of {all} runs have older records, which do not say what their tasks are like. Each of the tasks "
+    "counts as independent, which makes intervals too narrow where there are near copies, and success by "
+    "number of goals and by length of plan is not known. Score the answers again to know both."
+)
+
+
+def unnamed_remark(runs: Sequence[RunSummary]) -> str:
+    """The remark on runs whose records do not describe their tasks; empty if there are none."""
+    unnamed = sum(bool(item.unnamed) for item in runs)
+    return _UNNAMED.format(runs=unnamed, all=len(runs)) if unnamed else ""
+
+
+def _certainty_rows(runs: Sequence[RunSummary]) -> Iterator[dict[str, str]]:
+    for item in runs:
+        for metric in declaration_of(item.key.ability).main:
+            certainty = item.certainties.get(metric)
+            if certainty is not None:
+                effective = certainty.effective_tasks
+                yield _named(item) | {
+                    "metric": label_of(metric),
+                    "percent": _percent(item.rates[metric].percent),
+                    "mean over names": _percent(mean_over_names(item.cases[metric])),
+                    "95 %": _interval(certainty.interval),
+                    "95 % if independent": _interval(certainty.by_task),
+                    "tasks": str(certainty.tasks),
+                    "names": str(certainty.names),
+                    "design effect": _percent(certainty.design_effect),
+                    "effective tasks": "–" if effective is None else f"{effective:.0f}",
+                }
+
+
+def _interval(interval: Interval) -> str:
+    return f"{interval.low:.1f}–{interval.high:.1f}"

@@ -1,0 +1,150 @@
+"""The radar of a report: the main results of models in all abilities and worlds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from statistics import fmean
+from typing import TYPE_CHECKING, TypeAlias
+
+from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import Ability, place_of
+from eai.base.grouping import grouped
+from eai.benchmarks.registry import title_of
+from eai.results.plots import INK, LINES, MUTED, PAGE, RULE, SOFT, clipped, sheet
+from eai.studies.report.run_summary import RunSummary, plain_runs
+from eai.studies.report.table_specs import ability_title
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from matplotlib.projections.polar import PolarAxes
+
+_FEWEST_AXES = 3
+"""Fewer axes than this enclose no area."""
+
+_MOST_WITH_INTERVALS = 3
+"""More models than this leave no room for intervals."""
+
+_HEIGHT = 3.3
+"""The height of a panel, in inches."""
+
+_LEGEND_ROW = 0.17
+
+_Axis: TypeAlias = tuple[Ability, str]
+"""An ability and a metric that counts in the average over all abilities."""
+
+_Results: TypeAlias = Mapping[_Axis, RunSummary]
+"""The runs of a model in a world, by axis."""
+
+
+def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
+    """Draw the main results of the plain runs of a protocol, a panel a world; None if no world has 3 results.
+
+    The nine models with the highest means have colours, the others are grey. With three models or fewer, the
+    intervals of 95 % are bands.
+    """
+    worlds = {domain: _models_of(items) for domain, items in _by_domain(runs).items()}
+    worlds = {domain: models for domain, models in worlds.items() if len(_axes_of(models)) >= _FEWEST_AXES}
+    if not worlds:
+        return None
+    ranked = _ranked(worlds)
+    colors = dict(zip(ranked, LINES, strict=False))
+    rows = math.ceil((min(len(ranked), len(LINES)) + 1) / 3)
+    figure = sheet(max(PAGE * len(worlds) / 2, PAGE / 2), _HEIGHT + _LEGEND_ROW * rows)
+    panels = figure.subplots(1, len(worlds), squeeze=False, subplot_kw={"projection": "polar"})[0]
+    for panel, (domain, models) in zip(panels, worlds.items(), strict=True):
+        panel.set_title(title_of(domain), fontsize=9.5, pad=14)
+        _draw_panel(panel, models, colors, intervals=len(ranked) <= _MOST_WITH_INTERVALS)
+    _draw_legend(figure, ranked, colors)
+    return figure
+
+
+def _by_domain(runs: Sequence[RunSummary]) -> dict[str, list[RunSummary]]:
+    return grouped((item.key.domain, item) for item in plain_runs(runs))
+
+
+def _models_of(runs: Sequence[RunSummary]) -> dict[str, _Results]:
+    """The results of each model in a world, in the order of the runs."""
+    models: dict[str, dict[_Axis, RunSummary]] = {}
+    for item in runs:
+        for metric in declaration_of(item.key.ability).averaged:
+            if metric in item.rates and item.rates[metric].percent is not None:
+                models.setdefault(item.key.name, {})[item.key.ability, metric] = item
+    return dict(models)
+
+
+def _axes_of(models: Mapping[str, _Results]) -> list[_Axis]:
+    found = dict.fromkeys(axis for results in models.values() for axis in results)
+    return sorted(found, key=lambda axis: place_of(axis[0]))
+
+
+def _ranked(worlds: Mapping[str, Mapping[str, _Results]]) -> list[str]:
+    """The models of all worlds, those with the highest mean of percentages first."""
+    percents = grouped(
+        (model, item.rates[metric].percent or 0.0)
+        for models in worlds.values()
+        for model, results in models.items()
+        for (_, metric), item in results.items()
+    )
+    return sorted(percents, key=lambda model: (-fmean(percents[model]), model))
+
+
+def _draw_panel(
+    panel: PolarAxes, models: Mapping[str, _Results], colors: Mapping[str, str], *, intervals: bool
+) -> None:
+    axes = _axes_of(models)
+    angles = [2 * math.pi * number / len(axes) for number in range(len(axes))]
+    panel.set_theta_zero_location("N")
+    panel.set_theta_direction(-1)
+    panel.set(ylim=(0, 100), yticks=[25, 50, 75, 100])
+    panel.set_yticklabels(["25", "50", "75", "100 %"], fontsize=5.5, color=SOFT)
+    panel.set_rlabel_position(math.degrees(angles[1]) / 2)
+    panel.set_xticks(angles, labels=[_label_of(axis) for axis in axes], fontsize=6.5, color=INK)
+    panel.tick_params(axis="x", pad=1)
+    for angle, label in zip(angles, panel.get_xticklabels(), strict=True):
+        side = math.sin(angle)
+        label.set_horizontalalignment("center" if abs(side) < 0.1 else "left" if side > 0 else "right")
+    panel.grid(color=RULE, linewidth=0.6)
+    panel.spines["polar"].set_color(RULE)
+    for model in sorted(models, key=lambda model: model in colors):
+        results, color = models[model], colors.get(model, MUTED)
+        places = [(angle, axis) for angle, axis in zip(angles, axes, strict=True) if axis in results]
+        values = [results[axis].rates[axis[1]].percent or 0.0 for _, axis in places]
+        around = [angle for angle, _ in places]
+        width, alpha = (1.2, 1.0) if model in colors else (0.6, 0.6)
+        closed = [*around, *around[:1]], [*values, *values[:1]]
+        panel.plot(*closed, "o-", color=color, linewidth=width, alpha=alpha, markersize=2.5)
+        if intervals:
+            _draw_band(panel, around, [results[axis] for _, axis in places], [a[1] for _, a in places], color)
+
+
+def _draw_band(
+    panel: PolarAxes, angles: Sequence[float], runs: Sequence[RunSummary], metrics: Sequence[str], color: str
+) -> None:
+    """The intervals of a model's results, as a band around its line."""
+    lows, highs = [], []
+    for item, metric in zip(runs, metrics, strict=True):
+        certainty, percent = item.certainties.get(metric), item.rates[metric].percent or 0.0
+        low, high = (percent, percent) if certainty is None else certainty.interval
+        lows.append(low)
+        highs.append(high)
+    around = [*angles, *angles[:1]]
+    panel.fill_between(around, [*lows, *lows[:1]], [*highs, *highs[:1]], color=color, alpha=0.15, linewidth=0)
+
+
+def _label_of(axis: _Axis) -> str:
+    """The name of an axis in short lines; an ability with one metric has its name alone."""
+    ability, metric = axis
+    declared, title = declaration_of(ability), "\n".join(ability_title(ability).split())
+    return title if len(declared.averaged) == 1 else f"{title}\n({declared.main[metric]})"
+
+
+def _draw_legend(figure: Figure, ranked: Sequence[str], colors: Mapping[str, str]) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], color=color, label=clipped(model)) for model, color in colors.items()]
+    others = len(ranked) - len(colors)
+    if others:
+        noun = "model" if others == 1 else "models"
+        handles.append(Line2D([], [], color=MUTED, linewidth=0.6, label=f"{others} {noun} with lower means"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize=7)

@@ -1,0 +1,185 @@
+"""A model on one page: its main results, the goals that it reaches and what goes wrong, by domain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING, TypeAlias
+
+from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
+from eai.abilities.protocol import Ability, Protocol
+from eai.base.grouping import grouped
+from eai.benchmarks.registry import title_of
+from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped, sheet
+from eai.studies.report.rankings import RankedModel, Ranking
+from eai.studies.report.table_specs import ability_title
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MARKS = "osD^v"
+_LINE = 0.19
+"""The height of a line of a panel, in inches."""
+
+_HEAD = 0.5
+"""The height of a panel besides its lines, in inches."""
+
+_FOOT = 0.75
+"""The height of the title and the legend, in inches."""
+
+_APART = 0.3
+"""How far the domains' marks stand from each other, in lines."""
+
+
+_PLANS = [f"{each.value}_trajectory" for each in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)]
+_PANELS: Sequence[tuple[str, Sequence[str], Sequence[str]]] = (
+    ("Main results, percent", ["overview"], ()),
+    ("Goals that its plans reach, percent", ["goal_satisfaction"], ()),
+    ("What goes wrong in its plans, percent of answers", _PLANS, (GRAMMAR, RUNTIME)),
+)
+"""The title of each panel, the names of the tables it is from, and the groups of columns; all if none."""
+
+_Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, RankedModel]]]
+"""A heading and what is measured -> the tables that have it, with the row of the model."""
+
+_PAPERS = ("paper", "published")
+
+
+def models_of(tables: Iterable[Ranking]) -> list[tuple[str, Protocol]]:
+    """The models that runs are of, each with its protocols, in the order of the tables."""
+    found = ((row.model, table.protocol) for table in tables for row in table.rows if row.source == "run")
+    return list(dict.fromkeys(found))
+
+
+def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | None:
+    """The page of a model; None if it has no numbers.
+
+    Rates are dots with their 95 % intervals, a mark and a colour a domain, and their numbers beside them. The
+    paper's models are grey ticks, where the tables have them.
+
+    Args:
+        tables: those of a report, of all protocols and domains.
+        model: the model.
+        protocol: the protocol.
+    """
+    shown = [
+        (table, row)
+        for table in tables
+        if table.protocol is protocol
+        for row in [each for each in table.rows if each.source == "run" and each.model == model][:1]
+    ]
+    domains: dict[str, str] = {}
+    for table, row in shown:
+        answered = "" if row.coverage is None else f", {row.coverage} answered"
+        domains.setdefault(table.domain, f"{title_of(table.domain)}{answered}")
+    found = {title: _lines(shown, names, groups) for title, names, groups in _PANELS}
+    panels = {title: lines for title, lines in found.items() if lines}
+    if not panels:
+        return None
+    heights = [_HEAD + _LINE * _number_of(lines) for lines in panels.values()]
+    figure = sheet(PAGE, sum(heights) + _FOOT)
+    figure.suptitle(f"{clipped(model)}, protocol {protocol.value}", x=0.01, ha="left", fontsize=12)
+    grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
+    for axes, (title, lines) in zip(grid, panels.items(), strict=True):
+        axes.set_title(title, fontsize=9.5)
+        _draw_panel(axes, lines, list(domains))
+    _draw_legend(figure, list(domains.values()), _others([table for table, _ in shown]))
+    return figure
+
+
+def _lines(
+    shown: Sequence[tuple[Ranking, RankedModel]], names: Sequence[str], groups: Sequence[str]
+) -> _Lines:
+    """The columns of the tables of some names as lines, below the abilities that they are of."""
+    return grouped(
+        ((ability_title(column.ability) if column.ability else column.group, column), (table, row))
+        for name in names
+        for table, row in shown
+        if table.name == name
+        for column in table.columns
+        if not groups or column.group in groups
+    )
+
+
+def _number_of(lines: _Lines) -> int:
+    """How many lines a panel has, a heading for each group included."""
+    return len(lines) + len({heading for heading, _ in lines})
+
+
+def _others(tables: Sequence[Ranking]) -> str | None:
+    """The meaning of the ticks; None if there are none."""
+    rows = [row for table in tables for row in table.rows]
+    printed = {row.model for row in rows if row.source == "paper"}
+    scored = {row.model for row in rows if row.source == "published"}
+    if printed:
+        return f"the paper's models, as it prints them ({len(printed)})"
+    return f"published answers of the paper's models ({len(scored)})" if scored else None
+
+
+def _draw_panel(axes: Axes, lines: _Lines, domains: Sequence[str]) -> None:
+    axes.set_xlim(-1, 101)
+    axes.set_ylim(_number_of(lines) - 0.4, -0.6)
+    axes.grid(axis="x", color=RULE, linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.spines["left"].set_visible(False)
+    axes.tick_params(axis="y", length=0)
+    axes.tick_params(axis="x", labelsize=7)
+    places, labels, line = [], [], 0
+    for heading, group in groupby(lines, key=lambda each: each[0]):
+        style = {"ha": "right", "va": "center", "fontsize": 7.5, "weight": "bold"}
+        axes.text(-0.01, line, heading, style, transform=axes.get_yaxis_transform())
+        for key in group:
+            line += 1
+            places.append(line)
+            labels.append(clipped(key[1].label))
+            for table, row in lines[key]:
+                _draw_mark(axes, line, (table, row, key[1]), domains)
+        line += 1
+    axes.set_yticks(places, labels=labels, fontsize=7.5)
+
+
+def _draw_mark(
+    axes: Axes, line: int, mark: tuple[Ranking, RankedModel, MetricColumn], domains: Sequence[str]
+) -> None:
+    table, row, column = mark
+    cell, number = row.cells[column], domains.index(table.domain)
+    if cell.value is None:
+        return
+    at, color = line + _APART * (number - (len(domains) - 1) / 2), _color(number)
+    others = (each.cells[column].value for each in table.rows if each.source in _PAPERS)
+    for other in (percent for percent in others if percent is not None):
+        axes.plot(other, at, "|", color=MUTED, markersize=4, markeredgewidth=0.7, alpha=0.7)
+    if cell.low is not None and cell.high is not None:
+        axes.hlines(at, cell.low, cell.high, color=color, linewidth=1.2)
+    axes.plot(cell.value, at, _mark(number), color=color, markersize=4, zorder=3, clip_on=False)
+    beside, text = axes.get_yaxis_transform(), f"{cell.value:.1f}"
+    axes.text(1.01 + 0.055 * number, line, text, transform=beside, fontsize=7, va="center", color=color)
+
+
+def _draw_legend(figure: Figure, domains: Sequence[str], others: str | None) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], marker=_mark(number), color=_color(number), markersize=4, label=domain)
+        for number, domain in enumerate(domains)
+    ]
+    if others is not None:
+        handles.append(Line2D([], [], marker="|", linestyle="", color=MUTED, markersize=6, label=others))
+    figure.legend(
+        handles=handles,
+        title="Bars are 95 % intervals with the tasks' names as units.",
+        title_fontsize=7,
+        loc="outside lower center",
+        ncols=len(handles),
+        frameon=False,
+        fontsize=7,
+    )
+
+
+def _mark(number: int) -> str:
+    return _MARKS[number % len(_MARKS)]
+
+
+def _color(number: int) -> str:
+    return LINES[number % len(LINES)]

@@ -1,0 +1,353 @@
+"""Plots of runs for papers. Needs matplotlib, which is imported when there is something to draw.
+
+Lines are success against the number of goals of tasks, and against the length of the data set's own plan.
+Stacked bars say what the answers of each run came to; flows from answer to outcome show how many answers are
+left after each stage, and what the others were lost to; matrices are shares by action and by predicate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from functools import partial
+from itertools import accumulate, groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from eai.abilities.declaration import AnswerOutcome, label_of
+from eai.abilities.protocol import Ability
+from eai.base.files import file_name, write_whole
+from eai.base.grouping import grouped
+from eai.benchmarks.registry import title_of
+from eai.results import plots
+from eai.results.batch import Progressed
+from eai.results.certainty import Case, Cases
+from eai.results.lines import MODEL
+from eai.results.markdown import escaped
+from eai.results.plots import FEW, LINES, OUTCOME_COLORS, RULE, clipped, draw_line, sheet
+from eai.results.rate import NOTHING, Rate
+from eai.results.table import Cell, Estimate
+from eai.studies.report import plot_summary
+from eai.studies.report.plot_radar import draw_radar
+from eai.studies.report.rankings import Ranking
+from eai.studies.report.run_summary import RunSummary
+from eai.studies.report.table_specs import ability_title
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_DIFFICULTY = (
+    "Success by number of goals and by length of the data set's own plan (below, how many tasks; marks of "
+    "fewer than five are hollow; bars of up to three models are 95 % intervals)"
+)
+
+
+BIN = 10
+"""How many lengths stand together: bins are 0-9, 10-19 and so on, as in the paper's figure."""
+
+_MANY = 10
+"""So many goals, and more, stand together."""
+
+_MOST_WITH_INTERVALS = 3
+"""More models than this in one panel leave no room for intervals."""
+_PANEL = (3.5, 2.5)
+"""A column of a page, in inches, so that letters have the size that they say."""
+_LEGEND_ROW = 0.17
+_LEGEND_COLUMNS = {1: 1, 2: 3}
+"""Number of panels -> names of models beside each other."""
+_MARKS = "os^Dv<>ph"
+_STYLES = ("-", "--", ":", "-.")
+_APART = 0.09
+"""How far models stand beside each other where intervals are drawn."""
+
+Bins = Mapping[int, Cases]
+"""Bin -> successes of one model; a bin without tasks is not there."""
+
+
+_Plot: TypeAlias = "tuple[str, str, Callable[[], Figure | None]]"
+"""The name of the files of a plot, without ending, what it shows, and what draws it if it has numbers."""
+
+
+def add_plots(
+    out: Path,
+    runs: Sequence[RunSummary],
+    pages: Sequence[Ranking],
+    formats: Sequence[str],
+    watching: Callable[[str, int], AbstractContextManager[Progressed]],
+) -> int:
+    """Draw all plots that runs have numbers for, show them at the end of ``report.md``, and count them.
+
+    Nothing is clipped: nothing needs it, and the name of a clipping area is made from all digits of numbers
+    that the solver of the layout does not always give alike.
+
+    Args:
+        out: the folder of the report.
+        runs: the runs, sorted by the order of their keys.
+        pages: the tables from which each model gets a page that sums it up; none if empty.
+        formats: those of `eai.results.plots.FORMATS` in which each is written.
+        watching: shows how far it is.
+
+    Raises:
+        EaiError: matplotlib is not installed.
+    """
+    planned, shown = [*_pages(pages), *_figures(runs)], list[str]()
+    with plots.styled(), watching("drawing plots", len(planned)) as progressed:
+        (out / "plots").mkdir(parents=True, exist_ok=True)
+        for number, (name, caption, draw) in enumerate(planned, 1):
+            figure = draw()
+            if figure is not None:
+                plots.write(figure, out / "plots" / name, formats, clips=False)
+                shown.append(f"{caption}\n\n![{caption}](plots/{name}.{formats[0]})\n")
+            progressed(number)
+    page = out / "report.md"
+    if shown:
+        write_whole({page: "\n".join((f"{page.read_text(encoding='utf-8')}\n## Plots\n", *shown))})
+    return len(shown)
+
+
+def _pages(tables: Sequence[Ranking]) -> Iterator[_Plot]:
+    for model, protocol in plot_summary.models_of(tables):
+        name = file_name(f"summary-{model}-{protocol.value}")
+        caption = f"{escaped(model)} on one page, protocol {protocol.value}"
+        yield name, caption, partial(plot_summary.draw, tables, model, protocol)
+
+
+def _figures(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
+    for protocol, of_protocol in grouped((item.key.protocol, item) for item in runs).items():
+        title = f"Main results of all abilities, protocol {protocol.value}"
+        drawn = partial(_entitled, f"{title}, percent", draw_radar, of_protocol)
+        yield f"radar-{file_name(protocol.value)}", title, drawn
+    for (protocol, domain), group in grouped((item.key[:2], item) for item in runs).items():
+        place = f"{title_of(domain)}, protocol {protocol.value}"
+        name = file_name(f"{domain}-{protocol.value}")
+        drawn = partial(_entitled, place, draw_outcomes, group)
+        yield f"outcomes-{name}", f"Outcomes of answers: {place}", drawn
+        for ability, of_ability in grouped((item.key.ability, item) for item in group).items():
+            title = f"{title_of(domain)} {ability_title(ability).lower()}, {protocol.value}"
+            for kind, caption, draw in _OF_ABILITY:
+                caption = f"{caption}: {ability_title(ability).lower()}, {place}"
+                drawn = partial(_entitled, title, draw, of_ability)
+                yield f"{kind}-{ability.value}-{name}", caption, drawn
+
+
+def _entitled(title: str, draw: _Draw, runs: Sequence[RunSummary]) -> Figure | None:
+    """A figure below its title."""
+    figure = draw(runs)
+    if figure is not None:
+        plots.entitle(figure, title)
+    return figure
+
+
+def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
+    """Success by number of goals and by length of the annotated plan, a line a model.
+
+    None if neither is known, or all tasks are alike.
+    """
+    panels = [
+        (
+            "goals of the task",
+            lambda place: str(place) if place < _MANY else f"{_MANY}+",
+            [_binned(item.breakdown.by_goals, lambda goals: min(goals, _MANY)) for item in runs],
+        ),
+        (
+            "steps of the annotated plan",
+            lambda place: f"{place * BIN}–{place * BIN + BIN - 1}",
+            [_binned(item.breakdown.by_length, lambda length: length // BIN) for item in runs],
+        ),
+    ]
+    panels = [panel for panel in panels if any(len(bins) > 1 for bins in panel[2])]
+    if not panels:
+        return None
+    columns = min(_LEGEND_COLUMNS[len(panels)], len(runs))
+    legend = _LEGEND_ROW * -(-len(runs) // columns)
+    figure = sheet(_PANEL[0] * len(panels), _PANEL[1] + legend)
+    grid = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
+    for panel, (label, name_of_bin, series) in zip(grid, panels, strict=True):
+        panel.set_xlabel(label)
+        _draw_panel(panel, name_of_bin, series, [clipped(item.key.name) for item in runs])
+    grid[0].set_ylabel("success in percent")
+    handles, labels = grid[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=7)
+    return figure
+
+
+def _binned(table: Mapping[int, Cases], bin_of: Callable[[int], int]) -> dict[int, list[Case]]:
+    return grouped((bin_of(number), case) for number, cases in table.items() for case in cases)
+
+
+def _draw_panel(
+    panel: Axes, name_of_bin: Callable[[int], str], series: Sequence[Bins], models: Sequence[str]
+) -> None:
+    panel.set_ylim(-3, 103)
+    panel.grid(axis="y", color=RULE, linewidth=0.7)
+    places = sorted({place for bins in series for place in bins})
+    tasks = [max(len(bins.get(place, ())) for bins in series) for place in places]
+    labels = [f"{name_of_bin(place)}\n{count}" for place, count in zip(places, tasks, strict=True)]
+    panel.set_xticks(places, labels=labels, fontsize=7)
+    panel.text(-0.03, -0.115, "tasks", transform=panel.transAxes, fontsize=7, ha="right", va="top")
+    for number, (bins, model) in enumerate(zip(series, models, strict=True)):
+        color, mark = LINES[number % len(LINES)], _MARKS[number % len(_MARKS)]
+        style = _STYLES[number // len(LINES) % len(_STYLES)]
+        intervals = len(series) <= _MOST_WITH_INTERVALS
+        shift = _APART * (number - (len(series) - 1) / 2) if intervals else 0.0
+        known = range(min(bins, default=0), max(bins, default=-1) + 1)
+        cells = [Estimate.of(bins.get(place, ())) for place in known]
+        hollow = [place + shift for place in bins if len(bins[place]) < FEW]
+        at, look = [place + shift for place in known], mark + style
+        draw_line(panel, at, cells, color, look, hollow=hollow, intervals=intervals, label=model)
+
+
+_WIDTH = 8.2
+_BAR = 0.27
+_HEAD = 0.62
+
+
+def draw_outcomes(runs: Sequence[RunSummary]) -> Figure | None:
+    """The runs of one domain and protocol, a panel an ability; None if there are none."""
+    from matplotlib.patches import Patch
+
+    panels = [list(items) for _, items in groupby(runs, key=lambda item: item.key.ability)]
+    if not panels:
+        return None
+    heights = [_HEAD + _BAR * len(items) for items in panels]
+    figure = sheet(_WIDTH, sum(heights) + 0.55)
+    grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})
+    for panel, items in zip(grid[:, 0], panels, strict=True):
+        _draw_ability(panel, items)
+    kinds = [kind for kind in AnswerOutcome if any(_count(item, kind) for item in runs)]
+    handles = [Patch(color=OUTCOME_COLORS[kind], label=label_of(kind.value)) for kind in kinds]
+    figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False, fontsize=7.5)
+    return figure
+
+
+def _draw_ability(panel: Axes, items: Sequence[RunSummary]) -> None:
+    panel.set_title(ability_title(items[0].key.ability))
+    panel.set_xlim(0, 100)
+    panel.set_xticks([0, 25, 50, 75, 100], labels=["0", "25", "50", "75", "100 %"])
+    answers = [sum(_count(item, kind) for kind in AnswerOutcome) for item in items]
+    labels = [
+        f"{clipped(item.key.name)}\u2002{number:,}" for item, number in zip(items, answers, strict=True)
+    ]
+    panel.set_yticks(range(len(items)), labels=labels)
+    panel.text(-0.01, 1, "n", transform=panel.transAxes, fontsize=7.5, ha="right", va="bottom")
+    panel.invert_yaxis()
+    panel.tick_params(axis="y", length=0)
+    panel.spines["left"].set_visible(False)
+    for place, (item, scored) in enumerate(zip(items, answers, strict=True)):
+        widths = {kind: Rate(_count(item, kind), scored).percent or 0.0 for kind in AnswerOutcome}
+        shown = {kind: width for kind, width in widths.items() if width}
+        starts = accumulate(shown.values(), initial=0.0)
+        bars = list(zip(starts, shown.values(), strict=False))
+        colors = [OUTCOME_COLORS[kind] for kind in shown]
+        panel.broken_barh(bars, (place - 0.37, 0.74), facecolors=colors, linewidth=0)
+
+
+def _count(item: RunSummary, kind: AnswerOutcome) -> int:
+    return 0 if kind is AnswerOutcome.EXCLUDED else item.breakdown.outcomes.get(kind, 0)
+
+
+_MOST_NAMES = 40
+"""So many fit a page."""
+
+_F1 = "F1 of clauses, percent"
+
+
+def draw_actions(runs: Sequence[RunSummary]) -> Figure | None:
+    """The shares by action of each model, of one ability; None if they are not known."""
+    label = {Ability.TRANSITION_MODELING: _F1}.get(runs[0].key.ability, "percent of steps executed")
+    return _draw({item.key.name: item.breakdown.by_action for item in runs}, label)
+
+
+def draw_predicates(runs: Sequence[RunSummary]) -> Figure | None:
+    """The shares by predicate of each model, of one ability; None if they are not known."""
+    found = {Ability.TRANSITION_MODELING: _F1, Ability.GOAL_INTERPRETATION: "percent of goals found"}
+    label = found.get(runs[0].key.ability, "percent of goals reached")
+    return _draw({item.key.name: item.breakdown.by_predicate for item in runs}, label)
+
+
+def _draw(models: Mapping[str, Mapping[str, Rate]], label: str) -> Figure | None:
+    rows: list[Mapping[str, Cell]] = []
+    for name in _most_frequent(list(models.values())):
+        for model, rates in models.items():
+            rate = rates.get(name, NOTHING)
+            rows.append({"name": name, MODEL: model, "share": Estimate.of_rate(rate)})
+    return plots.draw_matrix(rows, ("name",), "share", label, zeros=True)
+
+
+def _most_frequent(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
+    """The names with most cases, in order; answers can have any number of names of their own."""
+    cases: dict[str, float] = {}
+    for column in columns:
+        for name, rate in column.items():
+            cases[name] = cases.get(name, 0) + rate.denominator
+    return sorted(sorted(cases, key=lambda name: (-cases[name], name))[:_MOST_NAMES])
+
+
+_FLOWS_PER_ROW = 2
+_SIZE = (3.7, 2.0)
+"""The room of a model, in inches."""
+_BETWEEN = (6.1, 180.0)
+"""How far one model is from the next: in stages across, in percent down."""
+_STAGES = ("answers", "parsed", "names known", "well formed", "executed", "goal reached")
+_LOSSES = (
+    ("unreadable", AnswerOutcome.PARSING),
+    ("unknown names", AnswerOutcome.HALLUCINATION),
+    ("argument number", AnswerOutcome.ARGUMENT_NUMBER),
+    ("failed step", AnswerOutcome.MISSING_STEP),
+    ("goal missed", AnswerOutcome.GOAL_MISSED),
+)
+_TOP = 100.0
+_GAP = 9.0
+"""How far a band bends down that leaves the flow."""
+_LINE = 9.0
+"""Percent that a line of text takes; what would stand on the line of the loss before stands below it."""
+
+_SMALLEST_LABELLED = 0.5
+
+
+def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
+    """The runs of one ability, a panel a model; None if they have no plans."""
+    flows = [(item.key.name, flow) for item in runs if (flow := item.breakdown.flow) and flow["answers"]]
+    if not flows:
+        return None
+    columns = min(_FLOWS_PER_ROW, len(flows))
+    rows = -(-len(flows) // columns)
+    left, top = -0.42, 139.0
+    across, up = (left, left + _BETWEEN[0] * columns), (top - _BETWEEN[1] * rows, top)
+    figure, panel = plots.canvas((_SIZE[0] * columns, _SIZE[1] * rows), across, up)
+    for place, (model, flow) in enumerate(flows):
+        row, column = divmod(place, columns)
+        _draw_flow_of(panel, (_BETWEEN[0] * column, _TOP - _BETWEEN[1] * row), model, flow)
+    return figure
+
+
+def _draw_flow_of(panel: Axes, corner: tuple[float, float], model: str, flow: Mapping[str, int]) -> None:
+    """Bands flow from left to right at the top; what is lost bends down at the end of its stage."""
+    shares = [Rate(count, flow["answers"]).percent or 0.0 for count in flow.values()]
+    left, top = corner
+    panel.text(left - 0.35, top + 27, clipped(model), fontsize=9)
+    before = top
+    for stage, (label, kind) in enumerate(_LOSSES):
+        at, kept, lost = left + stage, shares[stage + 1], shares[stage] - shares[stage + 1]
+        plots.draw_band(panel, at, (top - kept, top - kept, kept), OUTCOME_COLORS[AnswerOutcome.SUCCESS])
+        if lost >= _SMALLEST_LABELLED:
+            end = top - kept - lost - _GAP
+            plots.draw_band(panel, at, (top - kept - lost, end, lost), OUTCOME_COLORS[kind])
+            text = f"{label} {lost:.0f}"
+            before = before - _LINE if abs(end - 5 - before) < _LINE else end - 5
+            panel.text(at + 0.1, before, text, fontsize=6, va="center", color=plots.INK)
+    for at, (name, share) in enumerate(zip(_STAGES, shares, strict=True)):
+        panel.text(left + at, top + 4, f"{share:.0f}", fontsize=7.5, weight="bold", ha="center")
+        panel.text(left + at, top + 15, name, fontsize=5.8, ha="center", color=plots.SOFT)
+
+
+_Draw: TypeAlias = "Callable[[Sequence[RunSummary]], Figure | None]"
+
+_OF_ABILITY: Sequence[tuple[str, str, _Draw]] = (
+    ("flow", "From answer to outcome", draw_flow),
+    ("difficulty", _DIFFICULTY, draw_difficulty),
+    ("actions", "By action (of fewer than five cases in brackets)", draw_actions),
+    ("predicates", "By predicate (of fewer than five cases in brackets)", draw_predicates),
+)
+"""The plots of an ability: name, caption, and what draws it, where there is something to draw."""

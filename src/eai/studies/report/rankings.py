@@ -1,0 +1,548 @@
+"""Rankings: rows of models, ours and the paper's, ranked, with the best in bold and footnotes.
+
+A ranking is of one domain under one protocol. What readers see of it is a `Table`. There are those of the
+paper's tables, those of experiments, and what the paper reports besides. That is of a few models, or of other
+ways to ask. There its order says more than a rank would: a way to ask stands below the one it is compared
+with.
+
+Rows are of runs, of the paper's models, as it prints them or scored by us, and of null models. The paper's
+figures are of one protocol, and stand only beside runs under it. Beside runs under another one stand the
+published answers, scored under that protocol.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import Literal, TypeAlias, get_args
+
+from eai.abilities.declaration import MetricColumn
+from eai.abilities.experiment import Experiment
+from eai.abilities.protocol import Ability, Protocol
+from eai.base.grouping import grouped
+from eai.benchmarks.registry import title_of
+from eai.results import paper_tables
+from eai.results.certainty import Cases, Certainty, certainty_of_mean
+from eai.results.coverage import Coverage, together
+from eai.results.paper_tables import PaperColumn, PaperTable, PublishedSuite
+from eai.results.rate import Rate
+from eai.results.summary import AVERAGE, Place, average_performance, average_weights
+from eai.results.table import NO_NUMBER, Cell, Column, Estimate, Label, Table
+from eai.studies.report.run_summary import RunSummary
+from eai.studies.report.table_specs import (
+    TableSpec,
+    ability_title,
+    columns_of,
+    of_ability,
+    place_of_column,
+    tables_of,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Score(Estimate):
+    """A number of a model in a ranking.
+
+    Attributes:
+        certainty: the interval and its effective size; None for the paper's figures.
+        texts: footnotes, which a ranking numbers.
+        coverage: number of answered tasks of the suites; None for the paper's figures.
+    """
+
+    certainty: Certainty | None = None
+    texts: tuple[str, ...] = ()
+    coverage: Coverage | None = None
+
+    @property
+    def ranked(self) -> bool:
+        """Whether the number may be compared with those of other rows."""
+        return self.coverage is None or self.coverage.ranked
+
+
+RowSource: TypeAlias = Literal["run", "paper", "published", "floor"]
+"""Where the numbers of a row are from, in the order of rows of one rank.
+
+- run: a run.
+- paper: the paper, as it prints them.
+- published: the published answers of one of the paper's models, scored by us.
+- floor: a null model, which decides nothing.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class RankedModel:
+    """A row of a ranking: the scores of one model.
+
+    Attributes:
+        cells: column -> score.
+        coverage: number of answered tasks of the suites; None for the paper's figures.
+        harness: name of the harness in which the model acts.
+        effort: the model's reasoning effort.
+        notes: footnotes on the row.
+        rank: rank by the ranking's primary column, shared by equals; None without a score in it, or if too
+            few tasks are answered.
+    """
+
+    model: str
+    source: RowSource
+    cells: Mapping[MetricColumn, Score]
+    coverage: Coverage | None = None
+    notes: tuple[str, ...] = ()
+    rank: int | None = None
+    harness: str = ""
+    effort: str = ""
+
+    @property
+    def competes(self) -> bool:
+        """Whether it may have a rank, and the best number of a column."""
+        return self.source != "floor" and (self.coverage is None or self.coverage.ranked)
+
+    @property
+    def all_notes(self) -> list[str]:
+        """The footnotes on the whole of it, and those on its numbers."""
+        return [*self.notes, *(note for cell in self.cells.values() for note in cell.texts)]
+
+    def shown(self, ranking: Ranking) -> tuple[Cell, ...]:
+        """The cells that readers see, one for each of `_BESIDE`, and its numbers."""
+        origin = "" if self.source == "run" else self.source
+        answered = NO_NUMBER if self.coverage is None else str(self.coverage)
+        numbers = [replace(cell, notes=ranking.numbers(cell.texts)) for cell in self.cells.values()]
+        model = Label(self.model, origin=origin, notes=ranking.numbers(self.notes))
+        return (self.rank, model, self.harness, self.effort, answered, *numbers)
+
+
+Cells = Mapping[tuple["Ability | None", str], Score]
+"""The numbers of one model in one domain: (ability, metric) -> number."""
+
+
+def cell_of(cells: Cells, column: MetricColumn) -> Score:
+    """The number of a column, or the cell without one."""
+    return cells.get((column.ability, column.metric), Score(None))
+
+
+@dataclass(frozen=True, slots=True)
+class Ranking:
+    """One table of one domain under one protocol.
+
+    Attributes:
+        columns: only those in which some row has a number, each with the footnotes on the whole of it.
+        rows: by rank.
+        notes: all footnotes, the first is number 1.
+        by: the column that ranks, which need not be one that is shown; None of a table without ranks.
+    """
+
+    name: str
+    title: str
+    protocol: Protocol
+    domain: str
+    columns: Mapping[MetricColumn, tuple[str, ...]]
+    rows: tuple[RankedModel, ...]
+    notes: tuple[str, ...]
+    by: MetricColumn | None = None
+
+    def numbers(self, notes: Iterable[str]) -> tuple[int, ...]:
+        """The numbers of footnotes."""
+        return tuple(sorted({self.notes.index(note) + 1 for note in notes}))
+
+    @property
+    def ranked_by(self) -> str:
+        """How the order of rows is told: the heading of the column that ranks, or nothing."""
+        if self.by is None:
+            return ""
+        return f", ranked by {_alone(self.by, [column.group for column in (*self.columns, self.by)])}"
+
+    def table(self) -> Table:
+        """The table that readers see; a number has its interval, where it is ours.
+
+        The definition is a caption, whose last sentence may go on.
+        """
+        groups = [column.group for column in self.columns]
+        columns = [
+            Column(each.metric, each.label, each.group, _alone(each, groups), 1, True, self.numbers(notes))
+            for each, notes in self.columns.items()
+        ]
+        table = Table(
+            self.name,
+            self.title,
+            self._caption(),
+            (*_BESIDE, *columns),
+            tuple([row.shown(self) for row in self.rows]),
+            notes=self.notes,
+        )
+        unused = {name for name in _OF_AGENT if not any(getattr(row, name) for row in self.rows)}
+        return table.without(unused)
+
+    def _caption(self) -> str:
+        """The protocol is that of runs, so a table of the paper's rows alone has none."""
+        title = f"{self.title}, {title_of(self.domain)}"
+        if all(row.source == "paper" for row in self.rows):
+            return f"{title}. Percent{self.ranked_by}"
+        return f"{title}, protocol {self.protocol.value}. Percent{self.ranked_by}"
+
+
+_BESIDE = (
+    Column("rank", "#", number=True),
+    Column("model", "Model", alone="model", number=False),
+    Column("harness", "Harness", alone="harness", number=False),
+    Column("effort", "Effort", alone="effort", number=False),
+    Column("answered", "Answered", alone="answered", number=True),
+)
+"""The columns before the numbers of a row."""
+
+_OF_AGENT = ("harness", "effort")
+"""Those of them that stand only where a row has something there."""
+
+
+def _alone(column: MetricColumn, groups: Sequence[str]) -> str:
+    """A column's heading, with its group's name only where labels alone would not do."""
+    ambiguous = len(set(groups)) > 1 and column.label in ("P", "R", "F1", "Task", "Execution", "Planner")
+    alike = column.label in ("State", "Relation", "Action", "Total")
+    return f"{column.group}: {column.label}" if ambiguous or alike else column.label
+
+
+def ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> MetricColumn:
+    """The column that ranks: the first that is there of some metrics, else the first one."""
+    return next((column for name in primary for column in columns if column.metric == name), columns[0])
+
+
+def ranked(by: MetricColumn, rows: Sequence[RankedModel]) -> list[RankedModel]:
+    """The rows by rank, by one of their columns, with the best of each column marked."""
+    ranks = ranks_of([_printed(row.cells[by]) if row.competes else None for row in rows])
+    marked, order = zip(with_best_marked(rows), ranks, strict=True), get_args(RowSource)
+    return sorted(
+        (replace(row, rank=rank) for row, rank in marked),
+        key=lambda row: (row.rank is None, row.rank or 0, order.index(row.source), row.model),
+    )
+
+
+def ranks_of(values: Sequence[float | None]) -> list[int | None]:
+    """The rank of each value, 1 of the greatest and shared by equals; None where there is none."""
+    known = [value for value in values if value is not None]
+    return [None if value is None else 1 + sum(other > value for other in known) for value in values]
+
+
+def with_best_marked(rows: Sequence[RankedModel]) -> list[RankedModel]:
+    """The rows with the best of each column marked if there is something to compare."""
+    best: dict[MetricColumn, float] = {}
+    for column in dict.fromkeys(column for row in rows for column in row.cells if column.more_is_better):
+        known = [number for row in rows if (number := _compared(row, row.cells[column])) is not None]
+        best |= {column: max(known)} if len(known) > 1 else {}
+    return [
+        replace(
+            row, cells={column: _marked(row, cell, best.get(column)) for column, cell in row.cells.items()}
+        )
+        for row in rows
+    ]
+
+
+def _marked(row: RankedModel, cell: Score, best: float | None) -> Score:
+    return replace(cell, best=best is not None and _compared(row, cell) == best)
+
+
+def _compared(row: RankedModel, cell: Score) -> float | None:
+    return _printed(cell) if cell.ranked and row.source != "floor" else None
+
+
+def _printed(cell: Score) -> float | None:
+    return None if cell.value is None else round(cell.value, 1)
+
+
+_FLOOR = (
+    "Floor: what is earned without deciding anything, by null models; never ranked. "
+    f"{'; '.join(f'{model} {what}' for model, what in paper_tables.NULL_MODELS.items())}."
+)
+_OTHER_DATA = "Scored against other data than the runs: {suites}."
+
+
+def run_rows(
+    columns: Sequence[MetricColumn],
+    runs: Sequence[RunSummary],
+    known: Mapping[str, Cells],
+    *,
+    with_paper: bool = False,
+) -> Iterator[RankedModel]:
+    """A row for each model that has any of the columns' numbers, with footnotes on what it leaves open.
+
+    Args:
+        columns: the columns.
+        runs: the runs of one protocol and domain.
+        known: all numbers of each of their models, by the names of runs.
+        with_paper: whether the paper's rows stand beside them, which another planner judged.
+    """
+    abilities = {column.ability for column in columns}
+    planners = {name for run in runs for name in run.planners}
+    for name, cells in known.items():
+        found = {column: cell_of(cells, column) for column in columns}
+        if any(cell.value is not None for cell in found.values()):
+            shown = [run for run in runs if run.key.name == name and run.key.ability in abilities]
+            remarks = [
+                f"{ability_title(run.key.ability)}: {run.coverage.remark}"
+                for run in shown
+                if run.coverage.remark
+            ]
+            if len(planners) > 1 or with_paper:
+                judged = [", ".join(run.planners) for run in shown if run.planners]
+                remarks += [f"Planner that judged operators: {names}." for names in judged]
+            model, experiment = shown[0].key.model, shown[0].key.experiment or Experiment()
+            source: RowSource = "floor" if paper_tables.is_null_model(model) else "run"
+            yield RankedModel(
+                model,
+                source,
+                found,
+                together(run.coverage for run in shown),
+                tuple(remarks),
+                harness=experiment.harness or "",
+                effort=experiment.effort or "",
+            )
+
+
+def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
+    """All numbers of the runs of one protocol and domain by their names, with the average over abilities."""
+    found: dict[str, Cells] = {}
+    for name, items in grouped((item.key.name, item) for item in runs).items():
+        cells: dict[tuple[Ability | None, str], Score] = {
+            (item.key.ability, metric): _score(rate.percent, item.certainties[metric], item.coverage, rate)
+            for item in items
+            for metric, rate in item.rates.items()
+        }
+        cases = {(item.key.ability, metric): of for item in items for metric, of in item.cases.items()}
+        cells[None, AVERAGE] = _average(cells, cases, together(item.coverage for item in items))
+        found[name] = cells
+    return found
+
+
+def _average(cells: Cells, cases: Mapping[Place, Cases], coverage: Coverage | None) -> Score:
+    percents = _percents(cells)
+    percent = average_performance(percents)
+    if percent is None:
+        return Score(None, coverage=coverage)
+    parts = [(weight, cases[place]) for place, weight in average_weights(percents).items()]
+    return _score(percent, certainty_of_mean(parts), coverage)
+
+
+def _score(
+    percent: float | None, certainty: Certainty | None, coverage: Coverage | None, rate: Rate | None = None
+) -> Score:
+    low, high = (None, None) if certainty is None else certainty.interval
+    numerator, denominator = (None, None) if rate is None else (rate.numerator, rate.denominator)
+    return Score(percent, low, high, numerator, denominator, certainty=certainty, coverage=coverage)
+
+
+def _percents(cells: Cells) -> dict[Place, float | None]:
+    return {(ability, metric): cell.value for (ability, metric), cell in cells.items() if ability}
+
+
+def paper_rows(
+    places: Mapping[MetricColumn, PaperColumn], papers: Sequence[PaperTable]
+) -> Iterator[RankedModel]:
+    """The paper's models; of two tables with a figure for a place of a column the first is taken."""
+    for model in dict.fromkeys(model for paper in papers for model in paper.rows):
+        cells = {column: _paper_cell(model, place, papers) for column, place in places.items()}
+        if any(cell.value is not None for cell in cells.values()):
+            yield RankedModel(model, "paper", cells)
+
+
+def _paper_cell(model: str, column: PaperColumn, papers: Sequence[PaperTable]) -> Score:
+    for paper in papers:
+        figure = paper.figure(model, column)
+        if figure is not None:
+            return Score(figure, texts=tuple(paper.notes.get((model, column), ())))
+    return Score(None)
+
+
+def _notes_on(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, ...]:
+    """The notes on a whole column."""
+    return tuple([note for paper in papers for note in paper.notes.get(("", column), ())])
+
+
+def scored_rows(
+    source: Literal["published", "floor"], columns: Sequence[MetricColumn], runs: Sequence[RunSummary]
+) -> Iterator[RankedModel]:
+    """Models as a table that comes with the package has them; what it says of itself are their footnotes.
+
+    Args:
+        source: the paper's models, whose published answers were scored, or null models.
+        columns: the columns.
+        runs: the runs beside which they stand, of one protocol and domain. There are no rows under a protocol
+            that they were not scored under.
+    """
+    (protocol, domain, *_), floor = runs[0].key, source == "floor"
+    table = (paper_tables.null_scores if floor else paper_tables.published_scores)(protocol.value)
+    abilities = dict.fromkeys(column.ability for column in columns if column.ability)
+    suites = {a: table.suites[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in table.suites}
+    models = dict.fromkeys(model for suite in suites.values() for model in suite.models)
+    texts = [_FLOOR if floor else _about_published(protocol.value, len(models))]
+    texts += [note for suite in suites.values() for note in suite.notes]
+    pairs = [(run, suites[run.key.ability]) for run in runs if run.key.ability in suites]
+    other = [run.key.ability for run, suite in pairs if run.data_sha256 != (suite.data_sha256,)]
+    if other:
+        texts.append(_OTHER_DATA.format(suites=", ".join(map(ability_title, dict.fromkeys(other)))))
+    for model in models:
+        cells = _published_cells(model, suites)
+        found = {column: cell_of(cells, column) for column in columns}
+        if any(cell.value is not None for cell in found.values()):
+            covered = together(suite.coverage(model) for suite in suites.values() if model in suite.models)
+            yield RankedModel(model, source, found, covered, tuple(texts))
+
+
+def _about_published(protocol: str, models: int) -> str:
+    """The footnote on the models whose published answers were scored."""
+    sha256 = paper_tables.published_scores_sha256(protocol)
+    return (
+        f"Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "
+        f"those of {models} of the paper's {len(set(paper_tables.paper_models().values()))} models."
+    )
+
+
+def _published_cells(model: str, suites: Mapping[Ability, PublishedSuite]) -> Cells:
+    cells: dict[tuple[Ability | None, str], Score] = {
+        (ability, metric): _score(rate.percent, None, suite.coverage(model), rate)
+        for ability, suite in suites.items()
+        if model in suite.models
+        for metric, rate in suite.rates(model).items()
+    }
+    cells[None, AVERAGE] = Score(average_performance(_percents(cells)))
+    return cells
+
+
+_LEFT_OUT = (
+    "Runs under another protocol than `eai-1.0.5` count otherwise and are not set beside these figures."
+)
+
+
+def rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranking]:
+    """All tables, by protocol and domain, in the order of the paper's.
+
+    Args:
+        runs: the runs, sorted by the order of their keys.
+        with_paper: whether the paper's models appear beside ours.
+    """
+    return [
+        table
+        for group in grouped((item.key[:2], item) for item in runs).values()
+        for known in [cells_by_model(group)]
+        for spec in tables_of(item.key.ability for item in group)
+        if (table := make_ranking(spec, group, known, with_paper=with_paper))
+    ]
+
+
+def make_ranking(
+    spec: TableSpec, runs: Sequence[RunSummary], known: Mapping[str, Cells], *, with_paper: bool
+) -> Ranking | None:
+    """The table of the runs of one protocol and domain, or None if they have none of its numbers.
+
+    All numbers of the runs are known (`cells_by_model`).
+
+    The paper's rows stand only among runs under its protocol. Under another one its models stand as their
+    published answers were scored under that protocol. Below them all stand the null models, without a rank.
+    """
+    columns = tuple(
+        column
+        for column in spec.columns
+        if any(cell_of(cells, column).value is not None for cells in known.values())
+    )
+    if not columns:
+        return None
+    protocol, domain = runs[0].key[:2]
+    by = ranking_column(spec.primary, columns)
+    ours = [_with_missing(row, by) for row in run_rows(columns, runs, known, with_paper=with_paper)]
+    places = {column: place_of_column(column, domain) for column in columns}
+    papers, others = [], list[RankedModel]()
+    if with_paper and protocol.value == paper_tables.paper_setting().protocol:
+        papers = [paper_tables.paper_table(name) for name in paper_tables.paper_setting().tables[spec.name]]
+    elif with_paper:
+        others += scored_rows("published", columns, runs)
+    others += [*paper_rows(places, papers), *scored_rows("floor", columns, runs)]
+    on_columns = {column: _notes_on(place, papers) for column, place in places.items()}
+    notes = _in_order(_of_rows(ours), *on_columns.values(), _of_rows(others))
+    rows = tuple(ranked(by, [*ours, *others]))
+    return Ranking(spec.name, spec.title, protocol, domain, on_columns, rows, notes, by)
+
+
+def _in_order(*notes: Iterable[str]) -> tuple[str, ...]:
+    """Footnotes in the order in which they are first needed."""
+    return tuple(dict.fromkeys(chain(*notes)))
+
+
+def _of_rows(rows: Iterable[RankedModel]) -> list[str]:
+    return [note for row in rows for note in row.all_notes]
+
+
+def _with_missing(row: RankedModel, by: MetricColumn) -> RankedModel:
+    """A row, with a footnote on what it lacks if it has no number in the column that ranks."""
+    if row.cells[by].value is not None:
+        return row
+    lacking = [column for column, cell in row.cells.items() if cell.value is None]
+    missing = dict.fromkeys([ability_title(each.ability).lower() for each in lacking if each.ability])
+    unasked = f": {', '.join(missing)} not asked" if missing else ""
+    note = f"No rank, as there is no {by.label.lower()}{unasked}."
+    return replace(row, notes=(*row.notes, note))
+
+
+def experiments(runs: Sequence[RunSummary]) -> list[Ranking]:
+    """A table of each suite that has experiments, with those of its models that have any.
+
+    The plain run of the same model stands above its experiments, as what they are to be compared with.
+
+    Args:
+        runs: the runs, plain ones too, sorted by the order of their keys.
+    """
+    suites = grouped((item.key[:3], item) for item in runs).values()
+    return [table for group in suites if (table := _experiments_of(group)) is not None]
+
+
+def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
+    """The table of one suite, or None if it has no experiment."""
+    models = {item.key.model for item in runs if not item.key.is_plain}
+    shown = [item for item in runs if item.key.model in models]
+    if not shown:
+        return None
+    key = shown[0].key
+    spec = of_ability(key.ability)
+    rows = tuple(
+        [
+            replace(row, model=item.key.name, harness="", effort="")
+            for item in shown
+            for row in run_rows(spec.columns, [item], cells_by_model([item]))
+        ]
+    )
+    name, title = f"experiments_{spec.name}", f"Experiments: {ability_title(key.ability).lower()}"
+    columns, notes = dict.fromkeys(spec.columns, ()), _in_order(_of_rows(rows))
+    return Ranking(name, title, key.protocol, key.domain, columns, rows, notes)
+
+
+def besides(runs: Sequence[RunSummary]) -> list[Ranking]:
+    """Those tables, one a domain, in the paper's order, below the runs that measure the same.
+
+    Args:
+        runs: the runs, sorted by the order of their keys.
+    """
+    papers = map(paper_tables.paper_table, paper_tables.paper_setting().others)
+    return [
+        _besides(paper, domain, runs)
+        for paper in papers
+        for domain in dict.fromkeys(column.domain for column in paper.columns)
+    ]
+
+
+def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Ranking:
+    setting = paper_tables.paper_setting()
+    known = columns_of(setting.others[paper.name])
+    columns = tuple(column for column in known if _has_figures(paper, column, domain))
+    abilities = {column.ability for column in columns}
+    alike = [item for item in runs if item.key.domain == domain and item.key.ability in abilities]
+    if paper.name in setting.other_tasks:
+        alike = []
+    places = {column: place_of_column(column, domain) for column in columns}
+    ours = [item for item in alike if item.key.protocol.value == setting.protocol]
+    remarks = (_LEFT_OUT,) if len(ours) < len(alike) else ()
+    on_columns = {column: (*remarks, *_notes_on(place, [paper])) for column, place in places.items()}
+    rows = [*run_rows(columns, ours, cells_by_model(ours), with_paper=True), *paper_rows(places, [paper])]
+    marked, notes = tuple(with_best_marked(rows)), _in_order(*on_columns.values(), _of_rows(rows))
+    name, protocol = f"paper_{paper.name}", Protocol(setting.protocol)
+    return Ranking(name, paper.title, protocol, domain, on_columns, marked, notes)
+
+
+def _has_figures(paper: PaperTable, column: MetricColumn, domain: str) -> bool:
+    return any(paper.figure(model, place_of_column(column, domain)) is not None for model in paper.rows)

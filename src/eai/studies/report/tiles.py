@@ -1,0 +1,118 @@
+"""Tiles: what a picture shows of each object, nested as the objects are.
+
+A tile lies in the zone of one relation: ``inside`` in the tile of the box that the thing is inside. All else
+that holds of it is written in it, so that a picture says all that there is to perceive, and says it once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+from eai.base.grouping import grouped
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
+
+BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
+"""Between a relation and the other object: it holds in both directions, or in one."""
+
+
+Owner: TypeAlias = Literal["agent", "object", "other"]
+"""The owner of a tile: the agent, an object that the task is about, or another one."""
+
+
+@dataclass(slots=True)
+class Tile:
+    """The view of an object in a picture.
+
+    Attributes:
+        name: its name.
+        kind: whose it is.
+        marks: what is said of it alone.
+        lines: its relations to others, each a line.
+        zones: the tiles that lie in it, by the relation in which they do.
+    """
+
+    name: str
+    kind: Owner
+    marks: list[str] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
+    zones: dict[str, list[Tile]] = field(default_factory=dict)
+
+
+HANDS = "(hands)"
+"""The name of the tile that has the hands where no object of the scene acts."""
+
+
+def tiles_of(
+    graph: SceneGraph, words: SceneWords, agent: str | None, others: Sequence[str] = ()
+) -> list[Tile]:
+    """The outermost tiles of a scene graph, the one who acts first.
+
+    Args:
+        graph: what to show.
+        words: how scene graphs say what is so.
+        agent: the name of the acting object, if there is one.
+        others: the names of objects that the task is not about.
+    """
+    hands, doer = [words.spelling(name) for name in words.held], agent or HANDS
+    tiles: dict[str, Tile] = {}
+    if hands or doer in graph.names:
+        tiles[doer] = Tile(doer, "agent", zones={hand: [] for hand in hands})
+    for name in graph.names:
+        tiles.setdefault(name, Tile(name, "other" if name in others else "object"))
+    placed = _placed(graph, words, agent, hands)
+    for name, fact in placed.items():
+        holder = doer if fact.predicate in hands else fact.arguments[1]
+        tiles[holder].zones.setdefault(fact.predicate, []).append(tiles[name])
+    shown = set(placed.values())
+    for fact in graph.facts:
+        if fact not in shown and len(fact.arguments) == 1:
+            tiles[fact.arguments[0]].marks.append(fact.predicate)
+    for name, line in _lines([fact for fact in graph.facts if fact not in shown]):
+        tiles[name].lines.append(line)
+    return [tile for name, tile in tiles.items() if name not in placed]
+
+
+def _placed(
+    graph: SceneGraph, words: SceneWords, agent: str | None, hands: Sequence[str]
+) -> dict[str, NamedFact]:
+    """For each object in another one, or in a hand, the fact that says so: of several the innermost."""
+    names = {words.spelling(name) for name in words.supports}
+    below = grouped((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
+    depths = {name: _depth(name, below, frozenset()) for name in graph.names}
+    circles = Supports(frozenset(names))
+    placed: dict[str, NamedFact] = {}
+    for fact in graph.facts:
+        if fact.predicate in hands and (len(fact.arguments) == 1 or fact.arguments[0] == agent):
+            placed.setdefault(fact.arguments[-1], fact)
+    for name, facts in below.items():
+        for fact in sorted(facts, key=lambda each: -depths[each.arguments[1]]):
+            if name not in placed and not circles.closes(fact):
+                placed[name] = fact
+                circles.add(fact)
+    return placed
+
+
+def _depth(name: str, below: dict[str, list[NamedFact]], above: frozenset[str]) -> int:
+    """How many supports are below an object, one on the other."""
+    if name in above:
+        return 0
+    return max([1 + _depth(f.arguments[1], below, above | {name}) for f in below.get(name, ())], default=0)
+
+
+def _lines(facts: Sequence[NamedFact]) -> Iterator[tuple[str, str]]:
+    """Relations as lines of the tiles of their first objects; of one that holds both ways, of the first."""
+    known = set(facts)
+    seconds_of: dict[tuple[str, str, str], list[str]] = {}
+    for fact in facts:
+        if len(fact.arguments) != 2:
+            continue
+        first, second = fact.arguments
+        back = fact._replace(arguments=(second, first))
+        is_mutual = back in known
+        if is_mutual and first in seconds_of.get((second, fact.predicate, BOTH_WAYS), ()):
+            continue
+        seconds_of.setdefault((first, fact.predicate, BOTH_WAYS if is_mutual else ONE_WAY), []).append(second)
+    for (name, predicate, arrow), seconds in seconds_of.items():
+        yield name, f"{predicate} {arrow} {', '.join(seconds)}"

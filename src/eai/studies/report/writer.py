@@ -1,0 +1,234 @@
+"""Writing a report: its tables for readers and for programs, into a folder.
+
+For programs there is one JSON file, and one CSV file with a line a number.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from eai.abilities.declaration import MetricColumn
+from eai.base.errors import InputError, did_you_mean
+from eai.base.files import write_whole
+from eai.base.json_value import Json
+from eai.results import latex
+from eai.results.cost import PriceList
+from eai.results.table import Plain
+from eai.results.table_files import csv_text
+from eai.studies.report.cost import cost_csv, cost_section
+from eai.studies.report.document import report_markdown
+from eai.studies.report.rankings import (
+    RankedModel,
+    Ranking,
+    Score,
+    besides,
+    experiments,
+    ranks_of,
+    with_best_marked,
+)
+from eai.studies.report.run_summary import RunSummary, plain_runs
+
+
+def write_tables(
+    folder: Path,
+    runs: Sequence[RunSummary],
+    tables: Sequence[Ranking],
+    tex: Callable[[Sequence[Ranking]], str],
+    *,
+    with_paper: bool,
+    prices: PriceList | None = None,
+) -> int:
+    """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
+
+    Experiments have tables of their own. With the paper there is also what it reports besides. Where records
+    say what their answers took, there is ``cost.csv``.
+
+    Args:
+        folder: where the files go.
+        runs: all runs, experiments too.
+        tables: the tables of the plain runs.
+        tex: all tables as LaTeX (`tables_tex`).
+        with_paper: whether the paper's models appear beside ours.
+        prices: what tokens cost that were not priced when they were asked for.
+
+    Returns:
+        how many tables were written.
+    """
+    plain = plain_runs(runs)
+    tried = experiments(runs)
+    others = besides(plain) if with_paper else []
+    written = [*tables, *tried, *others]
+    cost = "\n".join(cost_section(runs, prices, with_paper=with_paper))
+    contents = {
+        "report.md": report_markdown(runs, tables, tried, others, cost, with_paper=with_paper),
+        "tables.tex": tex(written),
+        "report.tex": (resources.files("eai.studies.report") / "report.tex").read_text(encoding="utf-8"),
+        "tables.json": rankings_json(written),
+        "tables.csv": rankings_csv(written),
+    }
+    if (paid := cost_csv(runs, prices)) is not None:
+        contents["cost.csv"] = paid
+    write_whole({folder / name: text for name, text in contents.items()})
+    return len(written)
+
+
+def tables_tex(
+    tables: Sequence[Ranking], models: Collection[str], columns: Collection[str], *, intervals: bool
+) -> str:
+    """The wanted parts of tables as LaTeX, where a page has an end; a table without any is left out.
+
+    Args:
+        tables: the tables.
+        models: the models; all if empty.
+        columns: the columns, by their own heading or that above them, in any case; all if empty.
+        intervals: whether intervals stand below the numbers.
+
+    Raises:
+        InputError: there is no such model or column in any of them.
+    """
+    wanted = [name.casefold() for name in columns]
+    _check("--models", models, {row.model for table in tables for row in table.rows})
+    headings = {heading for table in tables for column in table.columns for heading in _headings(column)}
+    _check("--columns", wanted, headings)
+    parts = (_narrow(table, models, wanted) for table in tables)
+    return "\n".join(_latex(part, intervals=intervals) for part in parts if part is not None)
+
+
+def _narrow(table: Ranking, models: Collection[str], headings: Collection[str]) -> Ranking | None:
+    wanted = set(headings)
+    columns = {
+        column: notes for column, notes in table.columns.items() if not wanted or wanted & _headings(column)
+    }
+    rows = [
+        replace(row, cells={column: row.cells[column] for column in columns})
+        for row in table.rows
+        if not models or row.model in models
+    ]
+    if not columns or not rows:
+        return None
+    used = {note for notes in (*columns.values(), *(row.all_notes for row in rows)) for note in notes}
+    ranks = ranks_of([None if row.rank is None else -row.rank for row in rows])
+    rows = [replace(row, rank=rank) for row, rank in zip(rows, ranks, strict=True)]
+    notes = tuple(note for note in table.notes if note in used)
+    return replace(table, columns=columns, rows=tuple(with_best_marked(rows)), notes=notes)
+
+
+def _headings(column: MetricColumn) -> set[str]:
+    return {column.group.casefold(), column.label.casefold()}
+
+
+def _check(option: str, names: Collection[str], known: Collection[str]) -> None:
+    for name in names:
+        if name not in known:
+            raise InputError(f"{option}: no table has {name!r}{did_you_mean(name, sorted(known))}")
+
+
+def _latex(table: Ranking, *, intervals: bool) -> str:
+    label = ":".join((table.name, _slug(table.domain), _slug(table.protocol.value)))
+    return latex.table_latex(table.table(), label=label, intervals=intervals)
+
+
+def _slug(text: str) -> str:
+    return "".join(c if c.isascii() and c.isalnum() else "-" for c in text)
+
+
+def rankings_json(tables: Sequence[Ranking]) -> str:
+    """All tables, each number with what it is made of; percentages unrounded."""
+    content: list[Json] = [
+        {
+            "name": table.name,
+            "title": table.title,
+            "protocol": table.protocol.value,
+            "domain": table.domain,
+            "unit": "percent",
+            "rows": [_row_json(table, row) for row in table.rows],
+            "notes": list(table.notes),
+        }
+        for table in tables
+    ]
+    return json.dumps({"tables": content}, indent=1, ensure_ascii=False) + "\n"
+
+
+_COLUMNS = (
+    *("table", "protocol", "domain", "model", "source", "rank", "ability", "metric"),
+    *("percent", "numerator", "denominator", "low", "high", "low_by_task", "high_by_task"),
+    *("design_effect", "effective_tasks", "answered", "tasks"),
+)
+
+
+def rankings_csv(tables: Sequence[Ranking]) -> str:
+    """All numbers of all tables, one a line below the names of the columns, which are there without any."""
+    lines = (
+        _line(table, row, column, cell)
+        for table in tables
+        for row in table.rows
+        for column, cell in row.cells.items()
+        if cell.value is not None
+    )
+    return csv_text(_COLUMNS, ([line[name] for name in _COLUMNS] for line in lines))
+
+
+def _line(table: Ranking, row: RankedModel, column: MetricColumn, cell: Score) -> dict[str, Plain]:
+    return {
+        "table": table.name,
+        "protocol": table.protocol.value,
+        "domain": table.domain,
+        "model": row.model,
+        "source": row.source,
+        "rank": row.rank,
+        "ability": column.ability.value if column.ability else "all",
+        "metric": column.metric,
+        **dict(_flat(_numbers(cell))),
+        "answered": cell.coverage.answered if cell.coverage else None,
+        "tasks": cell.coverage.tasks if cell.coverage else None,
+    }
+
+
+def _flat(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
+    """The same with a column for each bound of an interval."""
+    for name, value in numbers.items():
+        if name.startswith("interval"):
+            low, high = value or (None, None)
+            yield name.replace("interval", "low"), low
+            yield name.replace("interval", "high"), high
+        else:
+            yield name, value
+
+
+def _numbers(cell: Score) -> dict[str, Any]:
+    """A number with what it is made of and how sure it is; None where that is not known."""
+    sure = cell.certainty
+    return {
+        "percent": cell.value,
+        "numerator": cell.numerator,
+        "denominator": cell.denominator,
+        "interval": list(sure.interval) if sure else None,
+        "interval_by_task": list(sure.by_task) if sure else None,
+        "design_effect": sure.design_effect if sure else None,
+        "effective_tasks": sure.effective_tasks if sure else None,
+    }
+
+
+def _row_json(table: Ranking, row: RankedModel) -> Json:
+    return {
+        "model": row.model,
+        "source": row.source,
+        "rank": row.rank,
+        "coverage": None if row.coverage is None else row.coverage.to_json(),
+        "notes": list(table.numbers(row.notes)),
+        "cells": [
+            {
+                "ability": column.ability.value if column.ability else None,
+                "metric": column.metric,
+                **_numbers(cell),
+                "best": cell.best,
+                "notes": [*table.numbers(cell.texts), *table.numbers(table.columns[column])],
+            }
+            for column, cell in row.cells.items()
+        ],
+    }

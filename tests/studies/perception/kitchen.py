@@ -1,0 +1,75 @@
+"""A small world to look at: a robot puts a cup into a box, a box onto a table, and lights a lamp."""
+
+from __future__ import annotations
+
+import re
+
+import eai.world as w
+from eai import Benchmark, Task, given, make_task
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords
+from eai.studies.report.tiles import BOTH_WAYS, HANDS, ONE_WAY, Tile
+
+X, Y = w.Variable("x"), w.Variable("y")
+HOLDS, IN, ON, LIT = (
+    w.Predicate("holds", 2),
+    w.Predicate("in", 2),
+    w.Predicate("on", 2),
+    w.Predicate("lit", 1),
+)
+CAN_LIGHT = w.Predicate("can_light", 1, static=True)
+free = w.missing(~w.Exists(Y, HOLDS(w.AGENT, Y)), "the hand is full")
+held = w.missing(HOLDS(w.AGENT, X), "{x} is not held")
+TAKE = w.Operator(
+    "TAKE",
+    (X,),
+    (free,),
+    (w.Delete(IN(X, w.ANYTHING)), w.Delete(ON(X, w.ANYTHING)), w.Add(HOLDS(w.AGENT, X))),
+)
+PUT_IN = w.Operator("PUT_IN", (X, Y), (held,), (w.Delete(HOLDS(w.AGENT, X)), w.Add(IN(X, Y))))
+PUT_ON = w.Operator("PUT_ON", (X, Y), (held,), (w.Delete(HOLDS(w.AGENT, X)), w.Add(ON(X, Y))))
+LIGHT = w.Operator("LIGHT", (X,), (w.affordance(CAN_LIGHT(X), "{x} is no lamp"),), (w.Add(LIT(X)),))
+DOMAIN = w.Domain("kitchen", w.Vocabulary((HOLDS, IN, ON, LIT, CAN_LIGHT)), (TAKE, PUT_IN, PUT_ON, LIGHT))
+
+
+def kitchen_task() -> Task:
+    """A cup in a box on a table, two lamps, one lit; all shall be lit, and the cup on the table."""
+    names = ("robot", "cup_1", "box_1", "table_1", "lamp_1", "lamp_2")
+    scene = w.Scene(DOMAIN.vocabulary, [w.WorldObject(n, n.partition("_")[0]) for n in names], agent=0)
+    facts = [("in", (1, 2)), ("on", (2, 3)), ("lit", (4,)), ("can_light", (4,)), ("can_light", (5,))]
+    lamp = w.Variable("x", "lamp")
+    goals = w.ForAll(lamp, LIT(X)), ON(w.Constant("cup_1"), w.Constant("table_1"))
+    return make_task("1", "Light the lamps and put the cup on the table.", scene.state(facts), *goals)
+
+
+KITCHEN = Benchmark("kitchen", DOMAIN, given(kitchen_task()))
+WORDS = SceneWords(KITCHEN.observed_wording())
+TRUTH = WORDS.describe(kitchen_task())
+
+
+def fact(text: str) -> NamedFact:
+    """``in cup_1 box_1`` as a fact."""
+    predicate, *arguments = text.split()
+    return NamedFact(predicate, tuple(arguments))
+
+
+def seen(*facts: str, objects: tuple[str, ...] = TRUTH.objects) -> SceneGraph:
+    """A scene graph with these facts."""
+    return SceneGraph(objects, tuple(map(fact, facts)))
+
+
+def told_by(tile: Tile, agent: str) -> set[NamedFact]:
+    """All that a tile says, and those in it."""
+    said = {NamedFact(mark, (tile.name,)) for mark in tile.marks}
+    for line in tile.lines:
+        predicate, arrow, *others = re.split(r"[ ,]+", line)
+        for other in others:
+            said.add(NamedFact(predicate, (tile.name, other)))
+            if arrow == BOTH_WAYS:
+                said.add(NamedFact(predicate, (other, tile.name)))
+        assert arrow in (BOTH_WAYS, ONE_WAY)
+    for relation, within in tile.zones.items():
+        for inner in within:
+            around = (tile.name, inner.name) if tile.name == agent else (inner.name, tile.name)
+            about = (inner.name,) if tile.name == HANDS else around
+            said |= {NamedFact(relation, about), *told_by(inner, agent)}
+    return said

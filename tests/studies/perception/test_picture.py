@@ -1,0 +1,123 @@
+"""Pictures: nothing overlaps, all that holds can be read in them, and reading it back is free of error."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from pathlib import Path
+from typing import get_args
+from xml.etree import ElementTree
+
+import pytest
+
+from eai.abilities.protocol import Ability
+from eai.base.errors import InputError
+from eai.base.store import Store
+from eai.benchmarks.registry import find_benchmark
+from eai.studies.perception.drawing import WIDTH, Drawing, _Rectangle, _Text, png, svg, text_width
+from eai.studies.perception.errors import perception_errors
+from eai.studies.perception.picture import Clutter, images_in, picture_of, picture_words
+from eai.studies.perception.scene_graph import SceneGraph
+from eai.studies.report.tiles import tiles_of
+from eai.tasks.source import Source
+from studies.perception.kitchen import TRUTH, WORDS, fact, kitchen_task, seen, told_by
+
+
+def within(inner: _Rectangle, outer: _Rectangle) -> bool:
+    return (
+        outer.x <= inner.x
+        and outer.y <= inner.y
+        and inner.x + inner.width <= outer.x + outer.width
+        and inner.y + inner.height <= outer.y + outer.height
+    )
+
+
+def apart(one: _Rectangle, other: _Rectangle) -> bool:
+    return (
+        one.x + one.width <= other.x
+        or other.x + other.width <= one.x
+        or one.y + one.height <= other.y
+        or other.y + other.height <= one.y
+    )
+
+
+def area(text: _Text) -> _Rectangle:
+    return _Rectangle(text.x, text.y, text_width(text.text, text.size), text.size, "", "")
+
+
+def check(picture: tuple[Drawing, SceneGraph]) -> None:
+    """Boxes are apart or nested, and texts cross no edge and each other nowhere."""
+    drawing, _ = picture
+    boxes = [shape for shape in drawing.shapes if isinstance(shape, _Rectangle)]
+    texts = [area(shape) for shape in drawing.shapes if isinstance(shape, _Text)]
+    page = _Rectangle(0, 0, drawing.width, drawing.height, "", "")
+    assert drawing.width == WIDTH
+    assert all(within(each, page) for each in (*boxes, *texts))
+    assert all(apart(a, b) or within(a, b) or within(b, a) for a, b in combinations(boxes, 2))
+    assert all(apart(text, box) or within(text, box) for text in texts for box in boxes)
+    assert all(apart(a, b) for a, b in combinations(texts, 2))
+
+
+def test_tiles_say_all_and_nothing_else() -> None:
+    graph = SceneGraph(TRUTH.objects, (*TRUTH.facts, *map(fact, ("holds robot lamp_2", "on cup_1 table_1"))))
+    tiles = tiles_of(graph, WORDS, "robot")
+    assert set().union(*(told_by(tile, "robot") for tile in tiles)) == {*graph.facts}
+    robot = tiles[0]
+    assert (robot.name, robot.kind) == ("robot", "agent")
+    assert [tile.name for tile in robot.zones["holds"]] == ["lamp_2"]
+    (table,) = [tile for tile in tiles if tile.name == "table_1"]
+    (box,) = table.zones["on"]
+    assert [tile.name for tile in box.zones["in"]] == ["cup_1"]  # in the innermost; the other is a line
+
+
+@pytest.mark.parametrize("circle", [("in cup_1 box_1", "in box_1 cup_1"), ("on cup_1 cup_1",)])
+def test_a_circle_is_shown_as_lines(circle: tuple[str, ...]) -> None:
+    graph = seen(*circle)
+    tiles = tiles_of(graph, WORDS, "robot")
+    assert set().union(*(told_by(tile, "robot") for tile in tiles)) == {*graph.facts}
+
+
+@pytest.mark.parametrize("clutter", get_args(Clutter))
+@pytest.mark.parametrize(("name", "every"), [("behavior", 5), ("virtualhome", 17)])
+def test_pictures_of_households(name: str, every: int, clutter: Clutter, data_store: Store) -> None:
+    benchmark = find_benchmark(name)
+    tasks, words = (
+        benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store)),
+        picture_words(benchmark),
+    )
+    for task_id in list(tasks)[::every]:
+        task = tasks[task_id]
+        picture = picture_of(task, words, clutter)
+        check(picture)
+        perceived = perception_errors(task, words, picture[1])
+        wrong = (perceived.missing, perceived.misplaced, perceived.unnecessary, perceived.invented)
+        assert (wrong, perceived.unseen) == ((0, 0, 0, 0), 0)
+        assert {*words.describe(task).facts} <= {*picture[1].facts}
+
+
+def test_clutter_adds_objects() -> None:
+    sizes = [
+        len(picture_of(kitchen_task(), WORDS, clutter, objects=[1])[1].objects)
+        for clutter in get_args(Clutter)
+    ]
+    assert sizes == [1, 2, 4]
+
+
+def test_equal_states_give_equal_bytes() -> None:
+    one, other = (picture_of(kitchen_task(), WORDS)[0] for _ in range(2))
+    assert svg(one) == svg(other)
+    assert png(one) == png(other)
+    assert png(one).startswith(b"\x89PNG")
+    assert ElementTree.fromstring(svg(one)).get("width") == str(WIDTH)  # noqa: S314 - our own
+
+
+def test_pictures_of_ones_own_belong_to_the_longest_id(tmp_path: Path) -> None:
+    for name in ("1_1.png", "1_1_left.jpg", "1_10.png", "1_1.txt", "2_1b.png"):
+        (tmp_path / name).write_bytes(name.encode())
+    found = images_in(tmp_path, ["1_1", "1_10"])
+    assert {task_id: [image.data.decode() for image in shown] for task_id, shown in found.items()} == {
+        "1_1": ["1_1.png", "1_1_left.jpg"],
+        "1_10": ["1_10.png"],
+    }
+    assert found["1_1"][1].media_type == "image/jpeg"
+    with pytest.raises(InputError, match=r"no picture of 1 of 2 tasks \(2_1\)"):
+        images_in(tmp_path, ["1_1", "2_1"])

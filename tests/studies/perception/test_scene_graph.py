@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, read_scene_graph
+
+ARITIES = {"in": 2, "lit": 1}
+GRAPH = SceneGraph(("a", "b"), (NamedFact("in", ("a", "b")), NamedFact("lit", ("a",))))
+
+
+def test_what_is_written_is_read() -> None:
+    assert read_scene_graph(GRAPH.text, ARITIES) == GRAPH
+
+
+@pytest.mark.parametrize(
+    ("text", "facts", "ill_formed", "repairs"),
+    [
+        ('```json\n{"facts": [["lit", "a"], ["lit", "a"]]}\n```', ["lit(a)"], (), ("code_fence",)),
+        ('I see: {"facts": [["lit", "a", "b"]]}', [], ('["lit", "a", "b"]',), ("prose",)),
+        ('{"objects": [3], "facts": [["warm", "a"], [], 7, ["in", "a", 2]]}', [], 5, ()),
+        ('{"objects": ["a"], "facts": []}', [], (), ()),
+    ],
+)
+def test_entries_that_are_no_facts_are_left_out(
+    text: str, facts: list[str], ill_formed: tuple[str, ...] | int, repairs: tuple[str, ...]
+) -> None:
+    read = read_scene_graph(text, ARITIES)
+    assert ([str(each) for each in read.facts], read.repairs) == (facts, repairs)
+    assert ill_formed in (read.ill_formed, len(read.ill_formed))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "a table and a cup", "[]", '{"facts": {"lit": "a"}}', '{"objects": ["a"]}']
+)
+def test_without_facts_nothing_is_perceived(text: str) -> None:
+    assert read_scene_graph(text, ARITIES).unreadable is not None
+
+
+def test_names_are_those_of_objects_and_facts() -> None:
+    assert SceneGraph(("b",), (NamedFact("in", ("a", "b")),)).names == ("b", "a")

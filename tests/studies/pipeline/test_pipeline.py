@@ -1,0 +1,124 @@
+"""Where a pipeline loses: tables that add up, on made-up runs and on the paper's own answers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from eai.abilities.experiment import Experiment
+from eai.abilities.verdict import Confusion
+from eai.results.record import Record, Stated
+from eai.results.table import Cell, Estimate, Table
+from eai.studies.pipeline.analysis import _kind_of, _Pair, pooled
+from studies.report.samples import RIGHT, WRONG, action_run
+
+COUNTS = (Confusion(2, 0, 0), Confusion(2, 1, 0), Confusion(1, 1, 1), None)
+
+
+def piped(plain: list[Record]) -> list[Record]:
+    """Of four tasks one has right goals and is solved, one others too, one lacks one, one has no stage 1."""
+    made = []
+    for number, record in enumerate(plain):
+        counts = COUNTS[number % 4]
+        verdict = record.verdict if record.verdict.excluded else RIGHT if number % 4 == 0 else WRONG
+        stated = (
+            None if counts is None else Stated("0", counts, stage_1_unknown=("sofaa",) * (number % 4 == 1))
+        )
+        experiment = Experiment(goals_from="first")
+        made.append(replace(record, verdict=verdict, experiment=experiment, stated=stated))
+    return made
+
+
+def of(model: str = "first") -> _Pair:
+    plain = action_run(model)
+    return _Pair(plain, piped(plain), {}, {}, {})
+
+
+def column(table: Table, name: str) -> dict[Cell, Cell]:
+    place = table.names.index(name)
+    return {row[0]: row[place] for row in table.rows}
+
+
+def counts(table: Table, name: str) -> dict[Cell, object]:
+    return {
+        key: cell.numerator if isinstance(cell, Estimate) else cell
+        for key, cell in column(table, name).items()
+    }
+
+
+def test_tasks_are_told_apart_by_their_goals() -> None:
+    _, goals, stage_1 = of().tables()
+    assert counts(goals, "tasks") == {
+        "exactly right": 3,
+        "all, and others": 3,
+        "some missing": 3,
+        "no answer": 2,
+        "all": 11,
+    }
+    solved = {"exactly right": 1, "all, and others": 1, "some missing": 1, "no answer": 1, "all": 4}
+    assert counts(goals, "modular") == solved
+    assert counts(goals, "pipeline") == {**dict.fromkeys(solved, 0), "exactly right": 3, "all": 3}
+    assert counts(goals, "only modular") == {**solved, "exactly right": 0, "all": 3}
+    assert counts(goals, "only pipeline") == {**dict.fromkeys(solved, 0), "exactly right": 2, "all": 2}
+    assert "perfect stage 2" not in goals.names
+    assert counts(stage_1, "tasks") == {
+        "no answer": 2,
+        "unreadable, so that no goals were stated": 0,
+        "names what does not exist": 3,
+        "has ill-formed entries": 0,
+    }
+
+
+def test_both_columns_have_intervals_and_the_paper_beside_them() -> None:
+    plain = action_run()
+    stages, *_ = _Pair(plain, piped(plain), {}, {}, {"task_success": (50.0, 40.0)}).tables()
+    row = next(row for row in stages.rows if row[0] == "task_success")
+    _, modular, pipeline, difference, p_value, *paper = row
+    assert isinstance(modular, Estimate)
+    assert isinstance(pipeline, Estimate)
+    assert isinstance(difference, Estimate)
+    assert (modular.numerator, pipeline.numerator, modular.denominator) == (4, 3, 11)
+    assert difference.value == pytest.approx(-100 / 11)
+    assert difference.low is not None
+    assert difference.low < -100 / 11
+    assert isinstance(p_value, float)
+    assert paper == [50.0, 40.0]
+
+
+def test_a_perfect_second_stage_and_what_is_missing() -> None:
+    plain = action_run()
+    asked = [("ON", False), ("not OPEN", True), ("INSIDE", True)]
+    *_, goals, _, missed = _Pair(plain, piped(plain), {"0_1": True, "1_1": True}, {"0_1": asked}, {}).tables()
+    assert counts(goals, "perfect stage 2") == {
+        "exactly right": 1,
+        "all, and others": 1,
+        "some missing": 0,
+        "no answer": 0,
+        "all": 2,
+    }
+    assert counts(missed, "missing") == {"INSIDE": 1, "not OPEN": 1, "ON": 0}
+    assert counts(missed, "tasks") == {"INSIDE": 1, "not OPEN": 1, "ON": 0}
+    assert counts(missed, "pipeline solves") == {"INSIDE": 1, "not OPEN": 1, "ON": 0}
+
+
+@pytest.mark.parametrize("models", [("first", "second"), ("first", "first")])
+def test_several_pipelines_are_pooled_task_by_task(models: tuple[str, str]) -> None:
+    """The rows add up, also those of one model with goals of two."""
+    both = [of(model) for model in models]
+    _, together, _ = pooled(both).tables()
+    apart = [counts(each.tables()[1], "pipeline") for each in both]
+    assert counts(together, "pipeline") == {key: apart[0][key] + apart[1][key] for key in apart[0]}  # type: ignore[operator]
+    assert counts(together, "tasks")["all"] == 22
+
+
+@pytest.mark.parametrize(
+    ("stated", "kind"),
+    [
+        (Confusion(3, 0, 0), "exactly right"),
+        (Confusion(3, 2, 0), "all, and others"),
+        (Confusion(3, 2, 1), "some missing"),
+    ],
+)
+def test_how_right_goals_are(stated: Confusion, kind: str) -> None:
+    assert _kind_of(Stated("0", stated)) == kind

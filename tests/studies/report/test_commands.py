@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.base.store import Store
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.suite import open_suite
+from eai.cli import app
+from eai.results.batch import Scoring
+from eai.results.responses import Response, ResponseFile
+from eai.tasks.source import Source
+from protocols import of_reference
+from record_files import write_records
+from results.verdicts import SUCCEEDED, record, whole
+from studies.report.samples import action_run, goal_run, write_runs
+
+RUNNER = CliRunner(env={"COLUMNS": "100"})
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    return write_runs(tmp_path, [action_run("first"), action_run("second"), goal_run()])
+
+
+def test_compare_prints_both_and_where_they_differ(runs: Path) -> None:
+    result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run1"), "--tasks", "2"])
+    assert result.exit_code == 0
+    assert "A first, 12/12 answered\nB second, 12/12 answered\n" in re.sub(r" +\n", "\n", result.output)
+    assert "exact McNemar" in result.output
+    assert "11 tasks of 4 names" in result.output
+    assert "independent:" in result.output
+    assert "Older records" not in result.output
+    assert "task success only in first (4): 0_1 name 0, 3_1 name 3 … and 2 more" in result.output
+    assert "1.000" in result.output
+
+
+def test_old_records_are_said_to_be_old(tmp_path: Path) -> None:
+    """Their tasks count as independent, which a reader must know wherever an interval stands."""
+    old = [[replace(each, task=None) for each in action_run(model)] for model in ("first", "second")]
+    runs = write_runs(tmp_path / "runs", old)
+    compared = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run1")])
+    assert "11 tasks of" not in compared.output
+    assert "Older records" in compared.output
+    listed = RUNNER.invoke(app, ["report", str(runs)])
+    assert "2 of 2 runs have older records" in " ".join(listed.output.split())
+    out = tmp_path / "out"
+    command = ["report", str(runs), "--out", str(out), "--no-prompts", "--no-plots"]
+    assert RUNNER.invoke(app, command).exit_code == 0
+    assert "2 of 2 runs have older records" in (out / "report.md").read_text(encoding="utf-8")
+
+
+def test_compare_needs_something_in_common(runs: Path) -> None:
+    result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run2")])
+    assert "no domain, ability and protocol" in str(result.exception)
+
+
+def test_compare_wants_one_model_a_side(runs: Path) -> None:
+    result = RUNNER.invoke(app, ["compare", str(runs), str(runs / "run1")])
+    assert "expected one run" in str(result.exception)
+
+
+def test_leaderboard_lists_runs_and_papers_by_rank(runs: Path) -> None:
+    alone = RUNNER.invoke(app, ["report", str(runs)])
+    assert alone.exit_code == 0
+    assert "VirtualHome, protocol strict" in alone.output
+    assert "(paper)" not in alone.output
+    both = RUNNER.invoke(app, ["report", str(runs), "--paper"])
+    assert both.output.count("(published)") == 18
+    assert "(paper)" not in both.output
+    as_json = json.loads(RUNNER.invoke(app, ["report", str(runs), "--json"]).stdout)
+    assert {table["name"] for table in as_json["tables"]} == {"overview"}
+    old = write_runs(runs / "old", [action_run("third", "eai-1.0.5")])
+    assert RUNNER.invoke(app, ["report", str(old), "--paper"]).output.count("(paper)") == 18
+
+
+def test_beside_the_paper_a_plan_misses_the_goal_that_only_the_paper_asked_for(tmp_path: Path) -> None:
+    task_id = of_reference("protocol").TASK
+    asked = record(task_id, SUCCEEDED, domain="behavior", protocol=Protocol("eai-1.0.5"))
+    folder = str(write_runs(tmp_path, [[asked]]))
+    alone, both = (RUNNER.invoke(app, ["report", folder, *more]).output for more in ([], ["--paper"]))
+    assert "100.0" in alone
+    rows = [[line.split() for line in text.splitlines()] for text in (alone, both)]
+    success, beside = (next(row[3] for row in found if row[1:2] == ["m"]) for found in rows)
+    assert (success, beside) == ("100.0", "0.0")
+
+
+def test_what_is_not_answered_is_said_wherever_a_run_is_shown(tmp_path: Path) -> None:
+    records = [replace(record, suite_size=20) for record in action_run("part")]
+    write_records(tmp_path / "part.jsonl", records)
+    write_records(tmp_path / "whole.jsonl", whole(action_run("whole")))
+    part, other = str(tmp_path / "part.jsonl"), str(tmp_path / "whole.jsonl")
+    said = "only 12 of 20 tasks were asked; the run is not ranked."
+    leaderboard = RUNNER.invoke(app, ["report", part, other])
+    assert f"¹ Action sequencing: {said}" in leaderboard.output
+    assert re.search(r"\n +part¹ +12/20 ", leaderboard.output)
+    assert f"A: {said}" in RUNNER.invoke(app, ["compare", part, other]).output
+    arguments = ["report", part, other, "--out", str(tmp_path / "out"), "--no-plots", "--no-prompts"]
+    assert RUNNER.invoke(app, arguments).exit_code == 0
+    page = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
+    assert said in page
+    assert "|  | part¹ | 12/20 |" in page
+    assert r" & part\textsuperscript{1} & 12/20 & " in (tmp_path / "out" / "tables.tex").read_text("utf-8")
+
+
+def test_pictures_come_from_the_data_set(data_store: Store, tmp_path: Path) -> None:
+    suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=Source(data_store))
+    gold = open_answer_book(suite.benchmark, suite.ability, suite.source)[suite.task_ids[0]]
+    answers = ResponseFile("me", (Response(suite.task_ids[0], gold.text),))
+    runs = write_runs(
+        tmp_path, [list(Scoring().records(suite, answers.model, answers.responses, explanations=True))]
+    )
+    command = ["report", str(runs), "--no-plots", "--no-prompts", "--pictures", "--out"]
+    done = RUNNER.invoke(app, [*command, str(tmp_path / "out"), "--data", str(data_store.folder)])
+    assert done.exit_code == 0, done.exception
+    page = (tmp_path / "out" / "explorer.html").read_text(encoding="utf-8")
+    data = json.loads(page.partition('id="data">')[2].partition("</script>")[0])
+    (answer,) = data["runs"][0]["answers"]
+    assert len(answer["P"]) == len(answer["s"]) + 1
+    assert max(answer["P"]) < len(data["scenes"])
+    refused = RUNNER.invoke(app, [*command, str(tmp_path / "out"), "--data", str(tmp_path / "none")])
+    assert "--pictures: the data set is not at hand" in str(refused.exception)

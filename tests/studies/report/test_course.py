@@ -1,0 +1,111 @@
+"""The course of an answer: its pictures are those of the states that it passed through."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from agents.switches import SWITCHES, WON
+from eai.abilities.attempt import Attempt
+from eai.abilities.experiment import Experiment
+from eai.abilities.explanation import Explanation, StepReport, read_statement
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import PlanVerdict
+from eai.agents.setting import ACTING
+from eai.base.store import Store
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
+from eai.results.batch import Scoring
+from eai.results.record import Record
+from eai.results.responses import Response
+from eai.studies.perception.picture import picture_words
+from eai.studies.report.course import Course, course_of, courses, states_along
+from eai.tasks.source import Source
+from eai.tasks.wording import subjects
+from eai.world.execution import execute
+from studies.perception.kitchen import DOMAIN, KITCHEN, WORDS, fact, kitchen_task, told_by
+
+DONE = ("TAKE(cup_1)", "PUT_ON(cup_1, table_1)", "LIGHT(lamp_2)")
+
+
+def scored(suite: Suite, task_id: str, text: str) -> Record:
+    (record,) = Scoring().records(suite, "me", [Response(task_id, text)], explanations=True)
+    return record
+
+
+def told(course: Course, agent: str) -> list[set[str]]:
+    """What each picture says."""
+    return [{str(each) for tile in scene for each in told_by(tile, agent)} for scene in course]
+
+
+def reports(*actions: str) -> tuple[StepReport, ...]:
+    return tuple(StepReport(action, "executed", call=read_statement(action)) for action in actions)
+
+
+def test_each_step_is_carried_out_again_and_no_other() -> None:
+    took, put, _ = reports(*DONE)
+    vain = (
+        StepReport("LIGHT(cup_1)", "affordance", call=read_statement("LIGHT(cup_1)")),
+        StepReport("LIGHT(lamp_2)", "slip", call=read_statement("LIGHT(lamp_2)")),
+    )
+    states = states_along(DOMAIN, kitchen_task().initial, [took, *vain, put])
+    assert states is not None
+    seen = [{str(each) for each in WORDS.describe(replace(kitchen_task(), initial=s)).facts} for s in states]
+    assert "in(cup_1, box_1)" in seen[0]
+    assert "holds(robot, cup_1)" in seen[1]
+    assert seen[1] == seen[2] == seen[3]
+    assert seen[4] == {str(fact(each)) for each in ("on cup_1 table_1", "on box_1 table_1", "lit lamp_1")}
+    assert states_along(DOMAIN, kitchen_task().initial, [put]) is None
+
+
+def test_an_episode_has_a_scene_for_each_turn() -> None:
+    suite = open_suite(SWITCHES, ACTING)
+    commands = [*WON, "DONE"]
+    record, *_ = Scoring().records(suite, "m", [Response("both", "\n".join(commands))], explanations=True)
+    assert len(course_of(record, suite)) == 1 + len(commands)
+
+
+def test_a_world_that_goes_on_begins_where_the_attempt_before_ended() -> None:
+    suite = open_suite(KITCHEN, Ability.ACTION_SEQUENCING)
+    record = scored(suite, "1", "[]")
+    first, last = (Explanation(steps=reports(*part)) for part in (DONE[:1], DONE[1:]))
+    attempts = tuple(Attempt("", PlanVerdict(), explanation=each) for each in (first, last))
+    goes_on = replace(record, experiment=Experiment(1, "continue"), attempts=attempts, explanation=last)
+    start, *rest = told(course_of(goes_on, suite), "robot")
+    assert "holds(robot, cup_1)" in start
+    assert len(rest) == 2
+    begins_anew = replace(goes_on, experiment=Experiment(1, "restart"))
+    assert course_of(begins_anew, suite) == ()  # what nobody took cannot be put down
+
+
+def test_nothing_is_shown_of_other_data_and_of_what_has_no_plan() -> None:
+    suite = open_suite(KITCHEN, Ability.ACTION_SEQUENCING)
+    done = replace(scored(suite, "1", "[]"), explanation=Explanation(steps=reports(*DONE)))
+    assert len(course_of(done, suite)) == 4
+    assert course_of(replace(done, data_sha256="0" * 64), suite) == ()
+    assert course_of(replace(done, task_id="2"), suite) == ()
+    assert courses(Source())(replace(done, domain="nowhere")) == ()
+
+
+@pytest.mark.parametrize("name", ["behavior", "virtualhome"])
+@pytest.mark.parametrize("ability", [Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION])
+def test_pictures_of_households_begin_and_end_with_what_is_so(
+    name: str, ability: Ability, data_store: Store
+) -> None:
+    source, benchmark = Source(data_store), find_benchmark(name)
+    suite, course = open_suite(name, ability, source=source), courses(source)
+    words, book = picture_words(benchmark), open_answer_book(benchmark, ability, source)
+    for task_id in list(suite.task_ids)[::40]:
+        record, task = scored(suite, task_id, book[task_id].text), suite.tasks[task_id]
+        assert record.explanation is not None
+        scenes = course(record)
+        assert len(scenes) == len(record.explanation.steps) + 1
+        agent = "" if task.scene.agent is None else words.names(task)[task.scene.agent]
+        first, *_, last = told(scenes, agent)
+        assert {str(each) for each in words.describe(task).facts} <= first
+        if ability is Ability.ACTION_SEQUENCING:
+            end = execute(benchmark.domain, task.initial, task.script).final
+            there = words.describe(replace(task, initial=end), subjects(task)).facts
+            assert {str(each) for each in there} <= last

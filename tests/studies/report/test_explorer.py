@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.explanation import Explanation, GoalReport, StepReport, read_statement
+from eai.results.page import for_script
+from eai.results.runs import read_runs
+from eai.studies.report.explorer import Background, ExplorerData, explorer_html
+from studies.report.samples import HOSTILE, action_run, all_runs, write_runs
+
+BACKGROUND = Background(
+    prompts={"action_sequencing": {"0_1": f"Do this.\n{HOSTILE}", "none": "?"}},
+    operators={"open": "(:action open :parameters (?o))"},
+)
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> str:
+    packed = ExplorerData(lambda domain: BACKGROUND if domain == "virtualhome" else Background())
+    for run in read_runs([write_runs(tmp_path, all_runs())]):
+        packed.add(run)
+    return packed.to_json()
+
+
+def test_nothing_in_the_data_can_end_its_element(data: str) -> None:
+    assert not set("<>&") & set(data)
+    assert data.isascii()
+    page = explorer_html(data)
+    assert page.count("</script>") == 2
+    assert page.count("owned") == data.count("owned") > 0
+
+
+def test_page_allows_its_own_style_and_program_and_nothing_else(data: str) -> None:
+    page = explorer_html(data)
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page)
+    assert policy is not None
+    assert "default-src 'none'" in policy[1]
+    assert "unsafe" not in policy[1]
+    for tag, rule in (("style", "style-src"), ("script", "script-src")):
+        (text,) = re.findall(f"<{tag}>(.*?)</{tag}>", page, re.DOTALL)
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        assert f"{rule} 'sha256-{digest}'" in policy[1]
+    assert not re.search(r"(?:src|href)=|https?://|url\(", page.replace(data, ""))
+
+
+def test_every_text_stands_once_and_every_answer_is_there(data: str) -> None:
+    content = json.loads(data)
+    assert len(set(content["texts"])) == len(content["texts"])
+    answers = [answer for run in content["runs"] for answer in run["answers"]]
+    assert len(answers) == 12 * 3 + 4 + 5 + 3
+    first = content["runs"][0]
+    assert (first["protocol"], first["ability"]) == ("strict", "goal_interpretation")
+    assert len(content["steps"]) == 4
+    assert HOSTILE in content["texts"]
+
+
+def test_prompts_only_of_tasks_that_were_answered(data: str) -> None:
+    content = json.loads(data)
+    assert list(content["prompts"]) == ["virtualhome/action_sequencing"]
+    lines = content["prompts"]["virtualhome/action_sequencing"]["0_1"]
+    assert content["texts"][lines[0]] == "Do this."
+    assert set(content["prompts"]["virtualhome/action_sequencing"]) == {"0_1"}
+
+
+def test_a_missed_goal_has_what_came_about_instead(tmp_path: Path) -> None:
+    steps = (StepReport("PUT(a, b)", "executed", added=("INSIDE(a, b)",), call=read_statement("PUT(a, b)")),)
+    goals = (GoalReport("relation", "ONTOP(a, b)", False), GoalReport("state", "ON(a)", True))
+    answer = replace(action_run()[0], explanation=Explanation(steps=steps, goals=goals))
+    packed = ExplorerData()
+    for run in read_runs([write_runs(tmp_path, [[answer]])]):
+        packed.add(run)
+    content = json.loads(packed.to_json())
+    (row,) = content["runs"][0]["answers"]
+    missed, met = row["G"]
+    said = [content["texts"][number] for number in (missed[1], *missed[3:])]
+    assert said == ["ONTOP(a, b)", "got INSIDE(a, b)"]
+    assert len(met) == 3
+
+
+def test_script_text_is_json() -> None:
+    assert json.loads(for_script({"a": HOSTILE})) == {"a": HOSTILE}

@@ -1,0 +1,296 @@
+"""The explorer in a real browser."""
+
+from __future__ import annotations
+
+from typing import Any
+from urllib.parse import urlencode
+
+import pytest
+
+from agents.switches import SWITCHES, WON
+from browsing import needs_browser
+from eai.abilities.protocol import Ability
+from eai.agents.play import Arena
+from eai.agents.setting import ACTING
+from eai.benchmarks.suite import open_suite
+from eai.results.batch import Scoring
+from eai.results.record import Record
+from eai.results.responses import Response
+from eai.results.runs import Run, RunKey, read_runs
+from eai.studies.report.course import Course, course_of
+from eai.studies.report.explorer import Background, ExplorerData, explorer_html
+from eai.studies.report.tiles import Tile
+from studies.report.samples import HOSTILE, all_runs, write_runs
+
+pytestmark = needs_browser
+
+
+def course(record: Record) -> Course:
+    """A cup that is taken from a box in the third of four steps, of one answer."""
+    if (record.task_id, record.ability) != ("1_1", Ability.ACTION_SEQUENCING):
+        return ()
+    cup, box, me = (Tile(name, "object") for name in (HOSTILE, "box.4", "me.65"))
+    full = Tile("box.4", "object", ["CLOSED"], zones={"INSIDE": [cup]})
+    holding = Tile("me.65", "agent", lines=["NEXT_TO \N{LEFT RIGHT ARROW} box.4"], zones={"HOLDS_RH": [cup]})
+    return [[me, full], [me, full], [me, full], [holding, box], [holding, box]]
+
+
+ACTIONS = "virtualhome/action_sequencing/strict"
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The explorer of all sample runs, as an address on disk."""
+    folder = tmp_path_factory.mktemp("explorer")
+    background = Background(
+        prompts={"action_sequencing": {"11_1": f"Do this. {HOSTILE}"}},
+        operators={"open": "(:action open :precondition (and (closed ?o) (can_open ?o)))"},
+        instructions={"1_1": "Switch\n it on."},
+        course=course,
+    )
+    data = ExplorerData(lambda domain: background if domain == "virtualhome" else Background())
+    for run in read_runs([write_runs(folder, all_runs())]):
+        data.add(run)
+    page = folder / "explorer.html"
+    page.write_text(explorer_html(data.to_json()), encoding="utf-8")
+    return page.as_uri()
+
+
+def link(address: str, **parts: str) -> str:
+    return f"{address}#{urlencode(parts)}"
+
+
+def tally(page: Any) -> str:
+    return str(page.locator(".tally strong").inner_text())
+
+
+def test_filters_count_and_combine(page: Any, address: str) -> None:
+    page.goto(address)
+    assert tally(page) == "48 answers"
+    page.get_by_role("button", name="Action sequencing").click()
+    assert tally(page) == "36 answers"
+    page.get_by_role("button", name="Wrong order").first.click()
+    assert tally(page) == "12 answers"
+    assert page.get_by_role("button", name="Subgoal decomposition").locator(".count").inner_text() == "0"
+    page.get_by_role("button", name="Clear all filters").click()
+    assert tally(page) == "48 answers"
+
+
+def test_search_finds_in_answers_and_says_when_nothing_is_found(page: Any, address: str) -> None:
+    page.goto(address)
+    page.keyboard.press("/")
+    page.keyboard.type("answer 10")
+    assert tally(page) == "3 answers"
+    page.get_by_role("searchbox").fill("no such thing")
+    assert "No answer is like that" in page.locator("#rows").inner_text()
+    page.keyboard.press("Escape")
+    assert page.evaluate("document.activeElement.id") != "search"
+
+
+def test_replay_shows_changes_and_the_failing_check(page: Any, address: str) -> None:
+    page.goto(link(address, run=f"{ACTIONS}/first", task="1_1"))
+    detail = page.locator("#detail")
+    assert "Wrong order at step 4: box.4 is open" in detail.inner_text()
+    assert "it would have been possible after step 1" in detail.inner_text()
+    assert "prose" in detail.locator(".tags").inner_text()
+    assert page.locator(".place").inner_text() == "step 4 of 4"
+    state = page.locator(".state")
+    assert "ONTOP(cup.3, bed.1)" in state.inner_text()
+    page.keyboard.press("p")
+    page.keyboard.press("p")
+    assert page.locator(".place").inner_text() == "step 2 of 4"
+    assert "NEXT_TO(me.65, bed.1)" in state.inner_text()
+    assert "cup.3" not in state.inner_text()
+    page.get_by_role("button", name="Next step").click()
+    assert "HOLDS(me.65, cup.3)" in state.inner_text()
+    assert page.locator(".goal-list.met").inner_text().startswith("Reached")
+    assert "null" not in detail.inner_text()
+    assert "undefined" not in detail.inner_text()
+
+
+def test_pictures_of_the_states_of_an_answer(page: Any, address: str) -> None:
+    """A frame is around what changed; the picture before the first step is the start."""
+    page.goto(link(address, run=f"{ACTIONS}/first", task="1_1", step="3"))
+    picture = page.locator(".picture")
+    assert picture.locator("figcaption").inner_text() == "After step 3, GRAB(cup.3)"
+    assert picture.locator(".tile.agent > .zone .tile strong").inner_text().startswith("</script>")
+    changed = picture.locator(".tile.changed > strong").all_inner_texts()
+    assert [text.partition("\n")[0] for text in changed][::2] == ["me.65", "box.4"]
+    page.keyboard.press("p")
+    assert picture.locator(".marks").inner_text() == "CLOSED"
+    assert picture.locator(".tile.changed").count() == 0
+    page.keyboard.press("p")
+    page.keyboard.press("p")
+    assert page.locator(".place").inner_text() == "the start"
+    assert page.get_by_role("button", name="Previous step").is_disabled()
+    here = page.url
+    page.goto("about:blank")
+    page.goto(here)
+    assert picture.locator("figcaption").inner_text() == "At the start"
+    page.goto(link(address, run=f"{ACTIONS}/first", task="0_1"))
+    assert page.locator(".replay").count() == 1
+    assert picture.count() == 0
+
+
+def test_keys_walk_the_list_and_the_address_follows(page: Any, address: str) -> None:
+    page.goto(link(address, ability="action_sequencing", model="second"))
+    page.keyboard.press("j")
+    page.keyboard.press("j")
+    page.keyboard.press("k")
+    assert page.locator(".heading h2").inner_text() == "name 1"
+    assert page.locator(".heading .id").inner_text() == "1_1"
+    assert page.locator(".heading .instruction").inner_text() == "Switch it on."
+    here = page.url
+    assert "task=1_1" in here
+    page.goto("about:blank")
+    page.goto(here)
+    assert page.locator(".heading h2").inner_text() == "name 1"
+    assert tally(page) == "12 answers"
+    assert page.locator('.row[aria-selected="true"] .task').inner_text() == "name 1\n1_1"
+
+
+def test_a_link_to_a_step_and_to_nothing(page: Any, address: str) -> None:
+    page.goto(link(address, run=f"{ACTIONS}/first", task="1_1", step="2"))
+    assert page.locator(".place").inner_text() == "step 2 of 4"
+    page.goto(link(address, run="no/such/run", task="1_1", step="99", outcome="nonsense"))
+    assert tally(page) == "0 answers"
+
+
+def test_hostile_answers_are_text(page: Any, address: str) -> None:
+    page.goto(link(address, run=f"{ACTIONS}/first", task="11_1"))
+    page.locator(".prompt summary").click()
+    page.wait_for_timeout(100)
+    assert page.title() == "eai explorer"
+    assert "</script><script>" in page.locator(".raw pre").inner_text()
+    assert "onerror" in page.locator(".prompt pre").inner_text()
+    assert page.locator("#detail img, #detail script, #detail style").count() == 0
+    assert page.evaluate("document.scripts.length") == 2
+
+
+def test_two_runs_side_by_side(page: Any, address: str) -> None:
+    page.goto(address)
+    page.get_by_role("button", name="Compare runs").click()
+    page.locator('select[data-run="a"]').select_option(
+        label="first · strict · action sequencing · VirtualHome"
+    )
+    page.locator('select[data-run="b"]').select_option(
+        label="second · strict · action sequencing · VirtualHome"
+    )
+    cells = page.locator(".cell strong").all_inner_texts()
+    assert cells == ["8", "0", "4", "4", "4", "12"]
+    assert page.locator(".row").count() == 8
+    assert page.locator(".side-run").count() == 2
+    page.get_by_role("button", name="only the second").click()
+    assert page.locator(".row .why").first.inner_text() == "wrong order → success"
+    here = page.url
+    page.goto("about:blank")
+    page.goto(here)
+    assert page.locator(".row").count() == 4
+
+
+def test_goals_found_missed_and_invented(page: Any, address: str) -> None:
+    page.goto(link(address, run="virtualhome/goal_interpretation/strict/first", task="0_1"))
+    lists = page.locator(".goal-list").all_inner_texts()
+    assert [text.split("\n")[0].split()[0] for text in lists] == ["Found", "Missed", "Invented", "Names"]
+    assert "OFF(bed)" in lists[2]
+    assert "sofaa" in lists[3]
+
+
+@pytest.fixture(scope="module")
+def episodes(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The explorer of two agents that play the same task, as an address on disk."""
+    suite = open_suite(SWITCHES, ACTING)
+    plays = {name: Arena(SWITCHES).play(suite.tasks["both"]) for name in ("good", "poor")}
+    for command in (*WON, "DONE"):
+        plays["good"].act(command, f"I try {command}. {HOSTILE}")
+    for command in ("LOOK", "GO(moon)", *["WAVE"] * 16):
+        plays["poor"].act(command)
+    data = ExplorerData(lambda domain: Background(course=lambda record: course_of(record, suite)))
+    for name, play in plays.items():
+        answer = [Response("both", play.text("stopped"))]
+        records = tuple(Scoring().records(suite, name, answer, explanations=True))
+        key = RunKey(suite.protocol, suite.domain, ACTING, name)
+        data.add(Run(key, records, ("a.eval", {"both": 2}) if name == "good" else None))
+    page = tmp_path_factory.mktemp("episodes") / "explorer.html"
+    page.write_text(explorer_html(data.to_json()), encoding="utf-8")
+    return page.as_uri()
+
+
+def test_an_episode_is_replayed_turn_by_turn(page: Any, episodes: str) -> None:
+    page.goto(link(episodes, run="switches/acting/strict/good", task="both", step="3"))
+    replay = page.locator(".replay")
+    assert replay.locator(".place").inner_text() == "turn 3 of 5"
+    goals = replay.locator(".goals-then li")
+    assert goals.all_text_contents() == ["reached: lit(lamp)", "not reached: lit(torch)"]
+    page.get_by_role("button", name="Next turn").click()
+    assert goals.all_text_contents() == ["reached: lit(lamp)", "reached: lit(torch)"]
+    changed = page.locator(".picture .tile.changed > strong").all_inner_texts()
+    assert [text.partition("\n")[0] for text in changed] == ["torch"]
+    words = replay.locator(".thought p").first
+    assert not words.is_visible()
+    replay.get_by_text("What the agent said").first.click()
+    assert words.inner_text().startswith("I try PRESS(lamp). </script><script>document.title='owned'")
+    viewer = page.get_by_role("link").get_attribute("href")
+    assert viewer == "http://127.0.0.1:7575/#/logs/a.eval/samples/sample/both/2/"
+    assert not page.locator(".raw pre").is_visible()
+
+
+def test_faults_of_an_episode_are_marked_and_what_came_too_late(page: Any, episodes: str) -> None:
+    page.goto(link(episodes, run="switches/acting/strict/poor", task="both"))
+    failed = page.locator(".step.failed")
+    assert failed.locator(".verdict").all_inner_texts() == ["hallucination", "too late"]
+    assert "you have not yet seen moon" in failed.first.inner_text()
+    assert page.locator(".picture .tile").count()
+    assert page.get_by_role("link").count() == 0
+
+
+def test_two_agents_are_replayed_side_by_side(page: Any, episodes: str) -> None:
+    runs = {name: f"switches/acting/strict/{run}" for name, run in (("a", "good"), ("b", "poor"))}
+    page.goto(link(episodes, **runs, cell="all", task="both", step="2"))
+    places = page.locator(".replay .place")
+    assert places.all_inner_texts() == ["turn 2 of 5", "turn 2 of 16"]
+    page.keyboard.press("n")
+    assert places.all_inner_texts() == ["turn 3 of 5", "turn 3 of 16"]
+    page.get_by_role("button", name="Next turn").nth(1).click()
+    assert places.all_inner_texts() == ["turn 3 of 5", "turn 4 of 16"]
+
+
+def test_operators_side_by_side(page: Any, address: str) -> None:
+    page.goto(link(address, run="virtualhome/transition_modeling/strict/first", task="0_1"))
+    gold, written = (page.locator(".definition").nth(i) for i in (0, 1))
+    assert gold.locator("mark.missing").inner_text() == "can_open"
+    assert written.locator("mark.additional").inner_text() == "near"
+    assert "unknown predicate in the precondition" in page.locator(".offences").inner_text()
+
+
+def test_phone_shows_list_then_answer_and_nothing_overflows(browser: Any, address: str) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
+    page = context.new_page()
+    page.goto(address)
+    wide = "document.documentElement.scrollWidth > document.documentElement.clientWidth"
+    assert not page.evaluate(wide)
+    assert not page.locator("#detail").is_visible()
+    page.locator(".row").first.click()
+    assert page.locator("#detail").is_visible()
+    assert not page.evaluate(wide)
+    assert not page.evaluate(wide.replace("Width", "Height"))
+    page.get_by_role("button", name="← Answers").click()
+    assert page.locator("#list").is_visible()
+    page.get_by_role("button", name="Filters").click()
+    assert page.get_by_role("navigation", name="Filters").is_visible()
+    context.close()
+
+
+def test_everything_to_press_has_a_name_and_dark_can_be_chosen(page: Any, address: str) -> None:
+    page.goto(address)
+    nameless = "[...document.querySelectorAll('button, select, input')].filter(e => !e.innerText.trim()"
+    nameless += " && !e.getAttribute('aria-label') && !e.closest('label')).length"
+    assert page.evaluate(nameless) == 0
+    color = "getComputedStyle(document.body).backgroundColor"
+    light = page.evaluate(color)
+    page.keyboard.press("t")
+    assert page.evaluate(color) != light
+    page.keyboard.press("?")
+    assert page.get_by_role("dialog", name="Keys").is_visible()
+    page.keyboard.press("Escape")
+    assert not page.get_by_role("dialog", name="Keys").is_visible()

@@ -1,0 +1,292 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion, Verdict
+from eai.pddl.planning import PlannerOutcome
+from eai.results.paper_tables import NULL_MODELS, null_scores, published_scores
+from eai.results.rate import Rate
+from eai.results.record import NOT_ANSWERED, Record
+from eai.results.runs import Run, RunKey
+from eai.studies.report.rankings import Ranking, cells_by_model, make_ranking
+from eai.studies.report.run_summary import summary_of
+from eai.studies.report.table_specs import tables_of
+from eai.world.fault import FaultKind
+from results.verdicts import SUCCEEDED, failed, record, whole
+from studies.report.samples import cell_at, rate_at
+
+BAD = failed(FaultKind.AFFORDANCE)
+SPECS = {spec.name: spec for spec in tables_of(())}
+
+
+def run_of(verdicts: list[Verdict], ability: Ability, model: str) -> Run:
+    records = [record(f"{i}_1", v, ability=ability, model=model) for i, v in enumerate(verdicts)]
+    return Run(RunKey(Protocol.STRICT, "virtualhome", ability, model), whole(records))
+
+
+def table(
+    name: str, runs: list[Run], protocol: Protocol = Protocol.STRICT, *, with_paper: bool = False
+) -> Ranking | None:
+    """A table without its floor, whose footnotes are the last."""
+    found = whole_table(name, runs, protocol, with_paper=with_paper)
+    if found is None:
+        return None
+    rows = tuple(row for row in found.rows if row.source != "floor")
+    return replace(found, rows=rows, notes=tuple(n for n in found.notes if not n.startswith("Floor")))
+
+
+def whole_table(
+    name: str, runs: list[Run], protocol: Protocol = Protocol.STRICT, *, with_paper: bool = False
+) -> Ranking | None:
+    found = [summary_of(run) for run in runs]
+    summaries = [replace(each, key=each.key._replace(protocol=protocol)) for each in found]
+    return make_ranking(SPECS[name], summaries, cells_by_model(summaries), with_paper=with_paper)
+
+
+def plans(good: int, model: str) -> Run:
+    return run_of([SUCCEEDED] * good + [BAD] * (10 - good), Ability.ACTION_SEQUENCING, model)
+
+
+def test_rows_are_ranked_equals_share_and_the_best_is_marked() -> None:
+    found = table(
+        "action_sequencing_trajectory", [plans(5, "b"), plans(7, "c"), plans(7, "a"), plans(2, "d")]
+    )
+    assert found is not None
+    assert [(row.rank, row.model) for row in found.rows] == [(1, "a"), (1, "c"), (3, "b"), (4, "d")]
+    assert [cell_at(row, 0).best for row in found.rows] == [True, True, False, False]
+    assert rate_at(found.rows[0], 0) == Rate(7, 10)
+    affordance = [column.metric for column in found.columns].index("affordance")
+    assert not any(cell_at(row, affordance).best for row in found.rows)  # fewer errors are no contest
+
+
+def test_one_run_alone_is_not_the_best() -> None:
+    found = table("action_sequencing_trajectory", [plans(7, "a")])
+    assert found is not None
+    assert not any(cell.best for cell in found.rows[0].cells.values())
+
+
+def test_a_table_without_numbers_is_left_out() -> None:
+    assert table("goal_interpretation", [plans(7, "a")]) is None
+
+
+def test_columns_without_numbers_are_left_out() -> None:
+    found = table("goal_satisfaction", [plans(7, "a")])
+    assert found is not None
+    assert {column.metric for column in found.columns} == {"state_goal", "total_goal"}
+
+
+def test_granularity_is_the_last_column_of_subgoals() -> None:
+    verdict = SubgoalVerdict(category=SubgoalCategory.CORRECT, refined=4, added_actions=1)
+    found = table("subgoal_decomposition_trajectory", [run_of([verdict], Ability.SUBGOAL_DECOMPOSITION, "a")])
+    assert found is not None
+    column, cell = [*found.columns][-1], cell_at(found.rows[0], -1)
+    assert (column.group, column.label, cell.value) == ("Added by search", "Granularity", 25)
+    assert "granularity" not in [each.metric for each in SPECS["action_sequencing_trajectory"].columns]
+
+
+def test_paper_stands_beside_with_notes_on_its_cells() -> None:
+    found = whole_table("overview", [plans(10, "a")], Protocol("eai-1.0.5"), with_paper=True)
+    assert found is not None
+    assert len(found.rows) == 19 + len(NULL_MODELS)
+    assert found.rows[0].model == "a"
+    opus = next(row for row in found.rows if row.model == "Claude-3 Opus")
+    assert opus.source == "paper"
+    assert cell_at(opus, 0).value == 64.6
+    (note,) = cell_at(opus, 0).texts
+    assert "64.9" in note
+    used = {n for notes in (*found.columns.values(), *(row.all_notes for row in found.rows)) for n in notes}
+    assert used == set(found.notes)
+    assert len(used) == len(found.notes)
+
+
+def test_the_paper_s_figures_never_stand_beside_runs_under_another_protocol() -> None:
+    found = table("overview", [plans(4, "a")], with_paper=True)
+    assert found is not None
+    assert {row.source for row in found.rows} == {"run", "published"}
+    ours = next(row for row in found.rows if row.source == "run")
+    gpt_4o = next(row for row in found.rows if row.model == "GPT-4o")
+    assert (gpt_4o.rank, str(gpt_4o.coverage)) == (7, "342/342")
+    assert (ours.rank, str(ours.coverage)) == (14, "10/10")
+    known = published_scores("strict").suites["virtualhome/action_sequencing"].rates("GPT-4o")["task_success"]
+    assert rate_at(gpt_4o, 0) == known
+    told = " ".join(gpt_4o.notes)
+    assert f"{len(found.rows) - 1} of the paper's 18 models" in told
+    assert "Scored against other data than the runs: Action sequencing." in told
+
+
+@pytest.mark.parametrize(
+    ("answered", "size", "excluded", "remark"),
+    [
+        (8, 12, None, "only 10 of 12 tasks were asked"),
+        (8, 10, NOT_ANSWERED, "2 of 10 tasks without an answer, left out"),
+        (10, None, None, "do not say how many tasks"),
+    ],
+)
+def test_a_run_that_leaves_tasks_out_is_last_without_rank_or_bold(
+    answered: int, size: int | None, excluded: str | None, remark: str
+) -> None:
+    run = plans(10, "partial")
+    lacking = replace(SUCCEEDED, excluded=excluded)
+    records = [
+        replace(
+            r,
+            suite_size=size,
+            unanswered=None if i < answered else "why",
+            verdict=r.verdict if i < answered else lacking,
+        )
+        for i, r in enumerate(run.records)
+    ]
+    found = table("overview", [plans(1, "a"), plans(2, "b"), replace(run, records=tuple(records))])
+    assert found is not None
+    assert [(row.rank, row.model) for row in found.rows] == [(1, "b"), (2, "a"), (None, "partial")]
+    assert [cell_at(row, 0).best for row in found.rows] == [True, False, False]
+    (note,) = found.rows[-1].notes
+    assert remark in note
+
+
+def test_a_run_whose_missing_answers_count_as_failures_is_ranked_with_a_note() -> None:
+    run = plans(10, "partial")
+    failures = [replace(r, unanswered="why", verdict=BAD.without_answer()) for r in run.records[5:]]
+    found = table("overview", [plans(4, "a"), replace(run, records=(*run.records[:5], *failures))])
+    assert found is not None
+    assert [(row.rank, row.model, str(row.coverage)) for row in found.rows] == [
+        (1, "partial", "5/10"),
+        (2, "a", "10/10"),
+    ]
+    assert found.notes[0] == "Action sequencing: 5 of 10 tasks without an answer, counted as failed."
+
+
+def test_average_is_the_paper_s_mean_with_an_interval() -> None:
+    goals = run_of([GoalVerdict(counts={"state": Confusion(1, 0, 1)})] * 4, Ability.GOAL_INTERPRETATION, "a")
+    subgoals = run_of([SubgoalVerdict(category=SubgoalCategory.CORRECT)], Ability.SUBGOAL_DECOMPOSITION, "a")
+    operators = run_of(
+        [
+            OperatorVerdict(
+                counts={"effect": {"object_states": Confusion(1, 1, 1)}}, planner=PlannerOutcome.SOLVED
+            )
+        ],
+        Ability.TRANSITION_MODELING,
+        "a",
+    )
+    found = table("overview", [goals, subgoals, plans(5, "a"), operators])
+    assert found is not None
+    average = cell_at(found.rows[0], -1)
+    assert average.value is not None
+    assert round(average.value, 6) == round((200 / 3 + 50 + 100 + (50 + 100) / 2) / 4, 6)
+    assert average.low is not None
+    assert average.high is not None
+    assert average.low < average.value < average.high
+
+
+def test_no_average_where_an_ability_is_missing() -> None:
+    found = table("overview", [plans(5, "a")])
+    assert found is not None
+    assert [column.metric for column in found.columns] == ["task_success", "execution_success"]
+
+
+def test_records_are_what_counts_not_their_order() -> None:
+    def shuffled(records: tuple[Record, ...]) -> float | None:
+        key = RunKey(Protocol.STRICT, "virtualhome", Ability.ACTION_SEQUENCING, "a")
+        return summary_of(Run(key, records)).rates["task_success"].percent
+
+    run = plans(4, "a")
+    assert shuffled(run.records) == shuffled(run.records[::-1]) == 40
+
+
+@pytest.mark.parametrize(("known", "first"), [(True, "honest"), (False, "asserting")])
+def test_plans_that_work_rank_where_they_are_known(known: bool, first: str) -> None:
+    """Planner success keeps its column; operators that assert everything have plans of which none works."""
+
+    def planned(plans: int, working: int, model: str) -> Run:
+        verdicts: list[Verdict] = []
+        for number in range(10):
+            outcome = PlannerOutcome.SOLVED if number < plans else PlannerOutcome.UNSOLVABLE
+            verdicts.append(OperatorVerdict(planner=outcome, plan_works=number < working if known else None))
+        return run_of(verdicts, Ability.TRANSITION_MODELING, model)
+
+    found = table("transition_modeling_planner", [planned(10, 0, "asserting"), planned(6, 5, "honest")])
+    assert found is not None
+    assert [row.rank for row in found.rows] == [1, 2]
+    assert found.rows[0].model == first
+    rates = {row.model: [rate_at(row, place) for place in range(len(row.cells))] for row in found.rows}
+    assert rates["honest"] == [Rate(6, 10), *([Rate(5, 10)] if known else [])]
+    assert rates["asserting"] == [Rate(10, 10), *([Rate(0, 10)] if known else [])]
+
+
+def judged_by(planner: str | None, model: str) -> Run:
+    verdict = OperatorVerdict(
+        counts={"effect": {"object_states": Confusion(1, 0, 0)}},
+        planner=PlannerOutcome.SOLVED,
+        planner_name=planner,
+    )
+    return run_of([verdict], Ability.TRANSITION_MODELING, model)
+
+
+@pytest.mark.parametrize(
+    ("planners", "with_paper", "told"),
+    [
+        (("built-in search", "built-in search"), False, [None, None]),
+        (("built-in search", "Fast Downward 1"), False, ["built-in search", "Fast Downward 1"]),
+        (("built-in search", None), False, [None, None]),
+        (("built-in search", "built-in search"), True, ["built-in search", "built-in search"]),
+    ],
+)
+def test_rows_say_which_planner_judged_where_that_is_not_the_same(
+    planners: tuple[str | None, str | None], with_paper: bool, told: list[str | None]
+) -> None:
+    runs = [judged_by(planner, model) for planner, model in zip(planners, "ab", strict=True)]
+    found = table("transition_modeling_planner", runs, with_paper=with_paper)
+    assert found is not None
+    own = {row.model: row for row in found.rows if row.source == "run"}
+    notes = [list(own[model].notes) for model in "ab"]
+    assert notes == [[f"Planner that judged operators: {name}."] if name else [] for name in told]
+
+
+@pytest.mark.parametrize("protocol", list(Protocol.known()))
+@pytest.mark.parametrize("with_paper", [False, True])
+def test_null_models_stand_below_every_table_and_compete_with_nobody(
+    protocol: Protocol, with_paper: bool
+) -> None:
+    found = whole_table("overview", [plans(0, "a"), plans(1, "b")], protocol, with_paper=with_paper)
+    assert found is not None
+    floor = found.rows[-len(NULL_MODELS) :]
+    assert [row.model for row in floor] == list(NULL_MODELS)
+    assert {row.source for row in found.rows[: -len(floor)]}.isdisjoint({"floor"})
+    assert not any(row.rank or cell.best for row in floor for cell in row.cells.values())
+    rates = null_scores(protocol.value).suites["virtualhome/action_sequencing"].rates("eai/lookup")
+    lookup = floor[list(NULL_MODELS).index("eai/lookup")]
+    assert rate_at(lookup, 0) == rates["task_success"]
+    assert (cell_at(lookup, 0).value or 0) > 30  # better than both runs, and first nowhere
+    assert found.rows[0].rank == 1
+    told = floor[0].notes[0]
+    assert "what is earned without deciding anything" in told
+    assert all(model in told for model in NULL_MODELS)
+
+
+def test_a_null_model_that_was_run_has_no_rank_either() -> None:
+    found = whole_table("action_sequencing_trajectory", [plans(3, "a"), plans(9, "eai_lookup")])
+    assert found is not None
+    assert [(row.rank, row.model) for row in found.rows] == [
+        (1, "a"),
+        (None, "eai/copy"),
+        (None, "eai/empty"),
+        (None, "eai/lookup"),
+        (None, "eai/random"),
+        (None, "eai_lookup"),
+    ]
+    assert [row.model for row in found.rows if row.source == "floor"] == [row.model for row in found.rows[1:]]
+    assert not any(cell.best for row in found.rows[1:] for cell in row.cells.values())
+
+
+def test_other_benchmarks_have_no_floor_of_ours() -> None:
+    run = summary_of(plans(3, "a"))
+    runs = [replace(run, key=run.key._replace(domain="lamps"))]
+    found = make_ranking(SPECS["overview"], runs, cells_by_model(runs), with_paper=False)
+    assert found is not None
+    assert [row.model for row in found.rows] == ["a"]
