@@ -22,11 +22,11 @@ import numpy as np
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.cli.run import ROUND
+from eai.extensions.adaptive.difficulties import ability_of, next_tasks
+from eai.extensions.adaptive.rasch import fit_rasch, variance_between
+from eai.extensions.adaptive.study import Scores, scores_of
 from eai.results.lines import by_suite
-from eai.studies.items.rasch import fit_rasch, variance_between
-from eai.studies.items.study import Scores, scores_of
 from eai.studies.records import Records
-from eai.tasks.adaptive import ability_of, next_tasks
 
 TARGETS = (0.5, 0.4, 0.3)
 DRAWS = 5

@@ -10,9 +10,9 @@ from typing import Any
 
 from eai.benchmarks.behavior.evidence import GroundRelation, load_evidence
 from eai.benchmarks.behavior.tasks import BehaviorTask, initial_relations, initial_states
+from eai.extensions.reference.behavior_quirks import truncated_options
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
-from eai.reference.behavior_quirks import truncated_options
 
 ALSO_IMPORTED = ("networkx", "pyyaml")
 """Packages that the reference's evaluation of BEHAVIOR imports and does not declare."""

@@ -22,8 +22,8 @@ from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.gold_answers import open_planned_book
 from eai.benchmarks.suite import Suite, open_suite
-from eai.bodies.camera import Camera, View
-from eai.bodies.scene import BodyScene
+from eai.extensions.scenes.camera import Camera, View
+from eai.extensions.scenes.scene import BodyScene
 from eai.planning.search import Limits
 from eai.results.rate import Rate
 from eai.studies.perception.belief import perceiving, scene_words

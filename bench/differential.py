@@ -34,8 +34,8 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.behavior.tasks import listed_relations, open_tasks
 from eai.benchmarks.suite import Suite, open_suite
+from eai.extensions.reference.protocol import open_virtualhome
 from eai.pddl.planning import PlannerChoice
-from eai.reference.protocol import open_virtualhome
 from eai.tasks.source import Source
 from mutated_answers import maker
 from mutations import Dice

@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from boxes import lacking
 from eai.base.store import Store
 from eai.benchmarks.registry import FIRST
-from eai.harbor.folders import IMAGE, write_task_folders
+from eai.extensions.harbor.folders import IMAGE, write_task_folders
 from harbor_trials import HARBOR, Trial, asked, lint
 
 

@@ -24,14 +24,14 @@ from eai.benchmarks.virtualhome.operators import declared_operators
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, open_tasks
-from eai.reference import virtualhome_quirks
-from eai.reference.virtualhome_plans import (
+from eai.extensions.reference import virtualhome_quirks
+from eai.extensions.reference.virtualhome_plans import (
     LIST_IS_NOT_JSON,
     VirtualHomeActionSequencing,
     _GoalTest,
     written_with_ids,
 )
-from eai.reference.virtualhome_quirks import QUIRKS
+from eai.extensions.reference.virtualhome_quirks import QUIRKS
 from eai.results.rate import Rate
 from eai.results.responses import ResponseFile, find_response_files, read_responses
 from eai.results.summary import summarise

@@ -11,9 +11,9 @@ import argparse
 import time
 
 from eai.benchmarks.registry import FIRST, find_benchmark
-from eai.questions.question import Form, Kind
-from eai.questions.shortcuts import best_chance, chances_of, entropy_of, guesses_of
-from eai.questions.writer import Writer
+from eai.extensions.questions.question import Form, Kind
+from eai.extensions.questions.shortcuts import best_chance, chances_of, entropy_of, guesses_of
+from eai.extensions.questions.writer import Writer
 
 WARM = 1_000
 

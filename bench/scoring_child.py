@@ -20,7 +20,7 @@ def main(path: Path) -> None:
     clock = [0.0]
     from eai.abilities.verdict import PlanVerdict
     from eai.benchmarks.virtualhome.tasks import open_tasks
-    from eai.reference.virtualhome_plans import VirtualHomeActionSequencing
+    from eai.extensions.reference.virtualhome_plans import VirtualHomeActionSequencing
 
     clock.append(time.process_time())
     tasks = dict(open_tasks())

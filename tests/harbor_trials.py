@@ -21,7 +21,7 @@ from eai.base.files import parse_toml
 from eai.base.store import Store
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
-from eai.harbor.folders import IMAGE, write_task_folders
+from eai.extensions.harbor.folders import IMAGE, write_task_folders
 from eai.tasks.prompts.prompt import Prompt
 
 HARBOR = os.environ.get("EAI_HARBOR") or shutil.which("harbor")

@@ -13,4 +13,6 @@ def of_reference(module: str) -> Any:
     Raises:
         Skipped: it is not there.
     """
-    return pytest.importorskip(f"eai.reference.{module}", reason="the reference's protocol is not there")
+    return pytest.importorskip(
+        f"eai.extensions.reference.{module}", reason="the reference's protocol is not there"
+    )

@@ -157,7 +157,7 @@ def write_package(root: Path, files: dict[str, str]) -> Path:
         ("report/bad.py", "import eai.run", "eai/report/bad.py:1: report must not import run"),
         (
             "cli/bad.py",
-            "def f():\n    from eai.reference import protocol",
+            "def f():\n    from eai.extensions.reference import protocol",
             "eai/cli/bad.py:2: reference is found by an entry point, cli must not import it",
         ),
         ("kitchen.py", "", "eai/kitchen: has no place in LAYERS"),

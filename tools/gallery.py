@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 from eai.abilities.protocol import Ability
 from eai.benchmarks.suite import open_suite
 from eai.cli import app
-from eai.pictures.rendered import photographs_of
+from eai.extensions.scenes.rendered import photographs_of
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs/gallery.md"

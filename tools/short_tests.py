@@ -28,12 +28,12 @@ from numpy.typing import NDArray
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
+from eai.extensions.adaptive import difficulties as adaptive
+from eai.extensions.adaptive.rasch import fit_rasch, variance_between
+from eai.extensions.adaptive.study import Scores, scores_of
 from eai.results.lines import by_suite
 from eai.results.rate import Rate
-from eai.studies.items.rasch import fit_rasch, variance_between
-from eai.studies.items.study import Scores, scores_of
 from eai.studies.records import Records
-from eai.tasks import adaptive
 
 FOLDER = Path(__file__).resolve().parents[1] / "src" / "eai" / "tasks"
 

@@ -18,7 +18,7 @@ from scipy.stats import spearmanr
 from eai.abilities.protocol import Ability
 from eai.benchmarks.generator.measures import FEATURES, FILE, features_of
 from eai.benchmarks.registry import FIRST, find_benchmark
-from eai.tasks.adaptive import item_difficulties
+from eai.extensions.adaptive.difficulties import item_difficulties
 from eai.tasks.source import Source
 
 PATH = Path(__file__).resolve().parents[1] / "src" / "eai" / "generator" / FILE

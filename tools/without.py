@@ -54,7 +54,7 @@ _LISTING = (
     "tests/run/test_harnesses.py::test_every_suite_is_a_task_that_is_found_by_reading_the_file",
     "tests/run/test_harnesses.py::test_every_suite_is_a_task_of_the_lm_evaluation_harness",
     "tests/run/test_structured.py::test_a_server_is_told_the_words_of_each_task",
-    "tests/studies/annotation/test_annotation.py::test_the_quality_of_annotations_is_told",
+    "tests/extensions/annotation/test_annotation.py::test_the_quality_of_annotations_is_told",
 )
 """Tests of pages, and of the whole source, that tell of all folders; some among others."""
 IMPORT_ALL = """

@@ -81,13 +81,13 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Cluster]:
     vars(errors)["RayActorError"] = RuntimeError
     monkeypatch.setitem(sys.modules, "ray", stand_in)
     monkeypatch.setitem(sys.modules, "ray.exceptions", errors)
-    monkeypatch.delitem(sys.modules, "eai.envs.ray_scoring", raising=False)
+    monkeypatch.delitem(sys.modules, "eai.extensions.distributed.ray_scoring", raising=False)
     yield stand_in
-    sys.modules.pop("eai.envs.ray_scoring", None)  # it is bound to the stand-in
+    sys.modules.pop("eai.extensions.distributed.ray_scoring", None)  # it is bound to the stand-in
 
 
 def scoring(workers: int) -> Any:
-    return import_module("eai.envs.ray_scoring").RayScoring("local", workers)
+    return import_module("eai.extensions.distributed.ray_scoring").RayScoring("local", workers)
 
 
 def test_batches_are_tried_as_often_as_those_of_processes_and_actors_for_ever(cluster: Cluster) -> None:

@@ -63,7 +63,7 @@ def test_points_of_others_follow_by_name_and_points_without_a_module_are_left_ou
     points = [
         EntryPoint("theirs", "theirs.rules:RULES", GROUP),
         EntryPoint("absent", "eai.no_such_package.rules:RULES", GROUP),
-        EntryPoint("last", "eai.reference.protocol:EAI_1_0_5", GROUP),
+        EntryPoint("last", "eai.extensions.reference.protocol:EAI_1_0_5", GROUP),
         EntryPoint("added", "theirs.rules:MORE", GROUP),
     ]
     monkeypatch.setattr(module, "_installed", lambda path: EntryPoints(points))

@@ -20,10 +20,10 @@ from eai.base.store import Store
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.run import _Order
+from eai.extensions.adaptive.difficulties import item_difficulties
 from eai.results.record import Record
 from eai.run.spec import RunSpec
 from eai.studies.variation import Endpoint
-from eai.tasks.adaptive import item_difficulties
 from eai.tasks.source import Source
 from results.verdicts import SUCCEEDED, record
 

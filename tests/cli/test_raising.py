@@ -17,7 +17,7 @@ from eai.agents.setting import ACTING
 from eai.agents.worlds import opened
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import open_suite
-from eai.harbor.verify import rewards
+from eai.extensions.harbor.verify import rewards
 from eai.tasks.source import Source
 from raising import BOOM, NAME, RAISING
 

@@ -11,17 +11,17 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from bodies.rooms import kitchen, task_of
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
-from eai.pictures.rendered import photographs_of
+from eai.extensions.scenes.rendered import photographs_of
 from eai.results.codec import record_from_json
 from eai.studies.perception.choice import Perception
 from eai.studies.perception.scenes import shown_scenes
 from eai.tasks.prompts.template import Templates
+from extensions.scenes.rooms import kitchen, task_of
 from processes import eai as run_eai
 from studies.told import told_tables
 

@@ -18,12 +18,12 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.random_answers import random_walk
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
+from eai.extensions.questions import one_step
+from eai.extensions.questions.setting import open_setting
 from eai.planning.planner import Planner, PlanningGoal, planner_of
 from eai.planning.possible import Possible
 from eai.planning.search import Limits, SearchEnd
 from eai.planning.subgoal import GroundAtom
-from eai.questions import one_step
-from eai.questions.setting import open_setting
 from eai.tasks.planning import find_plan, is_impossible
 from eai.tasks.rules import Rules
 from eai.tasks.source import Source

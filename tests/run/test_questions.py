@@ -10,8 +10,8 @@ import pytest
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
-from eai.questions.question import Kind, questions_content
-from eai.questions.writer import Writer
+from eai.extensions.questions.question import Kind, questions_content
+from eai.extensions.questions.writer import Writer
 from eai.run.registry import TASKS
 from eai.tasks.source import Source
 

@@ -16,8 +16,8 @@ from eai.base.errors import EaiError
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.questions.question import questions_content
-from eai.questions.writer import Writer
+from eai.extensions.questions.question import questions_content
+from eai.extensions.questions.writer import Writer
 from eai.run.job import Job
 from eai.run.tasks import obtain_answers
 from eai.studies.variation import Endpoint

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from eai.extensions.adaptive.study import Scores, ability_estimate
 from eai.results.table import Estimate
 from eai.studies.cofactors.effects import fit_logit, rank_correlation
-from eai.studies.items.study import Scores, ability_estimate
 
 MODELS = 9
 

@@ -7,7 +7,7 @@ import pytest
 
 from command_line import Command
 from eai.base.errors import InputError
-from eai.studies.annotation.study import histogram, quality, read_ratings
+from eai.extensions.annotation.study import histogram, quality, read_ratings
 from studies.told import read_table
 
 HEADER = "task,rater,attribute,score\n"

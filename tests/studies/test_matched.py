@@ -7,9 +7,9 @@ import random
 import pytest
 
 from eai.abilities.verdict import of_all
+from eai.extensions.contamination.study import Placed, matched
 from eai.results.certainty import Case, certainty_of_difference
 from eai.results.table import Estimate
-from eai.studies.contamination.study import Placed, matched
 
 
 def placed(which: str, *strata: tuple[str, int, int]) -> list[Placed]:

@@ -4,7 +4,7 @@ import pytest
 
 np = pytest.importorskip("numpy")
 
-from eai.studies.items.rasch import fit_rasch, item_rest, reliability, variance_between  # noqa: E402
+from eai.extensions.adaptive.rasch import fit_rasch, item_rest, reliability, variance_between  # noqa: E402
 
 SCORES = np.array(
     [

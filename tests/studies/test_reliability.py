@@ -5,7 +5,7 @@ from statistics import fmean, pvariance
 
 import pytest
 
-from eai.studies.annotation.study import krippendorff_alpha, weighted_mse
+from eai.extensions.annotation.study import krippendorff_alpha, weighted_mse
 
 KRIPPENDORFF = (
     "1 2 3 3 2 1 4 1 2 . . .",

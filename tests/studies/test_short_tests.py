@@ -11,8 +11,8 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.studies.items.study import Scores, scores_of
-from eai.tasks.adaptive import short_test
+from eai.extensions.adaptive.difficulties import short_test
+from eai.extensions.adaptive.study import Scores, scores_of
 from eai.tasks.source import Source
 from oracle import MODELS
 from studies.published import tables

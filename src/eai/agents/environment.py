@@ -21,13 +21,13 @@ from eai.agents.stage import Stage
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
-from eai.pictures.rendered import camera_of
+from eai.extensions.scenes.rendered import camera_of
 from eai.studies.perception.picture import pixels
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 
 if TYPE_CHECKING:
-    from eai.bodies.camera import Camera
+    from eai.extensions.scenes.camera import Camera
 
 
 MAX_OBSERVATION = 1 << 16

@@ -25,7 +25,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import loaded
 from eai.benchmarks.suite import Suite
-from eai.pictures.rendered import VIEWS, photographs_of
+from eai.extensions.scenes.rendered import VIEWS, photographs_of
 from eai.results.codec import sha256_of
 from eai.tasks.options import misfit
 from eai.tasks.prompts.prompt import Image, Prompt

@@ -173,7 +173,7 @@ def _open_pddl(files: str) -> Benchmark:
 def _open_alfworld(folder: str) -> Benchmark:
     """The benchmark of the games of ALFWorld in a folder."""
     from eai.benchmarks.benchmark import Benchmark
-    from eai.tasks.alfworld import open_games
+    from eai.extensions.alfworld.games import open_games
 
     domain, tasks, plans, written = open_games(Path(folder))
     return Benchmark(

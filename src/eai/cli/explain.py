@@ -32,7 +32,7 @@ from eai.benchmarks.registry import registered
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import counted, output, print_json, say
 from eai.cli.options import AsJson, DataFolder, flag, store
-from eai.pictures.rendered import film_of
+from eai.extensions.scenes.rendered import film_of
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.results.answer_files import benchmarks_of_runs

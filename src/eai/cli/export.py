@@ -25,9 +25,9 @@ from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, asked_by_default, counted, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, flag, opened_source
 from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn, is_list, tasks_of, write_prompts
-from eai.households.submission import build_submission, check_submission
+from eai.extensions.board.submission import build_submission, check_submission
+from eai.extensions.scenes.rendered import VIEWS, film_of, photographs_of
 from eai.pddl.planning import PlannerChoice
-from eai.pictures.rendered import VIEWS, film_of, photographs_of
 from eai.results import training_data
 from eai.results.records import read_records
 from eai.results.reward import Reward, Shaping, is_paid
@@ -361,7 +361,7 @@ def harbor(
         image: The image of the agent's box, for readers that build none.
         shared: Score in the agent's box, for readers that know no other way.
     """
-    from eai.harbor.folders import IMAGE, write_task_folders  # which load what games need
+    from eai.extensions.harbor.folders import IMAGE, write_task_folders  # which load what games need
 
     with opened_source(data) as source:
         suite = open_suite(domain, ability, source=source)

@@ -17,8 +17,8 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import counted, tell
 from eai.cli.options import flag, listed, opened_source
-from eai.report.answer_form import form_html
-from eai.tasks.adaptive import SHORT, short_test
+from eai.extensions.adaptive.difficulties import SHORT, short_test
+from eai.extensions.people.answer_form import form_html
 from eai.tasks.prompts.prompt import Prompt, PromptFiles, PromptSet
 
 OfSet = Annotated[PromptSet, flag("--set", help="The data set's prompts, or ours (in three wordings).")]

@@ -25,8 +25,8 @@ from eai.benchmarks.registry import find_benchmark, registered, title_of
 from eai.cli.console import counted, note, output, say, tell
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, listed, opened_source, store
 from eai.cli.progress import scoring_progress
-from eai.report.board import board_html
-from eai.report.publication import published_files
+from eai.extensions.board.page import board_html
+from eai.extensions.board.publication import published_files
 from eai.results.answer_files import benchmarks_of_runs
 from eai.results.cost import PriceList
 from eai.results.plots import FORMATS

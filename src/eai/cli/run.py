@@ -30,6 +30,12 @@ from eai.cli.options import OUTPUT, SCORING, AsJson, DataFolder, Wide, flag
 from eai.cli.progress import resumable, run_progress, scoring_progress
 from eai.cli.prompts import tasks_of
 from eai.cli.table import print_results, result_json
+from eai.extensions.adaptive.difficulties import (
+    ability_of,
+    item_difficulties,
+    next_tasks,
+    variance_between_names,
+)
 from eai.pddl.planning import PlannerChoice
 from eai.results.epochs import SuiteResult, settle
 from eai.results.repeats import passes_table
@@ -42,7 +48,6 @@ from eai.run.job import Job, answers
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save
 from eai.studies.variation import Endpoint, Stage
-from eai.tasks.adaptive import ability_of, item_difficulties, next_tasks, variance_between_names
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
 
@@ -355,8 +360,8 @@ def _difficulties(suite: Suite, folder: Path | None) -> tuple[Mapping[str, float
     if folder is None:
         of = suite.domain, suite.ability
         return item_difficulties(*of), variance_between_names(*of), "nine models of 2024"
-    from eai.studies.items.rasch import fit_rasch, variance_between
-    from eai.studies.items.study import FEWEST_MODELS, scores_of
+    from eai.extensions.adaptive.rasch import fit_rasch, variance_between
+    from eai.extensions.adaptive.study import FEWEST_MODELS, scores_of
 
     tables, place = Tables(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
     for run in read_runs([folder]):

@@ -188,7 +188,7 @@ def _opened(workers: int, ray: str | None) -> Scoring:
     if ray is None:
         return Scoring(workers)
     with needing("ray", "--ray needs"):
-        from eai.envs.ray_scoring import RayScoring
+        from eai.extensions.distributed.ray_scoring import RayScoring
     return RayScoring(ray, workers)
 
 

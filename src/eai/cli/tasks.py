@@ -18,7 +18,7 @@ from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_task_fi
 from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, flag, opened_source
 from eai.cli.progress import scoring_progress
-from eai.households.croissant import write_croissant
+from eai.extensions.board.croissant import write_croissant
 from eai.planning.search import SearchEnd
 from eai.tasks.source import Finding
 from eai.tasks.task import Task

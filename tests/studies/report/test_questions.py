@@ -10,8 +10,8 @@ import pytest
 from by_path import ROOT
 from command_line import Command
 from eai.benchmarks.registry import find_benchmark
-from eai.questions.question import gold_text, questions_content
-from eai.questions.writer import Writer
+from eai.extensions.questions.question import gold_text, questions_content
+from eai.extensions.questions.writer import Writer
 
 LAMPS = ROOT / "examples" / "lamps"
 

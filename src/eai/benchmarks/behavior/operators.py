@@ -1,7 +1,7 @@
 """The actions of BEHAVIOR: what each one checks, in order, and what it does.
 
 This is the simulator as it is meant, with the reference's order of checks. Where the reference deviates by a
-defect, `eai.reference.behavior_quirks` says so. The source is its ``evolving_graph.py``.
+defect, `eai.extensions.reference.behavior_quirks` says so. The source is its ``evolving_graph.py``.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 How difficult it is expected to be follows from its known plan and its goals, by a ridge regression of the
 difficulties that the public tasks of a household had in action sequencing for nine of the paper's models
-(`eai.tasks.adaptive`, logits from their mean ability), which ``tools/task_difficulty.py`` fits. It
+(`eai.extensions.adaptive.difficulties`, logits from their mean ability), which ``tools/task_difficulty.py`` fits. It
 says little of a single task: each estimate has its error, the root of the mean squared difference on titles
 that were left out.
 """

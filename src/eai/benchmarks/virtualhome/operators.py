@@ -1,7 +1,7 @@
 """The actions of VirtualHome: what each one checks, in order, and what it does.
 
 This is the simulator as it is meant (protocol `strict`). Where the reference deviates by a defect,
-`eai.reference.virtualhome_quirks` says so. The source is the reference's ``execution.py``.
+`eai.extensions.reference.virtualhome_quirks` says so. The source is the reference's ``execution.py``.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
-from eai.pictures.rendered import photographed, places_of
+from eai.extensions.scenes.rendered import photographed, places_of
 from eai.results.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
 from eai.studies.perception.choice import Perception, Showing

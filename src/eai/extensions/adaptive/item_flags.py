@@ -1,0 +1,85 @@
+"""Flags of tasks from the data set: whether there is a plan, whether names are clear."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from functools import cache
+
+from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.verdict import PlanVerdict
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
+from eai.benchmarks.registry import find_benchmark, registered
+from eai.benchmarks.suite import Suite, open_suite
+from eai.extensions.adaptive.flag import Flag, TellsFlags
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.rewriting import rename_objects
+from eai.planning.planner import planner_of
+from eai.planning.search import SearchEnd, SearchResult
+from eai.results.lines import SuiteKey
+from eai.tasks.planning import find_plan
+from eai.tasks.source import Source
+from eai.tasks.task import GoalKind, Task
+from eai.world.action import Action
+
+
+def item_flags(source: Source) -> TellsFlags:
+    """A function that looks tasks up in the data set; of unsolved ones it asks whether there is a plan.
+
+    That there is one means that an answer is right by the rules that the models were scored by: the gold
+    answer, or else one that is made of a plan that the built-in planner finds.
+
+    Args:
+        source: where the data set is.
+    """
+
+    @cache
+    def tasks_of(domain: str) -> Mapping[str, Task]:
+        return find_benchmark(domain).tasks(source) if domain in registered() else {}
+
+    @cache
+    def search(domain: str, task_id: str) -> SearchResult[Action]:
+        """Look for a plan of a task, which several suites ask for."""
+        return find_plan(tasks_of(domain)[task_id], planner_of(find_benchmark(domain).domain))
+
+    @cache
+    def opened(key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
+        """A suite, its gold answers, and answers that are made of the built-in planner's plans."""
+        benchmark, ability = find_benchmark(key.domain), Ability(key.ability)
+        gold = open_answer_book(benchmark, ability, source)
+        planned = open_planned_book(
+            benchmark, ability, source, find=lambda task, *_: search(key.domain, task.id)
+        )
+        return open_suite(benchmark, ability, Protocol(key.protocol), source=source), (gold, planned)
+
+    def of_unsolved(key: SuiteKey, task_id: str) -> Flag:
+        """The flag of a task that no model solves."""
+        suite, books = opened(key)
+        for book in books:
+            answer = book[task_id].text
+            verdict = suite.over([answer]).score(task_id, answer)
+            if isinstance(verdict, PlanVerdict) and verdict.success:
+                return "unsolved: plan exists"
+        is_impossible = search(key.domain, task_id).end is SearchEnd.UNREACHABLE
+        return "unsolved: no plan" if is_impossible else "unsolved"
+
+    def flags(key: SuiteKey, task_id: str, unsolved: bool) -> Iterator[Flag]:
+        task = tasks_of(key.domain).get(task_id)
+        has_plans = task is not None and declaration_of(Ability(key.ability)).has_plans
+        if unsolved:
+            yield of_unsolved(key, task_id) if has_plans else "unsolved"
+        if task is not None and has_plans and _is_ambiguous(task, find_benchmark(key.domain)):
+            yield "ambiguous names"
+
+    return flags
+
+
+def _is_ambiguous(task: Task, benchmark: Benchmark) -> bool:
+    """Whether two goals about states differ only in which of several objects of one name they are about."""
+    names = (thing.name for thing in task.scene.objects)
+    called = dict(zip(names, benchmark.goals.names(task), strict=True))
+    goals = dict.fromkeys(goal.formula for goal in task.goals_of(GoalKind.STATE))
+    asked = Counter(print_ltl(rename_objects(goal, called)) for goal in goals)
+    return any(times > 1 for times in asked.values())

@@ -1,0 +1,330 @@
+"""Items: how difficult tasks are, which tell models apart, and which are odd."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
+
+from eai.abilities.declaration import AnswerOutcome
+from eai.base.errors import InputError
+from eai.base.grouping import grouped
+from eai.extensions.adaptive.flag import Flag, TellsFlags
+from eai.extensions.adaptive.rasch import Rasch, fit_rasch, item_rest, reliability
+from eai.results.certainty import LEVEL, two_sided_quantile
+from eai.results.lines import SUITE, AnswerLine, SuiteKey, by_suite, case_of, score_of
+from eai.results.paper_tables import is_null_model
+from eai.results.plots import COLUMN, INK, MUTED, RULE, clipped, draw_estimate, rows_of, sheet, value_of
+from eai.results.rate import Rate
+from eai.results.table import Cell, Estimate, Row, Table, table_of
+from eai.studies.records import Records
+from eai.studies.study import Analysis, Figures, Study, of_suite
+from eai.tasks.options import Options
+
+if TYPE_CHECKING:
+    import numpy as np
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    Matrix = NDArray[np.float64]
+
+
+FEWEST_MODELS = 3
+_FOLDS = 10
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Who solved what, in one suite: the answers of all models to tasks that all of them have answers to.
+
+    Attributes:
+        models: the rows of the matrix.
+        tasks: its columns.
+        names: what near copies of each task share.
+        matrix: the scores, from 0 to 1.
+    """
+
+    models: tuple[str, ...]
+    tasks: tuple[str, ...]
+    names: tuple[str, ...]
+    matrix: Matrix
+
+    @property
+    def is_test(self) -> bool:
+        """Whether there are enough models, and tasks that all of them have answers to."""
+        return len(self.models) >= FEWEST_MODELS and bool(self.tasks)
+
+    @cached_property
+    def fitted(self) -> Rasch:
+        """The Rasch model of them."""
+        return fit_rasch(self.matrix)
+
+    @cached_property
+    def agreement(self) -> Matrix:
+        """How each task agrees with the others (`item_rest`)."""
+        return item_rest(self.matrix)
+
+
+def scores_of(answers: Sequence[AnswerLine]) -> Scores:
+    """The scores of the answers of one suite; an answer in which nothing can be read scores nothing."""
+    import numpy as np
+
+    found: dict[str, dict[str, float]] = {}
+    names: dict[str, str] = {}
+    for answer in answers:
+        if answer.outcome != AnswerOutcome.EXCLUDED.value:
+            found.setdefault(answer.agent, {})[answer.task] = Rate(*score_of(answer)).share or 0.0
+            names[answer.task] = answer.name
+    tasks = [task for task in names if all(task in scores for scores in found.values())]
+    matrix = np.array([[scores[task] for task in tasks] for scores in found.values()])
+    return Scores(tuple(found), tuple(tasks), tuple(names[task] for task in tasks), matrix)
+
+
+_Suites: TypeAlias = Mapping[SuiteKey, tuple[Sequence[AnswerLine], Scores]]
+
+
+def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags) -> list[Table]:
+    """The tables of the analysis: of suites with answers of at least `FEWEST_MODELS` models.
+
+    Args:
+        answers: the answers of all models; those of null models are left out.
+        flags: what the data set says of tasks.
+    """
+    of_models = by_suite([each for each in answers if not is_null_model(each.model)])
+    found = {suite: (given, scores_of(given)) for suite, given in of_models.items()}
+    suites = {suite: each for suite, each in found.items() if each[1].is_test}
+    items = _items(suites, flags)
+    return [_tests(suites), _abilities(suites), _flagged(items), items]
+
+
+def held_out(scores: Scores) -> tuple[float | None, float | None]:
+    """How well answers that were left out are predicted, by the Rasch model and by the models' means.
+
+    The area under the curve over all answers, each predicted from nine tenths of the others; None unless
+    scores are yes and no.
+    """
+    import numpy as np
+
+    matrix = scores.matrix
+    if not np.isin(matrix, (0.0, 1.0)).all():
+        return None, None
+    order = np.random.default_rng(0).permutation(matrix.size).reshape(matrix.shape)
+    chances, means = np.zeros(matrix.shape), np.zeros(matrix.shape)
+    for fold in range(_FOLDS):
+        out = order % _FOLDS == fold
+        kept = np.where(out, np.nan, matrix)
+        chances[out] = fit_rasch(kept).chances()[out]
+        means[out] = np.broadcast_to(np.nanmean(kept, axis=1, keepdims=True), matrix.shape)[out]
+    return _area(matrix, chances), _area(matrix, means)
+
+
+def _area(success: Matrix, predicted: Matrix) -> float | None:
+    """The chance that a success is predicted higher than a failure."""
+    from scipy.stats import rankdata
+
+    yes = success.ravel() == 1
+    wins, losses = int(yes.sum()), int((~yes).sum())
+    if not wins or not losses:
+        return None
+    ranks = rankdata(predicted.ravel().round(9))
+    return _rounded(float((ranks[yes].sum() - wins * (wins + 1) / 2) / (wins * losses)))
+
+
+def ability_estimate(scores: Scores, place: int) -> Estimate:
+    """The ability of a model, from the mean of all models.
+
+    Its variance is a jackknife over names, to first order and with difficulties taken as known, or, if that
+    is larger, the one that independent tasks would have.
+    """
+    import numpy as np
+
+    fitted = scores.fitted
+    p = fitted.chances()
+    weights, residuals = p * (1 - p), scores.matrix - p
+    information = weights.sum(axis=1) + 1
+    value = float(fitted.abilities[place] - fitted.abilities.mean())
+    places = {name: number for number, name in enumerate(dict.fromkeys(scores.names))}
+    if len(places) < 2:
+        return Estimate(_rounded(value))
+    columns = [places[name] for name in scores.names]
+    residual_sums = np.array([np.bincount(columns, row, len(places)) for row in residuals])
+    weight_sums = np.array([np.bincount(columns, row, len(places)) for row in weights])
+    changes = -residual_sums / (information[:, None] - weight_sums)
+    own = changes[place] - changes.mean(axis=0)
+    share = np.full(len(information), -1 / len(information))
+    share[place] += 1
+    by_name = (len(places) - 1) / len(places) * float((own * own).sum())
+    by_task = float((share * share / information).sum())
+    half = two_sided_quantile(LEVEL, len(places) - 1) * math.sqrt(max(by_name, by_task))
+    return Estimate(_rounded(value), _rounded(value - half), _rounded(value + half))
+
+
+def _flags(column: Matrix, agreement: float) -> Iterator[Flag]:
+    if column.sum() >= len(column) - 1:
+        yield "saturated"
+    if agreement < 0:
+        yield "negative"
+
+
+def _first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
+    """Of each task the check that fails most models first."""
+    found = grouped((a.task, a.error_check) for a in answers if a.error_check is not None)
+    return {task: min(checks, key=lambda c: (-checks.count(c), c)) for task, checks in found.items()}
+
+
+def _rounded(number: float) -> float | None:
+    """To six digits, which is all that can be relied on to be the same everywhere."""
+    return None if math.isnan(number) else round(number, 6)
+
+
+def _plain(number: float) -> float:
+    return int(number) if number == int(number) else round(number, 6)
+
+
+@table_of(
+    "tests",
+    (
+        *(*SUITE, "models", "tasks", "saturated", "unsolved", "negative", "alpha"),
+        *("held_out_rasch", "held_out_mean"),
+    ),
+)
+def _tests(suites: _Suites) -> Iterator[Row]:
+    """Suites as tests.
+
+    saturated: tasks that all models solve, or all but one; unsolved: those that none does; negative: those in
+    which models that are better elsewhere are worse; alpha: Cronbach's, over models. The last two are the
+    chance that of an answer that is right and one that is wrong, both left out, the right one is predicted
+    higher: by ability and difficulty, and by the model's mean alone.
+    """
+    for suite, (_, scores) in suites.items():
+        models, solved, alpha = len(scores.models), scores.matrix.sum(axis=0), reliability(scores.matrix)
+        counts = [solved >= models - 1, solved == 0, scores.agreement < 0]
+        saturated, unsolved, negative = (int(of_task.sum()) for of_task in counts)
+        rounded = None if alpha is None else _rounded(alpha)
+        yield (
+            *(*suite, models, len(scores.tasks), saturated, unsolved, negative, rounded),
+            *held_out(scores),
+        )
+
+
+@table_of("abilities", (*SUITE, "answered_by", "logit", "score"))
+def _abilities(suites: _Suites) -> Iterator[Row]:
+    """Models.
+
+    logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b with the
+    chance 1 / (1 + exp(b - t)); the models' mean is 0. Intervals are a jackknife over names of tasks, with
+    difficulties taken as known. The score is that of all tasks.
+    """
+    for suite, (answers, scores) in suites.items():
+        abilities = scores.fitted.abilities
+        for place in sorted(range(len(scores.models)), key=lambda place: -abilities[place]):
+            model = scores.models[place]
+            cases = [case_of(line, score_of(line)) for line in answers if line.agent == model]
+            yield (*suite, model, ability_estimate(scores, place), Estimate.of(cases))
+
+
+_ITEM = (
+    *(*SUITE, "task", "name", "solved", "models", "difficulty", "difficulty_error"),
+    *("item_rest", "check", "flags"),
+)
+
+
+@table_of("flagged", _ITEM)
+def _flagged(items: Table) -> Iterable[Row]:
+    """Tasks to look at.
+
+    Tasks that no model solves, that worse models solve and better ones do not, or whose goals ask the same of
+    objects that answers call by one name. item_rest: the correlation over models with the score in all other
+    tasks; check: what most models fail at first.
+    """
+    return [row for row in items.rows if row[-1] and row[-1] != "saturated"]
+
+
+@table_of("items", _ITEM, shown=0)
+def _items(suites: _Suites, flags: TellsFlags) -> Iterator[Row]:
+    """All tasks.
+
+    Every task: how many models solve it (or the sum of their F1), its difficulty with its standard error, its
+    agreement with the others, and what is to be known of it.
+    """
+    for suite, (answers, scores) in suites.items():
+        fitted, checks = scores.fitted, _first_checks(answers)
+        for place, task in enumerate(scores.tasks):
+            column, agreement = scores.matrix[:, place], float(scores.agreement[place])
+            yield (
+                *suite,
+                task,
+                scores.names[place],
+                _plain(float(column.sum())),
+                len(column),
+                _rounded(float(fitted.difficulties[place] - fitted.abilities.mean())),
+                _rounded(float(fitted.difficulty_errors[place])),
+                _rounded(agreement),
+                checks.get(task),
+                ", ".join([*_flags(column, agreement), *flags(suite, task, bool(column.max() == 0))]),
+            )
+
+
+def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
+    from eai.extensions.adaptive.item_flags import item_flags
+
+    found = item_tables(records.tables().answers, item_flags(records.source))
+    if not found[0].rows:
+        raise InputError(f"expected answers of at least {FEWEST_MODELS} models to one suite")
+    yield Analysis(found, _figures(found))
+
+
+def _figures(found: Sequence[Table]) -> Figures:
+    abilities = rows_of(found[1])
+    for suite, rows in rows_of(found[3]).items():
+        yield of_suite(suite, "items", draw(rows, abilities[suite]))
+
+
+_BINS_PER_UNIT = 2
+
+
+def draw(items: Sequence[Mapping[str, Cell]], models: Sequence[Mapping[str, Cell]]) -> Figure | None:
+    """How many tasks there are of each difficulty, and below, on the same scale, the models' abilities.
+
+    A test says most of models whose abilities are where its difficulties are.
+
+    Args:
+        items: the rows of the table of tasks of a suite.
+        models: those of the table of models.
+    """
+    difficulties = [float(row["difficulty"]) for row in items if isinstance(row["difficulty"], float)]
+    if not difficulties:
+        return None
+    figure = sheet(COLUMN, 1.6 + 0.17 * len(models))
+    top, bottom = figure.subplots(
+        2, 1, sharex=True, gridspec_kw={"height_ratios": [1.2, 0.35 + 0.17 * len(models)]}
+    )
+    ends = [value_of(row["logit"]) for row in models]
+    low, high = min([*difficulties, *ends]) - 0.3, max([*difficulties, *ends]) + 0.3
+    width = 1 / _BINS_PER_UNIT
+    edges = [width * step for step in range(int(low / width) - 1, int(high / width) + 2)]
+    top.hist(difficulties, bins=edges, color=MUTED, edgecolor="white", linewidth=0.6)
+    top.set_ylabel("tasks", fontsize=7)
+    top.grid(axis="y", color=RULE, linewidth=0.6)
+    top.set_axisbelow(True)
+    for place, row in enumerate(models):
+        cell = row["logit"]
+        draw_estimate(bottom, place, cell if isinstance(cell, Estimate) else None, INK, INK)
+    bottom.set_yticks(
+        range(len(models)), labels=[clipped(str(row["answered_by"])) for row in models], fontsize=6.5
+    )
+    bottom.set_ylim(len(models) - 0.5, -0.5)
+    bottom.tick_params(axis="y", length=0)
+    bottom.grid(axis="x", color=RULE, linewidth=0.6)
+    bottom.set_xlabel("difficulty of tasks (above), ability of models", fontsize=7, loc="right")
+    return figure
+
+
+ITEMS = Study(
+    "items",
+    "Tasks by the answers of many models: difficulty, agreement with other tasks, and what is odd.",
+    analyze=_analyze,
+    together=True,
+)

@@ -1,0 +1,351 @@
+"""From demonstrations to goals and planning problems."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.abilities.reports import fact_text
+from eai.base.errors import InputError, InterruptError, did_you_mean
+from eai.base.files import file_name, write_whole
+from eai.base.json_value import Json
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.cli.console import counted, note, say, tell, tell_findings
+from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, flag, opened_source
+from eai.cli.progress import scoring_progress
+from eai.extensions.annotation import decisions as annotation
+from eai.extensions.annotation.decisions import Annotation, Chosen, Difference, Listing
+from eai.extensions.annotation.problems import Problem, domain_of, make_problem, with_one_domain
+from eai.logic.ltl_printer import print_ltl
+from eai.pddl.model import PddlDomain
+from eai.pddl.planners import make_planner
+from eai.pddl.planning import PlannerChoice, PlannerOutcome
+from eai.tasks.source import ErrataChoice, Source
+from eai.tasks.task import Task
+from eai.tasks.task_files import write_task_file
+from eai.tasks.task_lines import written
+
+app = typer.Typer(no_args_is_help=True)
+
+OfTitle = Annotated[str | None, flag("--title", help="Demonstrations of this title alone.", metavar="TITLE")]
+DecisionFile = Annotated[
+    Path, flag("--decisions", help="The decisions, a TOML file that choose writes.", metavar="FILE")
+]
+Demonstrations = Annotated[
+    Path | None,
+    flag(
+        "--demonstrations",
+        help="An archive with more demonstrations than the benchmark has tasks, where it can read one.",
+    ),
+]
+Without = Annotated[
+    list[str] | None,
+    flag("--without", help="Do not count this; with choose, kept in the file.", metavar="PREDICATE"),
+]
+_SHOWN = 20
+"""How many lines of a title are shown where nobody asked for all."""
+
+
+def _open(
+    domain: str, title: str | None, place: Path | None, data: Path | None, without: Sequence[str] = ()
+) -> tuple[Benchmark, Mapping[str, list[Task]]]:
+    """A benchmark and its demonstrations by title."""
+    benchmark = find_benchmark(domain)
+    with opened_source(data, errata=ErrataChoice.NONE) as source:
+        if place is None:
+            tasks: Mapping[str, Task] = benchmark.tasks(source)
+        elif benchmark.open_demonstrations is None:
+            raise InputError(f"--demonstrations: {benchmark.name} reads no archive of demonstrations")
+        else:
+            tasks = benchmark.open_demonstrations(place, source.report)
+    known = [predicate.name for predicate in benchmark.domain.vocabulary.predicates]
+    for name in without:
+        if name not in known:
+            raise InputError(f"--without: {name!r} is no predicate{did_you_mean(name, known)}")
+    return benchmark, annotation.by_title(tasks, title)
+
+
+def _annotations(benchmark: Benchmark, titles: Mapping[str, list[Task]], decisions: Path) -> list[Annotation]:
+    if not decisions.exists():
+        raise InputError(f"{decisions}: no such file; eai data annotate choose writes it")
+    _, known = annotation.read_decisions(decisions)
+    strangers = [name for name in known if name not in titles]
+    if strangers and len(titles) > 1:
+        hint = did_you_mean(strangers[0], tuple(titles))
+        raise InputError(f"{decisions}: no demonstration is called {strangers[0]!r}{hint}")
+    return list(annotation.annotate(titles, benchmark.domain, known))
+
+
+@app.command(name="differences")
+def show_differences(
+    domain: OfDomain,
+    title: OfTitle = None,
+    without: Without = None,
+    count: bool = False,
+    everything: Annotated[bool, flag("--all")] = False,
+    demonstrations: Demonstrations = None,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Say what each demonstration changes: all of what changed objects are, and relations that are new.
+
+    With --count, by class, and with one end by its properties, how many of a title share it.
+
+    Example: eai data annotate differences --domain virtualhome --title "Turn on light" --without NEXT_TO
+
+    Options:
+        count: Count what the demonstrations of a title share instead.
+        everything: With --count, show also what is rare.
+    """
+    benchmark, titles = _open(domain, title, demonstrations, data, without or ())
+    found = {
+        name: [annotation.difference(task, benchmark.domain) for task in tasks]
+        for name, tasks in titles.items()
+    }
+    if count:
+        _count(found, without or (), everything=everything, as_json=as_json)
+        return
+    facts = {
+        each.task.id: [
+            fact_text(fact, each.scene) for fact in each.facts if fact.predicate not in (without or ())
+        ]
+        for of_title in found.values()
+        for each in of_title
+    }
+    lines = [f"{task_id}: {', '.join(texts) or 'nothing'}" for task_id, texts in facts.items()]
+    tell(*lines, value=facts, as_json=as_json)
+
+
+def _count(
+    found: Mapping[str, Sequence[Difference]], without: Sequence[str], *, everything: bool, as_json: bool
+) -> None:
+    lines, counts = list[str](), dict[str, Json]()
+    for name, of_title in found.items():
+        table = annotation.frequencies(of_title, without)
+        counts[name] = {str(pattern): times for pattern, times in table.items()}
+        rows = table.most_common(None if everything else _SHOWN)
+        lines.append(f"{name}: {counted(len(of_title), 'demonstration')}")
+        lines += [f"{times:5} {pattern}" for pattern, times in rows]
+        if len(rows) < len(table):
+            lines.append(f"      and {len(table) - len(rows)} more (--all)")
+    tell(*lines, value=counts, as_json=as_json)
+
+
+@app.command()
+def choose(
+    domain: OfDomain,
+    title: Annotated[str, flag(metavar="TITLE")],
+    decisions: DecisionFile = Path("decisions.toml"),
+    without: Without = None,
+    demonstrations: Demonstrations = None,
+    data: DataFolder = None,
+) -> None:
+    """Decide what a title means: what the demonstrations share is listed, and commands keep or drop it.
+
+    Commands are read from standard input, one a line, so that they can come from a file, too. Every decision
+    is in the file at once; the same command resumes where it was interrupted.
+
+    Example: eai data annotate choose --domain virtualhome --title "Turn on light" --without NEXT_TO
+
+    Options:
+        title: Whose goal is to be decided.
+    """
+    not_counted, known = annotation.read_decisions(decisions)
+    if without:
+        not_counted = tuple(dict.fromkeys((*not_counted, *without)))
+    benchmark, titles = _open(domain, title, demonstrations, data, without or ())
+    found = [annotation.difference(task, benchmark.domain) for task in titles[title]]
+    listing = Listing(found, benchmark.domain, not_counted)
+    say(f"{title}: {counted(len(listing.differences), 'demonstration')}")
+    say(annotation.HELP)
+    _show(listing, known.get(title, Chosen()))
+    left = _conversation(decisions, known, title, listing)
+    say(f"{left}; written to {decisions}")
+
+
+def _conversation(path: Path, known: Mapping[str, Chosen], title: str, listing: Listing) -> str:
+    """Take commands until there are no more; what is decided is in the file after each of them.
+
+    Raises:
+        InterruptError: the user ended it.
+    """
+    chosen, before = known.get(title, Chosen()), list[Chosen]()
+    try:
+        while True:
+            annotation.write_decisions(path, listing.without, {**known, title: chosen})
+            command = input("> " if sys.stdin.isatty() else "").strip()
+            if command == "done":
+                return "done"
+            try:
+                chosen = _after(command, chosen, before, listing)
+            except InputError as error:
+                note(str(error))
+            else:
+                _show(listing, chosen)
+    except EOFError:
+        return "the input ended"
+    except KeyboardInterrupt:
+        # it may have come before the last was written
+        annotation.write_decisions(path, listing.without, {**known, title: chosen})
+        raise InterruptError(
+            f"interrupted; every decision is in {path}, and the same command resumes from here"
+        ) from None
+
+
+def _after(command: str, chosen: Chosen, before: list[Chosen], listing: Listing) -> Chosen:
+    if not command:
+        return chosen
+    if command == "undo":
+        if not before:
+            raise InputError("nothing to take back")
+        return before.pop()
+    after = annotation.decide(command, chosen, listing)
+    before.append(chosen)
+    return after
+
+
+def _show(listing: Listing, chosen: Chosen) -> None:
+    """Show the candidates that are decided, and the patterns that are not."""
+    for number, candidate in enumerate(chosen.candidates, 1):
+        texts = [" or ".join(map(str, entry)) for entry in candidate]
+        met = sum(annotation.is_met(candidate, each) for each in listing.differences)
+        say(f"candidate {number}, met by {met}:")
+        for text in texts:
+            say(f"    {text}")
+    rows = listing.open(chosen)
+    for number in rows[:_SHOWN]:
+        pattern = listing.numbered[number - 1]
+        say(f"{number:4}  {pattern}  in {listing.counts[pattern]}")
+    if len(rows) > _SHOWN:
+        say(f"      and {len(rows) - _SHOWN} rarer ones")
+
+
+@app.command()
+def goals(
+    domain: OfDomain,
+    decisions: DecisionFile = Path("decisions.toml"),
+    title: OfTitle = None,
+    out: Annotated[Path | None, flag(metavar="FILE")] = None,
+    assigned: bool = False,
+    checked: Annotated[bool, flag("--check")] = False,
+    demonstrations: Demonstrations = None,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Say which goals follow from the decisions for each task, and write the tasks with them as a task file.
+
+    A demonstration that meets no candidate is left out of the data set. With --check, exit status 2 if the
+    goals of a task do not follow.
+
+    Example: eai data annotate goals --domain virtualhome --decisions decisions.toml --title "Turn on light"
+
+    Options:
+        out: Write the tasks with these goals: FILE.jsonl.
+        assigned: Say instead which candidate each demonstration meets.
+        checked: Name instead every task whose goals do not follow.
+    """
+    benchmark, titles = _open(domain, title, demonstrations, data)
+    found = _annotations(benchmark, titles, decisions)
+    if checked:
+        tell_findings(list(annotation.check(found)), "all goals follow from the decisions", as_json=as_json)
+        return
+    if assigned:
+        tell(
+            *_assignments(found),
+            value={each.task.id: candidate for each, candidate, _ in found},
+            as_json=as_json,
+        )
+        return
+    found = [each for each in found if each[2]]
+    goals: dict[str, Json] = {
+        each.task.id: [print_ltl(goal.formula) for goal in of_task] for each, _, of_task in found
+    }
+    lines = [f"{task_id}: {texts}" for task_id, texts in goals.items()]
+    if out is not None:
+        tasks = [replace(each.task, goals=of_task) for each, _, of_task in found]
+        write_task_file(out, [written(task, domain, benchmark.domain) for task in tasks])
+        lines = [f"{counted(len(found), 'task')} written to {out}"]
+    tell(*lines, value=goals, as_json=as_json)
+
+
+def _assignments(found: Sequence[Annotation]) -> Iterator[str]:
+    """How many demonstrations of a title meet each candidate."""
+    numbers = Counter((each.task.title, candidate) for each, candidate, _ in found)
+    for (name, candidate), times in numbers.items():
+        which = "no candidate" if candidate is None else f"candidate {candidate + 1}"
+        yield f"{name}: {which}: {counted(times, 'demonstration')}"
+
+
+@app.command(no_args_is_help=True)
+def problems(
+    domain: OfDomain,
+    out: Annotated[Path, flag()],
+    conditions: Annotated[int, flag(min=1)] = 4,
+    seed: int = 0,
+    limit: Annotated[int | None, flag(min=1)] = None,
+    planner: Planner = PlannerChoice.AUTO,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Write a planning problem a task: some ground conditions of its goal that a planner reaches.
+
+    One way to meet the goal is drawn, and of its conditions some; what cannot be solved is drawn again. Exit
+    status 1 if a task is left without a problem that can be solved.
+
+    Example: eai data annotate problems --domain behavior --out problems --limit 5
+
+    Options:
+        out: Where domain and problems go.
+        conditions: The most conditions of a goal.
+        seed: Of what is drawn.
+        limit: Tasks, at most.
+    """
+    benchmark = find_benchmark(domain)
+    with opened_source(data) as source:
+        tasks = benchmark.tasks(source)
+        operators = _published_operators(benchmark, source)
+    judge = make_planner(planner, benchmark.planner_seconds)
+    if judge is None:
+        raise InputError("--planner none: problems are kept if they can be solved")
+    made: list[Problem] = []
+    chosen = [tasks[task_id] for task_id in list(tasks)[:limit]]
+    with scoring_progress("planning", len(chosen), quiet=False) as report:
+        for number, task in enumerate(chosen, 1):
+            problem = make_problem(
+                task, benchmark, judge, operators=operators, conditions=conditions, seed=seed
+            )
+            if problem is not None:
+                made.append(problem)
+            report(number)
+    made = with_one_domain(made, benchmark)
+    _write_problems(out, made)
+    failed = [problem for problem in made if problem.outcome is not PlannerOutcome.SOLVED]
+    line = f"{counted(len(made) - len(failed), 'problem')} written to {out}"
+    value: Json = {each.task_id: {"outcome": each.outcome.value, "draws": each.draws} for each in made}
+    tell(line, value=value, as_json=as_json)
+    for each in failed:
+        note(f"{each.task_id}: no draw can be solved ({each.outcome.value}, {each.draws} draws)")
+    if failed:
+        raise typer.Exit(1)
+
+
+def _published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | None:
+    """The planning domain that comes with the data set, where its problems are of one."""
+    if benchmark.problem_of is None:
+        return None
+    library = next(iter(benchmark.operators(source).values())).domain
+    return domain_of([text.pddl for text in library.operators.values()], library.header)
+
+
+def _write_problems(folder: Path, made: list[Problem]) -> None:
+    solved = [each for each in made if each.outcome is PlannerOutcome.SOLVED]
+    texts = {folder / f"{file_name(each.task_id)}.pddl": f"{each.text}\n" for each in solved}
+    if made:
+        write_whole({**texts, folder / "domain.pddl": f"{made[0].domain}\n"})

@@ -1,0 +1,120 @@
+"""``eai export questions``: world-model questions, written to a file that `eai run` and `eai score` take."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+from eai.base.errors import InputError
+from eai.base.files import write_whole
+from eai.base.grouping import grouped
+from eai.base.json_value import Json
+from eai.benchmarks.registry import find_benchmark
+from eai.cli.console import counted, output, tell
+from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, flag, opened_source
+from eai.cli.table import PERCENT
+from eai.extensions.questions.question import Form, Kind, Question, questions_content
+from eai.extensions.questions.shortcuts import best_chance, chances_of, entropy_of, guesses_of
+from eai.extensions.questions.writer import Writer
+from eai.results.rate import Rate
+from eai.results.table import Cell, Column, Estimate, NamedCells
+from eai.results.table import Table as Shown
+from eai.results.terminal import print_table
+from eai.tasks.prompts.template import Templates
+
+
+def questions(
+    domain: OfDomain,
+    out: Annotated[Path, flag(metavar="FILE")],
+    kind: Annotated[
+        list[Kind] | None, flag(help=f"{', '.join(Kind)}. All if not given.", metavar="KIND")
+    ] = None,
+    form: Annotated[
+        list[Form] | None, flag(help=f"{', '.join(Form)}. All if not given.", metavar="FORM")
+    ] = None,
+    n: Annotated[int, flag(min=1)] = 500,
+    seed: Seed = 0,
+    rules: bool = True,
+    prompts: Path | None = None,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Write questions about the world of a benchmark. Equal arguments give equal bytes.
+
+    Example: eai export questions --domain tasks/ --n 500 --seed 0 --out questions.jsonl
+
+    Options:
+        out: The file to write, JSON lines.
+        n: How many, evenly of all kinds and forms.
+        rules: Tell the rules. Without them the same questions are a closed-book test.
+        prompts: Texts of your own in place of single ones of ours.
+    """
+    with opened_source(data) as source:
+        writer = Writer(find_benchmark(domain), source, Templates(prompts))
+        found = list(writer.write(kind or tuple(Kind), form or tuple(Form), n, seed, rules=rules))
+    if not found:
+        raise InputError(f"{domain}: no task of it gives a question of these kinds and forms")
+    write_whole({out: questions_content(found)})
+    chances = _chances(found)
+    if not as_json:
+        _print_balance(found)
+        _print_chances(found, chances)
+    fewer = "" if len(found) == n else f"; the tasks give no more than these of {n:,}"
+    line = f"{counted(len(found), 'question')} written to {out}{fewer}"
+    chance: dict[str, Json] = {
+        f"{kind.value}.{form.value}": {name: rate.percent for name, rate in rates.items()}
+        for (kind, form), rates in chances.items()
+    }
+    value: dict[str, Json] = {"file": str(out), "questions": len(found), "chance": chance}
+    tell(line, value=value, as_json=as_json)
+
+
+_Asked: TypeAlias = tuple[Kind, Form]
+
+
+def _print_by_form(
+    title: str, questions: Sequence[Question], columns: Mapping[Column, Callable[[_Asked], Cell]]
+) -> None:
+    """A row for each kind, and for each form these columns."""
+    kinds = list(dict.fromkeys([question.kind for question in questions]))
+    cells: list[NamedCells] = [
+        (replace(column, name=f"{form.value}\n{column.name}"), [cell((kind, form)) for kind in kinds])
+        for form in dict.fromkeys([question.form for question in questions])
+        for column, cell in columns.items()
+    ]
+    print_table(output(), Shown.of_columns(title, [("kind", [kind.value for kind in kinds]), *cells]))
+
+
+def _print_balance(questions: Sequence[Question]) -> None:
+    numbers = Counter((question.kind, question.form) for question in questions)
+
+    def entropy(asked: _Asked) -> str:
+        found = entropy_of(questions, *asked)
+        return "-" if found is None else f"{found:.2f}"
+
+    columns = {
+        Column("n", number=True): lambda asked: str(numbers[asked]),
+        Column("entropy", number=True): entropy,
+    }
+    _print_by_form("Questions, and how even their answers are (1: entirely)", questions, columns)
+
+
+def _print_chances(questions: Sequence[Question], chances: Mapping[_Asked, Mapping[str, Rate]]) -> None:
+    """The rates of guessing and shortcuts, the best of them for each kind and form."""
+    best = {asked: best_chance(rates) for asked, rates in chances.items()}
+    columns = {
+        replace(PERCENT, name="chance"): lambda asked: (
+            Estimate.of_rate(chances[asked][best[asked]]) if asked in best else "-"
+        ),
+        replace(PERCENT, name="by"): lambda asked: best.get(asked, "-"),
+    }
+    _print_by_form("Right without knowing the world, at best, in percent", questions, columns)
+
+
+def _chances(questions: Sequence[Question]) -> dict[_Asked, dict[str, Rate]]:
+    guesses = guesses_of(questions)
+    alike = grouped(((question.kind, question.form), question) for question in questions)
+    return {cell: chances_of(some, guesses) for cell, some in alike.items()}

@@ -1,0 +1,177 @@
+"""BEHAVIOR plans as eai-eval 1.0.5 judges them (``action_sequence_evaluator.py``).
+
+It evaluates what stands between the first ``[`` and the first ``]`` of the answer as a Python expression,
+keeps the dictionaries that have an action and an object, and drops everything else in silence. We evaluate
+literals and calls of ``dict`` only, and run nothing.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import warnings
+from collections.abc import Collection, Sequence
+
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep, named
+from eai.abilities.notation.plans import CarryOut, Course, JsonPlans
+from eai.abilities.scorer import Assessment
+from eai.abilities.verdict import ErrorReport, Unreadable
+from eai.benchmarks.behavior.domain import as_meant
+from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.extensions.reference import behavior_quirks
+from eai.extensions.reference.behavior_quirks import behavior_goal_test
+from eai.extensions.reference.plans import beside_strict
+from eai.world.fault import FaultKind
+from eai.world.state import State
+
+_NO_ACTIONS = Unreadable("no actions were found")
+_MAX_LENGTH = 1_000_000
+_TEXT_OR_COMMENT = re.compile(r'("[^"\r\n]*")|#[^\r\n]*')
+
+
+class _Notation(JsonPlans):
+    """The notation of BEHAVIOR as the reference reads it."""
+
+    def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
+        """The plan in an answer (``parse_response``)."""
+        return read_plan(text)
+
+
+class BehaviorActionSequencing(ActionSequencing):
+    """The scorer of a task's plans.
+
+    An answer that cannot be run leaves the world as it is, and reaches the goals that hold there. A plan that
+    fails after it has reached all goals succeeds.
+    """
+
+    def __init__(self, task: BehaviorTask) -> None:
+        domain = behavior_quirks.as_in_reference()
+        super().__init__(task, domain, _Notation(), behavior_goal_test(task))
+
+    def assess(self, text: str) -> Assessment:
+        """The verdict, explained beside that of `strict`."""
+        return beside_strict(super().assess(text), text, self.notation, self._as_strict)
+
+    def _as_strict(self) -> ActionSequencing:
+        return ActionSequencing(self.task, as_meant(), JsonPlans())
+
+    def _final(self, course: Course) -> State:
+        """The final state of a plan, which an action may leave half done."""
+        trajectory = course.trajectory
+        final, failure = trajectory.final, trajectory.failure
+        if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
+            return behavior_quirks.half_done(final, trajectory.steps[-1].action)
+        return final
+
+    def _reached(self, course: Course) -> tuple[bool, ...]:
+        """The goals that hold in the final state of a plan."""
+        return self.goals.reached(self._final(course), ())
+
+    def _reached_without_running(self, carry_out: CarryOut) -> tuple[bool, ...]:
+        return self.goals.reached(carry_out(()).trajectory.final, ())
+
+    def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
+        return all(reached)
+
+
+def read_plan(text: str) -> WrittenPlan | Unreadable:
+    """The steps that the reference finds in an answer, in order."""
+    start, end = text.find("["), text.find("]")
+    segment = text[start : end + 1]
+    if start < 0 or len(segment) > _MAX_LENGTH:
+        return _NO_ACTIONS
+    steps = _as_json(segment) or _as_python(segment)
+    return WrittenPlan(tuple(steps)) if steps else _NO_ACTIONS
+
+
+def _as_json(segment: str) -> list[WrittenStep] | None:
+    """The steps of a list that is the same in JSON and Python, of objects with plain texts; else None.
+
+    Most answers are such lists, and reading these as JSON makes scoring them twice as fast.
+    """
+    if "\\" in segment:
+        return None
+    elements = _parsed(segment)
+    if elements is None and "#" in segment:
+        elements = _parsed(_TEXT_OR_COMMENT.sub(r"\1", segment))
+    if elements is None:
+        return None
+    if {*map(type, elements)} - {dict}:
+        return None
+    values = {type(value) for each in elements for value in each.values()}
+    return None if values - {str} else _steps(elements)
+
+
+def _parsed(segment: str) -> list[dict[str, str]] | None:
+    """The elements of a JSON list, which are yet to be looked at; or None if it is none."""
+    try:
+        elements: list[dict[str, str]] = json.loads(segment)
+    except (ValueError, RecursionError):
+        return None
+    return elements
+
+
+def _as_python(segment: str) -> list[WrittenStep] | None:
+    """The steps of a Python expression; None if it is no list of anything."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            elements = _value(ast.parse(segment.strip(), mode="eval").body)
+    except (SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
+        return None
+    if not isinstance(elements, list):
+        return None
+    found = [each for each in elements if isinstance(each, dict)]
+    return _steps([{key: str(each[key]) for key in ("action", "object") if key in each} for each in found])
+
+
+def _steps(found: list[dict[str, str]]) -> list[WrittenStep]:
+    """The steps among dictionaries: what has an action and an object."""
+    return [
+        WrittenStep(each["action"], named(each["object"].strip().split(",")))
+        for each in found
+        if "action" in each and "object" in each
+    ]
+
+
+def _value(node: ast.expr) -> object:
+    """The value of an expression made of literals, lists, dictionaries and calls of ``dict`` with keywords.
+
+    A formatted string is a literal if nothing in it is formatted.
+
+    Raises:
+        ValueError, TypeError: it is something else, or no value in Python either.
+    """
+    match node:
+        case ast.List(elements):
+            return [_value(element) for element in elements]
+        case ast.Dict(keys, values):
+            return _dictionary(keys, values)
+        case ast.Call(ast.Name("dict"), [], keywords):
+            keys = [None if keyword.arg is None else ast.Constant(keyword.arg) for keyword in keywords]
+            return _dictionary(keys, [keyword.value for keyword in keywords])
+        case ast.JoinedStr(parts):
+            return "".join([str(_literal(part)) for part in parts])
+        case _:
+            return _literal(node)
+
+
+def _dictionary(keys: Sequence[ast.expr | None], values: Sequence[ast.expr]) -> dict[object, object]:
+    """The dictionary of some entries; one without a key stands for those of another dictionary."""
+    found: dict[object, object] = {}
+    for key, node in zip(keys, values, strict=True):
+        value = _value(node)
+        if key is not None:
+            found[_literal(key)] = value
+        elif isinstance(value, dict):
+            found.update(value)
+        else:
+            raise TypeError("no dictionary")
+    return found
+
+
+def _literal(node: ast.expr) -> object:
+    """The value of a literal; of a constant directly, for each `ast.literal_eval` leaves garbage."""
+    return node.value if isinstance(node, ast.Constant) else ast.literal_eval(node)

@@ -1,0 +1,392 @@
+"""The rules of eai-eval 1.0.5 for operators: how it cuts them out of an answer, and how it compares them.
+
+Besides the quirks of comparison: required operators that are not written are neither counted
+nor missed by the planner, which gets the gold ones in their place and all other operators of the domain
+besides (``complete_pddl_domain``); hallucinated operators take part in planning; predicates without a
+category are not counted; the planner is that of `planner_of_2024`. Where the reference would raise a KeyError
+and lose the run (a matched predicate without a category), the predicate is ignored.
+
+Extraction reproduces the first lines of ``worker_process`` in
+``transition_modeling/scripts/evaluate_results.py`` and ``extract_action_details`` in
+``simulation/evolving_graph/eval_utils.py``, both of ``virtualhome_eval``. The quirks, in the order in which
+they act: a code fence counts only at the very start; line ends are deleted before JSON is read, so that a
+comment outside JSON swallows the rest; single quotes become double ones; JSON that does not load is searched
+as it is; the three parts of an operator are looked for independently and may belong to a later one; an
+operator without one of them ends the search; the name ends at the first character that is not a word
+character; an unbalanced condition or effect becomes the unreadable text ``(()``; of two operators of one name
+the last wins.
+
+Comparison reproduces ``virtualhome_eval/simulation/evolving_graph/logic_score.py``. What differs there from
+the paper's "maximum bipartite matching over clauses" (`eai.pddl.matching`), each with its function:
+
+* text_literals (``tokenize``): an atom is the text between parentheses, so variables must carry the gold
+  names;
+* joined_lists (``parse_pddl_expr``): an unknown head with literals inside becomes one literal, named by its
+  first word;
+* unreadable_is_free (``calculate_logic_score``): a side that does not parse removes the pair: no false
+  negatives either;
+* padding (``align_expressions``): the shorter of two and/or lists is padded with the literal ``()``;
+* positional_renaming (``replace_in_tuple``): bound variables are renamed only at equal positions, as plain
+  substrings;
+* shorter_list (``match_expressions``): a nested and/or matches in full when the shorter list is covered;
+* fractions_are_zero (``match_expressions``): scores enter an integer matrix, so partial credit inside a list
+  is lost;
+* row_as_column (``match_expressions``): a predicted child is additional also if its index is no matched
+  column;
+* sets (``identify_predicates``): a predicate counts once per list, and may be in all three lists.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import ClassVar, TypeAlias
+
+from eai.abilities.transition_modeling.extraction import Memory
+from eai.abilities.transition_modeling.rules import NOT_RUN, Judgement, Replaced, Rules
+from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
+from eai.abilities.verdict import ErrorReport
+from eai.extensions.reference.planner_of_2024 import normalise, read_operator
+from eai.logic.matching import maximum_matching
+from eai.pddl.check import PddlFinding
+from eai.pddl.matching import SideMatch
+from eai.pddl.model import OperatorText, PddlAction
+from eai.pddl.planning import PlannerResult, PlanningTask, refusal
+from eai.tasks.operator_task import TransitionTask
+from eai.tasks.task import TaskExclusion
+from eai.world.fault import FaultKind
+
+_COMMENT = re.compile(r";.*$", re.MULTILINE)
+_HEAD = re.compile(r"\(:action\s+(\w+)")
+_FENCE = "```json"
+_UNREADABLE = ErrorReport(
+    FaultKind.PARSING, None, 'expected JSON with a text under "output", or operators (:action ...)'
+)
+_UNBALANCED = "(()"
+_UNBALANCED_CLOSE = 1  # Where the first closing parenthesis of an unbalanced effect is taken to be.
+
+
+def extract_as_reference(answer: str) -> tuple[OperatorText, ...] | None:
+    """The operators of an answer in order of first mention, or None for the reference's format error.
+
+    An answer without any operator is no format error but an empty result.
+    """
+    content = _payload(answer)
+    if content is None:
+        return None
+    if ";" in content:
+        content = _COMMENT.sub("", content)
+    content = " ".join(content.split())
+    found: dict[str, OperatorText] = {}
+    position = 0
+    while head := _HEAD.search(content, position):
+        places = [content.find(key, head.end()) for key in (":parameters", ":precondition", ":effect")]
+        if -1 in places:
+            break
+        parameters, precondition, effect = (_block(content, place) for place in places)
+        if parameters is None:
+            return None
+        name = head.group(1)
+        found[name] = OperatorText(name, parameters, precondition or _UNBALANCED, effect or _UNBALANCED)
+        closing = _UNBALANCED_CLOSE if effect is None else effect.index(")") - 1
+        position = places[2] + closing + 1
+    return tuple(found.values())
+
+
+def _payload(answer: str) -> str | None:
+    """The text to search, or None if the answer is JSON that holds no text."""
+    if answer.startswith(_FENCE):
+        answer = answer[len(_FENCE) :].strip("`")
+    text = answer.strip().replace("\n", "").replace("'", '"')
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+    if isinstance(value, dict) and "output" in value:
+        value = value["output"]
+    return value if isinstance(value, str) else None
+
+
+def _block(content: str, place: int) -> str | None:
+    """The balanced list that opens behind a place, or None if it does not close.
+
+    Without any opening parenthesis the reference starts at the first character of the whole text; the
+    character behind the opening parenthesis is not counted as a parenthesis unless it closes at once.
+    """
+    start = content.find("(", place) + 1
+    if content.startswith(")", start):
+        return "()"
+    depth, position = 1, start + 1
+    while (closing := content.find(")", position)) >= 0:
+        depth += content.count("(", position, closing) - 1
+        position = closing + 1
+        if not depth:
+            return "(" + content[start:position]
+    return None
+
+
+FORMAT_ERROR = TaskExclusion("the reference leaves out answers that it cannot search for operators")
+"""The only exclusion that depends on an answer: this protocol counts as the paper's package does."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceRules(Rules):
+    """The rules with what they remember about one domain: equal texts are compared and read once."""
+
+    counts_clauses: ClassVar[bool] = False
+    reports: Memory[OperatorText, OperatorReport] = field(default_factory=Memory)
+    read: Memory[OperatorText, PddlAction | PddlFinding | None] = field(default_factory=Memory)
+
+    def judge(self, task: TransitionTask, text: str) -> Judgement:
+        """The judgement on an answer; the reference leaves out those with its format error."""
+        written = extract_as_reference(text)
+        if written is None:
+            return Judgement((), NOT_RUN, error=_UNREADABLE, excluded=FORMAT_ERROR)
+        return Judgement(
+            operators=tuple(self._report(task, operator) for operator in written),
+            planning=self._plan(task, written),
+        )
+
+    def unanswered(self, task: TransitionTask) -> Judgement:
+        """All required operators are missing: gold operators fill the gaps of an answer, they are none."""
+        gold = [task.domain.operators[name] for name in task.operators]
+        missing = [
+            _compared(replace(each, precondition="()", effect="()"), each, OperatorStatus.MISSING)
+            for each in gold
+        ]
+        return Judgement(tuple(missing), self.without_operators)
+
+    def plan_one_at_a_time(
+        self, task: TransitionTask, text: str, replaced: Replaced
+    ) -> dict[str, PlannerResult | None]:
+        """The planner's result for each required operator, among all gold operators.
+
+        The reference counts one that is not written as a failure, and passes over answers with its format
+        error (``evaluate_results_sequential``); it counts, but never fills, ``task_variate_control_precond``.
+        """
+        written = extract_as_reference(text)
+        if written is None:
+            return {}
+        gold = task.domain.operators
+        tried = {each.name: _mixed(each, gold[each.name], replaced) for each in written if each.name in gold}
+        return {name: self._plan(task, (tried[name],)) if name in tried else None for name in task.operators}
+
+    def _report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
+        if operator.name not in task.operators:
+            return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
+        gold = task.domain.operators[operator.name]
+        return self.reports.recall(operator, operator.size, lambda: _compared(operator, gold))
+
+    def _plan(self, task: TransitionTask, written: tuple[OperatorText, ...]) -> PlannerResult:
+        if self.planner is None:
+            return NOT_RUN
+        names = {operator.name for operator in written}
+        gold = (operator for name, operator in task.domain.operators.items() if name not in names)
+        operators = tuple(sorted((*written, *gold), key=lambda operator: operator.name))
+        key, size = (task.problem_text, operators), sum(operator.size for operator in written)
+        return self.solve(key, size, lambda: self._planning(task, operators))
+
+    def _planning(
+        self, task: TransitionTask, operators: tuple[OperatorText, ...]
+    ) -> PlanningTask | PlannerResult:
+        actions = []
+        for operator in operators:
+            reading = self.read.recall(
+                operator, operator.size, partial(read_operator, operator, task.domain.header)
+            )
+            if isinstance(reading, PddlFinding):
+                return refusal(reading)
+            if isinstance(reading, PddlAction):
+                actions.append(reading)
+        return normalise(task.domain.header, actions, task.problem)
+
+
+def _compared(
+    written: OperatorText, gold: OperatorText, status: OperatorStatus = OperatorStatus.COMPARED
+) -> OperatorReport:
+    precondition = compare_as_reference(written.precondition, gold.precondition)
+    return OperatorReport(gold.name, status, precondition, compare_as_reference(written.effect, gold.effect))
+
+
+def _mixed(written: OperatorText, gold: OperatorText, replaced: Replaced) -> OperatorText:
+    match replaced:
+        case "precondition":
+            return replace(gold, precondition=written.precondition)
+        case "effect":
+            return replace(gold, effect=written.effect)
+        case _:
+            return written
+
+
+_PADDING = "()"
+_QUANTIFIERS = frozenset({"exists", "forall"})
+_LISTS = frozenset({"and", "or"})
+_ARITY = {"not": 1, "exists": 2, "forall": 2, "when": 2}
+_TOKEN = re.compile(r"[()]|[^()\s][^()]*")
+
+
+@dataclass(frozen=True, slots=True)
+class _Node:
+    """A connective (a literal is a plain string); a quantifier's first argument is its variable text."""
+
+    head: str
+    arguments: tuple[_Tree, ...]
+
+
+_Tree: TypeAlias = "str | _Node"
+
+
+class _UnreadableError(Exception):
+    """The reference's parser gives up on a text."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Comparison:
+    """The agreement of two trees, and which parts of them match or do not."""
+
+    score: float
+    matched: tuple[_Tree, ...] = ()
+    additional: tuple[_Tree, ...] = ()
+    missing: tuple[_Tree, ...] = ()
+
+
+def compare_as_reference(predicted: str, gold: str) -> SideMatch:
+    """The predicates of one condition or effect that match, are additional, or are missing, by name.
+
+    Args:
+        predicted: the answer's block, one parenthesised text.
+        gold: the gold block.
+    """
+    try:
+        result = _compare(*_align(_parse(predicted), _parse(gold)))
+    except _UnreadableError:
+        return SideMatch()
+    return SideMatch(_names(result.matched), _names(result.additional), _names(result.missing))
+
+
+def _parse(text: str) -> _Tree:
+    stack: list[_Tree] = []
+    openings: list[int] = []
+    for match in _TOKEN.finditer(text):
+        word = match.group().strip()
+        if word == "(":
+            openings.append(len(stack))
+        elif word != ")":
+            stack.append(word)
+        elif openings:
+            start = openings.pop()
+            stack[start:] = [_combine(stack[start:])]
+        else:
+            raise _UnreadableError
+    if openings or len(stack) != 1:
+        raise _UnreadableError
+    return stack[0]
+
+
+def _combine(parts: list[_Tree]) -> _Tree:
+    """One finished list as a node or, with any other head, as a joined literal."""
+    if not parts:
+        return _PADDING
+    head, *arguments = parts
+    if isinstance(head, str) and (head in _LISTS or head in _ARITY):
+        if head in _ARITY and len(arguments) != _ARITY[head]:
+            raise _UnreadableError
+        return _Node(head, tuple(arguments))
+    words = [part for part in parts if isinstance(part, str)]
+    if len(words) != len(parts):
+        raise _UnreadableError
+    return " ".join(words)
+
+
+def _align(predicted: _Tree, gold: _Tree) -> tuple[_Tree, _Tree]:
+    """Pad lists and rename the gold's bound variables, from the top down to the first other connective."""
+    if isinstance(predicted, str) or isinstance(gold, str):
+        return predicted, gold
+    if predicted.head == gold.head and predicted.head in _QUANTIFIERS:
+        return predicted, _rename(gold, _bound_name(gold), _bound_name(predicted))
+    if predicted.head not in _LISTS or gold.head not in _LISTS:
+        return predicted, gold
+    size = max(len(predicted.arguments), len(gold.arguments))
+    pairs = [_align(*pair) for pair in zip(_padded(predicted, size), _padded(gold, size), strict=True)]
+    ours, theirs = tuple(pair[0] for pair in pairs), tuple(pair[1] for pair in pairs)
+    return _Node(predicted.head, ours), _Node(gold.head, theirs)
+
+
+def _padded(node: _Node, size: int) -> tuple[_Tree, ...]:
+    return node.arguments + (_PADDING,) * (size - len(node.arguments))
+
+
+def _bound_name(quantifier: _Node) -> str:
+    variable = quantifier.arguments[0]
+    if not isinstance(variable, str):
+        raise _UnreadableError
+    return variable.split("-")[0].strip()
+
+
+def _rename(tree: _Tree, old: str, new: str) -> _Tree:
+    if isinstance(tree, str):
+        return tree.replace(old, new)
+    return _Node(tree.head, tuple(_rename(argument, old, new) for argument in tree.arguments))
+
+
+def _compare(predicted: _Tree, gold: _Tree) -> _Comparison:
+    if isinstance(predicted, str) or isinstance(gold, str):
+        score = float(predicted == gold)
+    elif predicted.head != gold.head:
+        score = 0.0
+    elif predicted.head in _LISTS:
+        return _compare_lists(predicted, gold)
+    else:
+        score = _unit_score(predicted, gold)
+    if score > 0:
+        return _Comparison(score, matched=(predicted,))
+    return _Comparison(score, additional=(predicted,), missing=(gold,))
+
+
+def _unit_score(predicted: _Node, gold: _Node) -> float:
+    """The score of two nodes with the same head that is not and/or; they match or fail as a whole."""
+    match predicted.head:
+        case "not":
+            return _compare(predicted.arguments[0], gold.arguments[0]).score
+        case "when":
+            parts = zip(predicted.arguments, gold.arguments, strict=True)
+            return float(all(_compare(*pair).score == 1 for pair in parts))
+        case _:
+            same_variable = predicted.arguments[0] == gold.arguments[0]
+            return _compare(predicted.arguments[1], gold.arguments[1]).score if same_variable else 0.0
+
+
+def _compare_lists(predicted: _Node, gold: _Node) -> _Comparison:
+    grid = [[_compare(ours, theirs) for theirs in gold.arguments] for ours in predicted.arguments]
+    edges = [[column for column, cell in enumerate(row) if int(cell.score) == 1] for row in grid]
+    partner = maximum_matching(edges)
+    columns = {column for column in partner if column is not None}
+    shorter = min(len(predicted.arguments), len(gold.arguments))
+    additional = (
+        child
+        for row, child in enumerate(predicted.arguments)
+        if partner[row] is None or row not in columns  # row_as_column
+    )
+    return _Comparison(
+        score=len(columns) / shorter if shorter else 0.0,
+        matched=tuple(
+            part for row, cells in enumerate(grid) for column in edges[row] for part in cells[column].matched
+        ),
+        additional=tuple(additional),
+        missing=tuple(child for column, child in enumerate(gold.arguments) if column not in columns),
+    )
+
+
+def _names(trees: Iterable[_Tree]) -> tuple[str, ...]:
+    return tuple(sorted({name for tree in trees for name in _predicates(tree)} - {_PADDING}))
+
+
+def _predicates(tree: _Tree) -> Iterator[str]:
+    if isinstance(tree, str):
+        yield tree.split(" ")[0]
+        return
+    for argument in tree.arguments[1:] if tree.head in _QUANTIFIERS else tree.arguments:
+        yield from _predicates(argument)

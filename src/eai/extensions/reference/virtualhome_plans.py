@@ -1,0 +1,249 @@
+"""VirtualHome plans as eai-eval 1.0.5 judges them (``action_sequencing/scripts/``, ``eval_utils.py``).
+
+Which goals a plan reaches:
+
+- The loop over relation goals ends at the first one that holds (``scene_evaluate_wID``): at most one counts.
+- Action goals are looked for as substrings of the text of all actions; the first alternative that occurs is
+  taken, not the earliest place (``check_order_with_or_score``). The first goal that is not found ends it.
+- They are looked for in the order of a set of strings, which changes from run to run. Row verdicts take the
+  order of hash seed 0, which for the 13 tasks with two action goals is the alphabetical one.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import replace
+from functools import cache
+
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
+from eai.abilities.explanation import Explanation
+from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
+from eai.abilities.notation.plans import CarryOut, Course
+from eai.abilities.scorer import Assessment
+from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
+from eai.benchmarks.virtualhome.domain import as_meant
+from eai.benchmarks.virtualhome.plan_notation import (
+    Identified,
+    VirtualHomePlans,
+    has_ids,
+    identified,
+    index_of,
+)
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
+from eai.extensions.reference import virtualhome_quirks
+from eai.extensions.reference.plans import beside_strict
+from eai.extensions.reference.virtualhome_quirks import relevant_objects
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.task import GoalKind, Task
+from eai.world.action import Action
+from eai.world.domain import Domain
+from eai.world.execution import Trajectory
+from eai.world.fault import FaultKind
+from eai.world.state import Scene, State
+
+
+class _GoalTest(GoalTest):
+    """The reference's test of a task's goals.
+
+    Args:
+        task: the task.
+        as_in_data_set: whether action goals are looked for in the order of the data set.
+    """
+
+    def __init__(self, task: Task, *, as_in_data_set: bool = False) -> None:
+        super().__init__(task)
+        numbers = range(len(self._actions))
+        self._order = numbers if as_in_data_set else sorted(numbers, key=self._actions.__getitem__)
+        self._relations = [i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.RELATION]
+        self.reorders = list(self._order) != list(numbers)
+
+    def reached(
+        self, final: State, actions: Sequence[str], course: Trajectory | None = None
+    ) -> tuple[bool, ...]:
+        """For each goal, in order, whether it counts: of relation goals the first that holds."""
+        reached = list(super().reached(final, actions, course))
+        held = [number for number in self._relations if reached[number]]
+        for number in held[1:]:
+            reached[number] = False
+        return tuple(reached)
+
+    def passes_gold_test(self, final: State) -> bool:
+        """Whether all state and relation goals count as reached in the annotation's own final state."""
+        reached = self.reached(final, ())
+        return all(reached[i] for i in range(len(reached)) if i not in self._places)
+
+    def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
+        """The action goals before the first that is not found."""
+        text = " ".join(actions)
+        position = 0
+        for count, number in enumerate(self._order):
+            found = next((word for word in goals[number] if text.find(word, position) >= 0), None)
+            if found is None:
+                return self._order[:count]
+            position = text.find(found, position) + len(found)
+        return self._order
+
+
+NOT_ACCEPTED = ("PLUGIN", "PLUGOUT", "RELEASE")
+"""Actions that the prompt offers and the vocabulary test rejects (``valid_actions``)."""
+
+GOLD_TEST = "the data set's own final state fails the reference's goal test"
+EQUALS_SCRIPT = "the plan equals the data set's script, which the reference counts as a failure"
+
+LIST_IS_NOT_JSON = Unreadable("the list of a step is not JSON")
+"""The reading that counts twice among the parsing errors."""
+
+_STEP = re.compile(r'"(\w+)"\s*:\s*(\[[^\]]+\])')
+_FENCE = "```json"
+_LIST_END = "]"
+
+
+class _Notation(VirtualHomePlans):
+    """The notation of VirtualHome as the reference reads it.
+
+    Args:
+        with_ids: whether objects are written by class and id, as in release 1.0.5, or by class alone, as in
+            the answers of the paper: each revision expects one form of all answers. None looks at each answer
+            itself.
+    """
+
+    def __init__(self, *, with_ids: bool | None = None) -> None:
+        self._with_ids = with_ids
+
+    def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
+        """The plan in an answer; with ids, a list that ends before one makes it unreadable."""
+        plan = read_plan(text)
+        with_ids = self._with_ids
+        if isinstance(plan, Unreadable) or not (has_ids(plan) if with_ids is None else with_ids):
+            return plan
+        for number, step in enumerate(plan.steps):
+            if len(step.objects) % 2:
+                return Unreadable(f"{step.action}: a name without an id", number)
+        return identified(plan)
+
+    def objects(self, task: Task) -> Callable[[object], int | None]:
+        """The objects that the task is about, in the reference's order.
+
+        With ids no others are known, either, and name and id are looked up as one text
+        (``check_no_hallucination_in_arg``).
+        """
+        if not isinstance(task, VirtualHomeTask):
+            raise TypeError(f"task {task.id} has no record of the data set")
+        relevant = relevant_objects(task)
+        objects = task.scene.objects
+        by_class = {objects[i].category: i for i in relevant}
+        by_name = {"_".join(objects[i].name.rsplit(".", 1)): i for i in relevant}
+        return index_of(by_class, by_name, joint="_")
+
+
+class VirtualHomeActionSequencing(ActionSequencing):
+    """The scorer of a task's plans.
+
+    Tasks whose own annotation fails the goal test are excluded. A plan that equals the data set's script is
+    not run and reaches no goal; one that fails after it has reached all goals succeeds.
+    """
+
+    def __init__(self, task: VirtualHomeTask, *, with_ids: bool | None = None) -> None:
+        goals = _GoalTest(task)
+        super().__init__(task, _domain(), _Notation(with_ids=with_ids), goals)
+        final = task.annotated_final
+        passes = final is not None and goals.passes_gold_test(final)
+        self.excluded = None if passes else task.exclusion(GOLD_TEST)
+        self._summed = _GoalTest(task, as_in_data_set=True) if goals.reorders else goals
+
+    def assess(self, text: str) -> Assessment:
+        """The verdict, explained beside that of `strict`."""
+        return beside_strict(super().assess(text), text, self.notation, self._as_strict)
+
+    def _as_strict(self) -> ActionSequencing:
+        return ActionSequencing(self.task, as_meant(), VirtualHomePlans())
+
+    def _rejection(self, error: ErrorReport, plan: WrittenPlan, carry_out: CarryOut) -> PlanVerdict:
+        verdict = super()._rejection(error, plan, carry_out)
+        if error.detail != LIST_IS_NOT_JSON.reason:
+            return verdict
+        goals = self.goals.tallies(verdict.goals_satisfied)
+        twice = Counted(success=False, goals=goals, errors={FaultKind.PARSING: 2})
+        return replace(verdict, counted=twice)
+
+    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: CarryOut) -> Assessment:
+        if actions != self.task.script or not _names_classes(plan, actions, self.task.scene):
+            return super()._run(plan, actions, carry_out)
+        if_it_were = super()._run(plan, actions, self._execute)
+        not_run = self._verdict(self.goals.none_reached, plan, success=False)
+        return Assessment(not_run, lambda: _with_note(if_it_were.explain(), EQUALS_SCRIPT))
+
+    def _judge(self, course: Course, plan: WrittenPlan) -> PlanVerdict:
+        """The verdict on a plan that ran, and what it counts as in a summary.
+
+        There every additional step counts, and action goals in the order of the data set, which the reference
+        has by chance only.
+        """
+        verdict = super()._judge(course, plan)
+        reached = verdict.goals_satisfied
+        if self._summed is not self.goals:
+            reached = self._summed.reached(course.trajectory.final, course.taken)
+        additional = course.trajectory.additional_steps
+        if reached == verdict.goals_satisfied and additional < 2:
+            return verdict
+        errors = {} if verdict.error is None else {verdict.error.kind: 1}
+        errors |= {FaultKind.ADDITIONAL_STEP: additional} if additional else {}
+        return replace(verdict, counted=Counted(all(reached), self.goals.tallies(reached), errors))
+
+    def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
+        return all(reached)
+
+
+def _names_classes(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -> bool:
+    """Whether every name is a class, as in the script: texts are compared there, not objects.
+
+    ``["food", "egg_1003"]`` is the same object as ``["food_egg", "1003"]``.
+    """
+    return all(
+        not isinstance(word, Identified) or word.name == scene.objects[index].category
+        for step, action in zip(plan.steps, actions, strict=True)
+        for word, index in zip(step.objects, action.arguments, strict=True)
+    )
+
+
+def _with_note(explanation: Explanation, note: str) -> Explanation:
+    return replace(explanation, notes=(*explanation.notes, note))
+
+
+@cache
+def _domain() -> Domain:
+    return virtualhome_quirks.as_in_reference().with_operators(without=NOT_ACCEPTED)
+
+
+def written_with_ids(answers: Iterable[str]) -> bool:
+    """Whether most of the answers of one file that name an object name it with its id."""
+    plans = [read_plan(answer) for answer in answers]
+    readable = [plan for plan in plans if isinstance(plan, WrittenPlan)]
+    named = [plan for plan in readable if any(step.objects for step in plan.steps)]
+    return sum(has_ids(plan) for plan in named) * 2 > len(named)
+
+
+def read_plan(text: str) -> WrittenPlan | Unreadable:
+    """The steps that the reference finds in an answer, in order (``load_json_preserving_order``).
+
+    A step whose list is empty (``"STANDUP": []``) vanishes; text around the steps is ignored; only a fence at
+    the very start is removed.
+    """
+    if len(text) > MAX_LENGTH:
+        return TOO_LONG
+    text = text[: text.rfind(_LIST_END) + 1]  # no step ends later, and none is looked for without need
+    text = text.removeprefix(_FENCE).strip().replace("\n", "").replace("'", '"')
+    written = _STEP.findall(re.sub(r"\s+", " ", text))
+    if not written:
+        return Unreadable("no step was found")
+    try:
+        # A line break cannot stand in a JSON string, so no list runs on into the next.
+        lists = json.loads("[" + ",\n".join([arguments for _, arguments in written]) + "]")
+    except (ValueError, RecursionError):
+        return LIST_IS_NOT_JSON
+    return WrittenPlan(
+        tuple(WrittenStep(name, tuple(args)) for (name, _), args in zip(written, lists, strict=True))
+    )

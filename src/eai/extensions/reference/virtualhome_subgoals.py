@@ -1,0 +1,170 @@
+"""VirtualHome subgoals as eai-eval 1.0.5 reads them, and the actions of its character for one.
+
+Its quirks (``subgoal_plan.py``): an answer ends at the first closing brace; strings without anything like
+``word(...)`` vanish; a string with `` or `` is cut there as plain text, whatever the brackets say, and one
+piece is taken by lot (see `subgoals`); ids are numbers, so that ``soap.01002`` is ``soap.1002``; a quantifier
+is a parsing error, and so is a negation or an object without an id, but only when the search gets to it. The
+actions for a subgoal are those of ``state_action_translator.py``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from random import Random
+
+from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected, unparseable
+from eai.abilities.subgoal_decomposition.search import ExplorationLimits, GoalProgress, Outcome
+from eai.benchmarks.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
+from eai.extensions.reference import virtualhome_quirks
+from eai.extensions.reference.subgoals import ReferenceSubgoals, halting
+from eai.logic.formula import FALSE, Atom, Formula, Occurs
+from eai.logic.ltl import read_formula
+from eai.logic.ltl_printer import print_ltl
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.task import Task
+from eai.world.action import Action, Fault
+from eai.world.state import State
+
+BROUGHT_ABOUT_BY = {
+    "CLOSED": ("CLOSE",),
+    "OPEN": ("OPEN",),
+    "ON": ("SWITCHON",),
+    "OFF": ("SWITCHOFF",),
+    "PLUGGED_IN": ("PLUGIN",),
+    "PLUGGED_OUT": ("PLUGOUT",),
+    "CLEAN": ("WIPE", "WASH"),
+}
+"""For each state of an object the actions that lead to it. Any other state is brought about by no action."""
+
+NEED_THE_OBJECT_IN_HAND = frozenset({"DRINK", "EAT", "READ"})
+NEED_A_LOOK = frozenset({"LOOKAT", "WATCH"})
+
+
+def plans_of_state(predicate: str, arguments: Sequence[int], state: State) -> Sequence[Plan]:
+    """The plans that bring about an atom; none if no action does."""
+    if len(arguments) == 1:
+        (x,) = arguments
+        return [
+            (Action("FIND", (x,)), Action(action, (x,))) for action in BROUGHT_ABOUT_BY.get(predicate, ())
+        ]
+    x, y = arguments
+    agent = state.scene.agent
+    find_y = Action("FIND", (y,))
+    match predicate:
+        case "ONTOP" if x == agent:
+            return [(find_y, Action("SIT", (y,))), (find_y, Action("LIE", (y,)))]
+        case "ONTOP" if y == agent:
+            return [(Action("PUTON", (x,)),)]
+        case "ONTOP":
+            return [(*_fetch(x, state), find_y, Action("PUTBACK", (x, y)))]
+        case "INSIDE" if x == agent:
+            return [(Action("WALK", (y,)),)]
+        case "INSIDE":
+            fetch = _fetch(x, state)
+            return [(*fetch, find_y, Action(action, (x, y))) for action in ("PUTIN", "POUR")]
+        case "NEXT_TO" if x == agent:
+            return [(find_y,)]
+        case "FACING":
+            return [(find_y, Action("TURNTO", (y,)))]
+        case "HOLDS_RH" | "HOLDS_LH":
+            return [(find_y, Action("GRAB", (y,)))]
+        case _:
+            return []
+
+
+def plans_of_action(action: str, arguments: Sequence[int], state: State) -> Sequence[Plan]:
+    """The one plan that takes an action."""
+    act = Action(action, tuple(arguments))
+    if not arguments:
+        return [(act,)]
+    x, *others = arguments
+    if action in NEED_A_LOOK:
+        return [(Action("FIND", (x,)), Action("TURNTO", (x,)), act)]
+    if others:
+        return [(*_fetch(x, state), *(Action("FIND", (y,)) for y in others), act)]
+    if action in NEED_THE_OBJECT_IN_HAND and not _is_held(x, state):
+        return [(*_fetch(x, state), act)]
+    return [(Action("FIND", (x,)), act)]
+
+
+def _fetch(thing: int, state: State) -> Plan:
+    if _is_held(thing, state):
+        return ()
+    return Action("FIND", (thing,)), Action("GRAB", (thing,))
+
+
+def _is_held(thing: int, state: State) -> bool:
+    agent = state.scene.agent
+    if agent is None:
+        return False
+    return state.has("HOLDS_RH", agent, thing) or state.has("HOLDS_LH", agent, thing)
+
+
+_PRIMITIVE = re.compile(r"\w+\(.*?\)")
+_LEADING_ZEROS = re.compile(r"\.0+(?=[0-9])")
+_WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
+
+
+class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
+    """VirtualHome subgoals as the reference scores them: the goal counts if it held at any time."""
+
+    def __init__(self, task: Task, *, limits: ExplorationLimits | None = None) -> None:
+        domain, words = virtualhome_quirks.as_in_reference(), VirtualHomeSubgoals(ACTIONS)
+        super().__init__(task, domain, words, goals=_ActionsSingly(task), limits=limits)
+        self.excluded = None
+
+    def _piece(self, subgoal: str, lots: Random) -> str | None:
+        if subgoal in _WITHOUT_ARGUMENTS:
+            return f"{subgoal}()"
+        if _PRIMITIVE.search(subgoal) is None:
+            return None
+        return _LEADING_ZEROS.sub(".", lots.choice(subgoal.split(" or ")))
+
+    def halts(self, fault: Fault) -> bool:
+        """Also a missing step of which it does not say what is missing, such as SIT where no seat is left.
+
+        See ``checkers.py``, ``check_missing_preconds``. In plans release 1.0.5 calls such a step missing,
+        because action sequencing has a test of order of its own
+        (``simulation/evolving_graph/checker.py``); in subgoals it has not changed.
+        """
+        return super().halts(fault) or fault.check.sought == (FALSE,)
+
+    def _temporal_goal(self) -> Formula | None:
+        if self.task.temporal_goal is None:
+            return None
+        goal, misuses = read_formula(self.task.temporal_goal, self.lexicon.signature, "release")
+        return None if misuses else goal
+
+    def _goal_to_reach(self) -> GoalProgress:
+        return GoalProgress(self.temporal_goal or FALSE, self.task.scene)
+
+    def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
+        if self.temporal_goal is None:
+            return unparseable("the reference cannot read the goal of this task")
+        return super()._carry_out(compiled)
+
+    def _plans(self, found: Sequence[Formula]) -> list[tuple[int, Plans]]:
+        """One literal at a time; what cannot be translated ends the search."""
+        return [(number, self._plans_for(literal)) for number, literal in enumerate(found)]
+
+    def _plans_for(self, literal: Formula) -> Plans:
+        if not isinstance(literal, (Atom, Occurs)):
+            return halting("a negation cannot be translated")
+        if any(term.name not in self.lexicon.objects for term in literal.arguments):
+            return halting(f"{print_ltl(literal)}: an object without an id cannot be translated")
+        if isinstance(literal, Occurs):
+            action = self.lexicon.action(literal)
+            return lambda state: Found(plans_of_action(*action, state))
+        atom = self.lexicon.literal(literal)
+        if atom is None:
+            raise AssertionError(f"{print_ltl(literal)} is about no objects")
+        return lambda state: Found(plans_of_state(atom.predicate, atom.arguments, state))
+
+
+class _ActionsSingly(GoalTest):
+    """Action goals are met in any order, up to the first that is not met (``my_scene_evaluate``)."""
+
+    def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
+        met = [not set(wanted).isdisjoint(actions) for wanted in goals]
+        return range((*met, False).index(False))

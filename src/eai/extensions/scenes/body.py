@@ -1,0 +1,225 @@
+"""The bodies of things: sizes and colours by kind, and families of shapes made of a few simple parts."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from eai.base.files import parse_toml
+
+Vector: TypeAlias = tuple[float, float, float]
+"""Three numbers: to the right, to the back, up, in metres; or red, green and blue from 0 to 1."""
+
+Array: TypeAlias = "np.ndarray[Any, np.dtype[np.float64]]"
+
+Box: TypeAlias = Array
+"""A box along the axes in metres, two rows of three: its low corner and its high one."""
+
+HALF = "half_"
+"""The beginning of the category of half a thing."""
+
+_SHADES = {"own": 1.0, "light": 1.25, "dark": 0.72, "deep": 0.5}
+_STATES = ("open", "closed", "on", "off")
+_NUMBER = re.compile(r"(_part)?[._]\d+$")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A part of a body.
+
+    Attributes:
+        form: box; ball (an ellipsoid); post, pipe or bar: a cylinder upright, from front to back, or across.
+        box: the box around it before it is turned, from the middle of the body.
+        turn: the angle by which it is turned about its own upright axis, in radians.
+        colour: red, green and blue from 0 to 1.
+        is_solid: whether other things touch it.
+        when: the state in which it is there; empty for always.
+    """
+
+    form: str
+    box: Box
+    turn: float
+    colour: Vector
+    is_solid: bool = True
+    when: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """The shape of a thing, about its middle; its front is towards negative y.
+
+    Attributes:
+        size: width, depth and height.
+        parts: its parts.
+        stand: where it stands in a room if nothing carries it: free, wall, high, door, window, middle.
+        tops: the surfaces on which things lie, the best first; flat boxes.
+        spaces: the spaces in which things lie, the best first.
+        below: the space under it, if there is one.
+        slack: how much higher than a space its contents may rise, as a share of its height.
+    """
+
+    size: Vector
+    parts: tuple[Part, ...]
+    stand: str = "free"
+    tops: tuple[Box, ...] = ()
+    spaces: tuple[Box, ...] = ()
+    below: tuple[Box, ...] = ()
+    slack: float = 0.0
+
+
+def kind_of(name: str, category: str) -> str:
+    """The kind of a thing: by its name without a number, by what is in it or holds it, or by its category.
+
+    Of ``olive_oil__bottle`` and ``can__of__soda`` the first word counts that is a kind, then the last.
+    """
+    kind = _NUMBER.sub("", _NUMBER.sub("", name)) if not category.startswith(HALF) else category
+    words = kind.split("__")
+    known = (word for word in (kind, words[0], words[-1]) if body_of(word) is not None)
+    return next(known, category.partition(".")[0])
+
+
+@cache
+def body_of(kind: str) -> Body | None:
+    """The body of a kind of things, or of half a thing; None where the table has none."""
+    if kind.startswith(HALF):
+        whole = body_of(kind.removeprefix(HALF))
+        return None if whole is None else _half(whole)
+    known = kinds().get(kind)
+    return None if known is None else _made(_families()[known.family], known)
+
+
+class _Kind(NamedTuple):
+    """A line of the table of kinds: family of shape, size and colour."""
+
+    family: str
+    size: Vector
+    colour: Vector
+
+
+@cache
+def kinds() -> Mapping[str, _Kind]:
+    """The table of kinds."""
+    found: dict[str, _Kind] = {}
+    for line in (files("eai.extensions.scenes") / "kinds.txt").read_text(encoding="utf-8").splitlines():
+        if not line.startswith("#"):
+            kind, family, width, depth, height, colour, _ = line.split()
+            found[kind] = _Kind(family, (float(width), float(depth), float(height)), _rgb(colour))
+    return found
+
+
+@cache
+def _families() -> Mapping[str, Any]:
+    """The families of shapes as written; `[colours]` among them."""
+    return parse_toml((files("eai.extensions.scenes") / "shapes.toml").read_text(encoding="utf-8"))
+
+
+def _made(family: Mapping[str, Any], kind: _Kind) -> Body:
+    """The body of a kind."""
+    size = kind.size
+    return Body(
+        size,
+        tuple([part for line in family["parts"] for part in _parts(line, kind)]),
+        family.get("stand", "free"),
+        tuple([_flat(line, size) for line in family.get("tops", ())]),
+        tuple([_box(line.split(), size) for line in family.get("spaces", ())]),
+        (_box(family["below"].split(), size),) if "below" in family else (),
+        float(family.get("slack", 1.0)),
+    )
+
+
+def _half(whole: Body) -> Body:
+    """Half of a thing that was cut: its left half, with the cut pale on the right."""
+    width, depth, height = whole.size
+    half = np.array([width / 2, depth, height])
+    form = "box" if whole.parts[0].form == "box" else "ball"
+    colour = whole.parts[0].colour
+    red, green, blue = (0.4 * share + 0.6 for share in colour)
+    cut = np.array(
+        [[half[0] / 2, -0.4 * depth, -0.4 * height], [half[0] / 2 + 0.004, 0.4 * depth, 0.4 * height]]
+    )
+    parts = (
+        Part(form, np.array([-half / 2, half / 2]), 0.0, colour),
+        Part(form, cut, 0.0, (red, green, blue), is_solid=False),
+    )
+    return Body((width / 2, depth, height), parts)
+
+
+def _parts(line: str, kind: _Kind) -> Iterator[Part]:
+    """The parts that a line of a family stands for."""
+    form, *rest = line.split()
+    part = Part(form, _box(rest[:6], kind.size), 0.0, kind.colour)
+    copies = ""
+    for word in rest[6:]:
+        if word == "ghost":
+            part = replace(part, is_solid=False)
+        elif word in _STATES:
+            part = replace(part, when=word)
+        elif word.startswith("turn-"):
+            part = replace(part, turn=math.radians(float(word.removeprefix("turn-"))))
+        elif word.startswith(("mirror-", "ring-")):
+            copies = word
+        else:
+            part = replace(part, colour=_colour(word, kind.colour))
+    yield from _copies(part, copies)
+
+
+def _copies(part: Part, word: str) -> Iterator[Part]:
+    """A part and its mirror images, or a ring of it."""
+    if word.startswith("ring-"):
+        number = int(word.removeprefix("ring-"))
+        yield from [_turned(part, 2 * math.pi * i / number) for i in range(number)]
+        return
+    found = [part]
+    for axis, letter in enumerate("xy"):
+        if word.startswith("mirror-") and letter in word.removeprefix("mirror-"):
+            found += [_mirrored(each, axis) for each in found]
+    yield from found
+
+
+def rotated(at: Array, angle: float) -> Array:
+    """A place turned about the upright axis."""
+    x, y, z = at
+    return np.array([x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z])
+
+
+def _turned(part: Part, angle: float) -> Part:
+    """A part turned about the upright axis of its body."""
+    middle = part.box.mean(0)
+    return replace(part, box=part.box - middle + rotated(middle, angle), turn=part.turn + angle)
+
+
+def _mirrored(part: Part, axis: int) -> Part:
+    box = part.box.copy()
+    box[:, axis] = -box[::-1, axis]
+    return replace(part, box=box, turn=-part.turn)
+
+
+def _box(fractions: Sequence[str], size: Vector) -> Box:
+    """The box that six fractions of a size make, about its middle."""
+    box: Box = (np.array(fractions, dtype=float).reshape(3, 2).T - 0.5) * size
+    return box
+
+
+def _flat(line: str, size: Vector) -> Box:
+    fractions = line.split()
+    return _box([*fractions, fractions[-1]], size)
+
+
+def _colour(word: str, own: Vector) -> Vector:
+    """The colour that a word names."""
+    if word in _SHADES:
+        red, green, blue = (min(1.0, share * _SHADES[word]) for share in own)
+        return (red, green, blue)
+    return _rgb(_families()["colours"].get(word, word.removeprefix("#")))
+
+
+def _rgb(digits: str) -> Vector:
+    red, green, blue = (int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4))
+    return (red, green, blue)

@@ -1,0 +1,149 @@
+"""Relations by geometry: contacts, boxes and rays, as iGibson defines them (``igibson/object_states``).
+
+Rays begin at the middle of a body. A thing is on another if they touch and a ray down meets the other, but
+none up does; inside, if its middle is in the other's box and the other is met on both sides of it along two
+of three axes; next to it, if their boxes are near and one is on a level ray of the other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+
+from eai.extensions.scenes.body import Array, Box
+
+_LEVEL, _UPRIGHT = 1.0, 5.0
+"""How far level and upright rays reach, in metres."""
+
+_PLANES = 5
+"""How many pairs of level axes are tried, at 0 to 90 degrees."""
+
+_NEAR = 1 / 6
+"""How near boxes of neighbours are, as a share of the mean of the sums of their sides."""
+
+_UP, _DOWN = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0])
+
+
+class _PlacedBodies(Protocol):
+    """The bodies of things in a model of MuJoCo.
+
+    Attributes:
+        mujoco: the library.
+        model: the model.
+        data: the state of the model.
+    """
+
+    mujoco: Any
+    model: Any
+    data: Any
+
+    @property
+    def bodies(self) -> Mapping[int, int]:
+        """The body of each thing."""
+
+    @property
+    def geoms(self) -> Mapping[int, range]:
+        """The geoms of each thing, one a part."""
+
+
+def on_top(scene: _PlacedBodies, first: int, second: int) -> bool:
+    """Whether the first thing lies on the second."""
+    if not _touches(scene, first, second):
+        return False
+    middle = _middle(scene, first)
+    return _meets(scene, middle, _DOWN, second, _UPRIGHT) and not _meets(scene, middle, _UP, second, _UPRIGHT)
+
+
+def under(scene: _PlacedBodies, first: int, second: int) -> bool:
+    """Whether the first thing is under the second."""
+    middle = _middle(scene, first)
+    return _meets(scene, middle, _UP, second, _UPRIGHT) and not _meets(scene, middle, _DOWN, second, _UPRIGHT)
+
+
+def inside(scene: _PlacedBodies, first: int, second: int) -> bool:
+    """Whether the first thing is in the second."""
+    middle, (low, high) = _middle(scene, first), around(scene, second)
+    if not ((middle >= low) & (middle <= high)).all():
+        return False
+    levels = [[_both(scene, middle, axis, second, _LEVEL) for axis in plane] for plane in _planes()]
+    if any(all(plane) for plane in levels):
+        return True
+    return _both(scene, middle, _UP, second, _UPRIGHT) and any(any(plane) for plane in levels)
+
+
+def next_to(scene: _PlacedBodies, first: int, second: int) -> bool:
+    """Whether two things are next to each other."""
+    boxes = [around(scene, first), around(scene, second)]
+    low, high = (np.array([box[i] for box in boxes]) for i in (0, 1))
+    apart = np.maximum(0, low.max(0) - high.min(0))
+    if math.hypot(*apart) > (high - low).sum() / 3 * _NEAR:
+        return False
+    return any(
+        _meets(scene, _middle(scene, a), sign * axis, b, _LEVEL)
+        for a, b in ((first, second), (second, first))
+        for plane in _planes()
+        for axis in plane
+        for sign in (1, -1)
+    )
+
+
+def on_floor(scene: _PlacedBodies, thing: int, room: Box) -> bool:
+    """Whether a thing is on the floor of a room; what hangs on its walls counts, too."""
+    middle, (low, high) = _middle(scene, thing), around(scene, thing)
+    at_home = all(room[0, i] <= middle[i] <= room[1, i] for i in (0, 1))
+    is_fixed = scene.model.body_dofnum[scene.bodies[thing]] == 0
+    return bool(at_home and (is_fixed or low[2] < 0.01) and high[2] > 0)
+
+
+def around(scene: _PlacedBodies, thing: int) -> Box:
+    """The box around the solid parts of a thing."""
+    geoms = _solid(scene, thing)
+    axes = scene.data.geom_xmat[geoms].reshape(-1, 3, 3)
+    aabb = scene.model.geom_aabb[geoms]
+    middle = scene.data.geom_xpos[geoms] + np.einsum("gij,gj->gi", axes, aabb[:, :3])
+    half = np.einsum("gij,gj->gi", np.abs(axes), aabb[:, 3:])
+    return np.array([(middle - half).min(0), (middle + half).max(0)])
+
+
+def _middle(scene: _PlacedBodies, thing: int) -> Array:
+    found: Array = scene.data.xpos[scene.bodies[thing]]
+    return found
+
+
+def _solid(scene: _PlacedBodies, thing: int) -> list[int]:
+    return [geom for geom in scene.geoms[thing] if scene.model.geom_contype[geom]]
+
+
+def _touches(scene: _PlacedBodies, first: int, second: int) -> bool:
+    """Whether two bodies are in contact."""
+    bodies = {scene.bodies[first], scene.bodies[second]}
+    owners = scene.model.geom_bodyid[scene.data.contact.geom[: scene.data.ncon]]
+    return any({*pair} == bodies for pair in owners.tolist())
+
+
+def _both(scene: _PlacedBodies, middle: Array, axis: Array, other: int, reach: float) -> bool:
+    """Whether a thing is met both ways along an axis."""
+    return _meets(scene, middle, axis, other, reach) and _meets(scene, middle, -axis, other, reach)
+
+
+def _meets(scene: _PlacedBodies, start: Array, way: Array, other: int, reach: float) -> bool:
+    """Whether a ray meets a solid part of a thing."""
+    model, data, ray = scene.model, scene.data, scene.mujoco.mju_rayGeom
+    for geom in _solid(scene, other):
+        form = int(model.geom_type[geom])
+        far = ray(data.geom_xpos[geom], data.geom_xmat[geom], model.geom_size[geom], start, way, form)
+        if 0 <= far <= reach:
+            return True
+    return False
+
+
+def _planes() -> list[list[Array]]:
+    """Pairs of level axes that are at right angles."""
+    angles = [i * math.pi / 2 / (_PLANES - 1) for i in range(_PLANES)]
+    return [
+        [np.array([math.cos(a), math.sin(a), 0.0]), np.array([-math.sin(a), math.cos(a), 0.0])]
+        for a in angles
+    ]

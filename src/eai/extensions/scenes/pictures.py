@@ -1,0 +1,102 @@
+"""Pictures of scenes with bodies as files: photographs, with numbered boxes if asked for, and moving ones."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from eai.extensions.scenes.camera import SIZE, Camera, View
+from eai.extensions.scenes.scene import BodyScene
+from eai.tasks.task import Task
+from eai.world.state import State
+
+_LEAST = 12
+"""How many pixels of a thing must be seen for a box around it, or to point at it."""
+
+_INK, _PAPER = (20, 20, 20), (255, 235, 60)
+
+
+def photographs(
+    task: Task, views: Collection[View], *, numbered: bool = False, state: State | None = None
+) -> list[bytes]:
+    """Pictures of a state of a task, the initial one if None is given, as PNG, one a view.
+
+    With numbered boxes if asked for: the number of a thing is its index.
+
+    Raises:
+        InputError: its things find no places, or have no bodies.
+        EaiError: nothing can be drawn; says what to install.
+    """
+    with Camera(BodyScene(task)) as camera:
+        if state is not None and state != task.initial:
+            camera.scene.show(state)
+        drawn = [Image.fromarray(camera.colours(view)) for view in views]
+        if numbered:
+            for image, view in zip(drawn, views, strict=True):
+                _number(image, camera.objects(view))
+    return [_file(image, "PNG") for image in drawn]
+
+
+def film(task: Task, states: Iterable[State]) -> bytes:
+    """The states of an episode as a moving picture (GIF), half as high and wide as other pictures.
+
+    Raises:
+        InputError: its things find no places, or have no bodies.
+        EaiError: nothing can be drawn; says what to install.
+    """
+    drawn = []
+    scene = BodyScene(task)
+    with Camera(scene, (SIZE[0] // 2, SIZE[1] // 2), shadows=False) as camera:
+        for state in states:
+            scene.show(state)
+            drawn.append(Image.fromarray(camera.colours("head")).quantize(128))
+    return _file(drawn[0], "GIF", save_all=True, append_images=drawn[1:], duration=700, loop=0)
+
+
+def places(task: Task, views: Sequence[View]) -> dict[int, tuple[int, int, int]]:
+    """A pixel of each thing that is seen in pictures of the initial state of a task.
+
+    It is in the first picture that shows the thing, and the one nearest to its middle there.
+
+    Returns:
+        the number of the picture, from 1 on, the column and the row, by the index of the thing.
+
+    Raises:
+        InputError, EaiError: as of `photographs`.
+    """
+    found: dict[int, tuple[int, int, int]] = {}
+    with Camera(BodyScene(task)) as camera:
+        for number, view in enumerate(views, 1):
+            for thing, rows, columns in _seen(camera.objects(view)):
+                nearest = int(np.hypot(rows - rows.mean(), columns - columns.mean()).argmin())
+                found.setdefault(thing, (number, int(columns[nearest]), int(rows[nearest])))
+    return found
+
+
+def _seen(objects: Any) -> Iterator[tuple[int, Any, Any]]:
+    """Each thing that is seen, with the rows and columns of its pixels."""
+    for thing in np.unique(objects[objects >= 0]).tolist():
+        rows, columns = np.nonzero(objects == thing)
+        if len(rows) >= _LEAST:
+            yield thing, rows, columns
+
+
+def _number(image: Image.Image, objects: Any) -> None:
+    """Draw a box around each thing that is seen, with its number."""
+    draw = ImageDraw.Draw(image)
+    for thing, rows, columns in _seen(objects):
+        left, top = int(columns.min()), int(rows.min())
+        draw.rectangle((left - 1, top - 1, int(columns.max()) + 1, int(rows.max()) + 1), outline=_PAPER)
+        around = draw.textbbox((left, max(0, top - 11)), str(thing))
+        draw.rectangle(around, fill=_PAPER)
+        draw.text((left, max(0, top - 11)), str(thing), fill=_INK)
+
+
+def _file(image: Image.Image, form: str, **options: Any) -> bytes:
+    file = io.BytesIO()
+    image.save(file, form, **options)
+    return file.getvalue()

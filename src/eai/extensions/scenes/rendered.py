@@ -1,0 +1,95 @@
+"""The door to scenes with bodies, which take an extra: it says in a line what is not installed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from eai.base.errors import InputError, needing
+from eai.studies.perception.picture import PNG
+from eai.tasks.prompts.prompt import Image
+from eai.tasks.task import Task
+from eai.world.state import State
+
+if TYPE_CHECKING:
+    from eai.extensions.scenes.camera import Camera, View
+
+VIEWS: tuple[View, ...] = ("head", "near", "top")
+"""From where scenes are seen: the robot's head, near the place of work, and from above."""
+
+
+_installed = partial(needing, "physics", "scenes with bodies need")
+
+
+def photographs_of(
+    task: Task, views: Sequence[View] = VIEWS, *, numbered: bool = False, state: State | None = None
+) -> tuple[Image, ...]:
+    """Pictures of a state of a task, one a view, with numbered boxes around things if asked for.
+
+    It is the initial state if None is given.
+
+    Raises:
+        InputError: its things find no places, or have no bodies; says which.
+        EaiError: what draws them is not installed.
+    """
+    with _installed():
+        from eai.extensions.scenes.pictures import photographs
+
+        return tuple([Image(PNG, each) for each in photographs(task, views, numbered=numbered, state=state)])
+
+
+def photographed(tasks: Mapping[str, Task], *, numbered: bool = False) -> dict[str, tuple[Image, ...]]:
+    """Pictures of the initial state of each task whose scene can be built (`photographs_of`).
+
+    Raises:
+        InputError: none can; says why the first cannot.
+        EaiError: what draws them is not installed.
+    """
+    found: dict[str, tuple[Image, ...]] = {}
+    refused: list[InputError] = []
+    for task_id, task in tasks.items():
+        try:
+            found[task_id] = photographs_of(task, VIEWS[:2], numbered=numbered)
+        except InputError as error:
+            refused.append(error)
+    if refused and not found:
+        raise refused[0]
+    return found
+
+
+def places_of(task: Task) -> dict[int, tuple[int, int, int]]:
+    """The picture, column and row at which each thing is that pictures of a task show.
+
+    Raises:
+        InputError, EaiError: as of `photographs_of`.
+    """
+    with _installed():
+        from eai.extensions.scenes.pictures import places
+
+        return places(task, VIEWS[:2])
+
+
+def film_of(task: Task, states: Sequence[State]) -> bytes:
+    """The states of an episode as a moving picture, GIF.
+
+    Raises:
+        InputError, EaiError: as of `photographs_of`.
+    """
+    with _installed():
+        from eai.extensions.scenes.pictures import film
+
+        return film(task, states)
+
+
+def camera_of(task: Task) -> Camera:
+    """A camera in the scene of a task, whose `BodyScene.show` shows later states; to be closed.
+
+    Raises:
+        InputError, EaiError: as of `photographs_of`.
+    """
+    with _installed():
+        from eai.extensions.scenes.camera import Camera
+        from eai.extensions.scenes.scene import BodyScene
+
+        return Camera(BodyScene(task))

@@ -1,0 +1,332 @@
+"""Scenes with bodies: a task's initial state arranged, settled by MuJoCo, and seen to hold by geometry.
+
+Sizes are ours (`kinds.txt`), so a scene decides no verdict. Only this module and `camera` load MuJoCo, for
+which arranged bodies, rooms and light are a text.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from ctypes.util import find_library
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree as Xml
+
+import numpy as np
+
+from eai.base.errors import InputError
+from eai.extensions.scenes import geometry
+from eai.extensions.scenes.arranging import HEIGHT, arranged, place_rest
+from eai.extensions.scenes.body import Array, Body, Box, Part, Vector
+from eai.extensions.scenes.looks import painted, specks
+from eai.extensions.scenes.placing import Placing, Pose
+from eai.extensions.scenes.told import BESIDE, INSIDE, ON, UNDER, Told, told_of
+from eai.tasks.task import Task
+from eai.world.state import State
+
+if TYPE_CHECKING:
+    import mujoco
+
+_TYPES = {"box": "box", "ball": "ellipsoid", "post": "cylinder", "pipe": "cylinder", "bar": "cylinder"}
+_TURNS = {"pipe": (0.70710678, 0.70710678, 0.0, 0.0), "bar": (0.70710678, 0.0, 0.70710678, 0.0)}
+_AXES = {"post": 2, "pipe": 1, "bar": 0}
+_FIXED, _LOOSE = ("1", "2"), ("2", "3")
+"""The masks of contacts: furniture meets loose things alone, these meet everything."""
+
+_FLOORS = {
+    "tiles": ("kitchen", "bath", "utility"),
+    "concrete": ("garage", "garden", "storage", "driveway", "lawn"),
+}
+_WALLS = {
+    "kitchen": "0.95 0.92 0.84",
+    "bath": "0.80 0.89 0.93",
+    "bed": "0.88 0.86 0.94",
+    "dining": "0.94 0.87 0.78",
+    "garage": "0.84 0.84 0.83",
+    "living": "0.92 0.91 0.82",
+}
+
+
+def model_text(placing: Placing, told: Told, rooms: Mapping[int, Box], away: Vector) -> str:
+    """The model of arranged bodies.
+
+    Args:
+        placing: the bodies that are there, with their poses.
+        told: what a state tells of them. Only in the fullest room there are shadows, which take most of the
+            time.
+        rooms: the box of each room.
+        away: where things are that may be there later, and those without a pose.
+    """
+    text = (files("eai.extensions.scenes") / "world.xml").read_text(encoding="utf-8")
+    root = Xml.fromstring(text)  # noqa: S314 - our own text
+    world = root.find("worldbody")
+    if world is None:
+        raise ValueError("a model has a world")
+    for floor, box in rooms.items():
+        edges = {round(float(other[i, 0]), 3) for i in (0, 1) for other in rooms.values() if other is not box}
+        walls = [round(float(x), 3) not in edges for x in box[:, 0]]
+        world.extend(_room(box, placing.names[floor], walls))
+        world.append(_lamp(box, shadows=floor == told.fullest))
+    for thing, body in {**placing.bodies, **told.absent}.items():
+        pose = placing.poses.get(thing, Pose(away))
+        is_fixed = thing in placing.furniture
+        states = placing.states.get(thing, frozenset())
+        world.append(_body(thing, body, pose, states, is_fixed=is_fixed, is_there=thing in placing.poses))
+    return Xml.tostring(root, encoding="unicode")
+
+
+def _body(
+    thing: int, body: Body, pose: Pose, states: frozenset[str], *, is_fixed: bool, is_there: bool
+) -> Xml.Element:
+    """A thing; what is furniture or not there does not move."""
+    element = Xml.Element("body", name=f"b{thing}", pos=_said(pose.at), quat=_said(pose.turn))
+    if not is_fixed and is_there:
+        Xml.SubElement(element, "freejoint")
+    for part in (*body.parts, *specks(body)):
+        seen = not part.when or part.when in states
+        meets = (_FIXED if is_fixed else _LOOSE) if part.is_solid and seen and is_there else ("0", "0")
+        element.append(_geom(part, meets, (*painted(part.colour, states), float(seen))))
+    return element
+
+
+def _geom(part: Part, meets: tuple[str, str], rgba: tuple[float, ...]) -> Xml.Element:
+    """A part."""
+    geom = Xml.Element("geom", type=_TYPES[part.form], pos=_said(part.box.mean(0).tolist()), rgba=_said(rgba))
+    geom.set("contype", meets[0])
+    geom.set("conaffinity", meets[1])
+    half = ((part.box[1] - part.box[0]) / 2).tolist()
+    axis = _AXES.get(part.form)
+    if axis is not None:
+        across = [half[i] for i in range(3) if i != axis]
+        half = [sum(across) / 2, half[axis], 0.0]
+        geom.set("quat", _said(_TURNS.get(part.form, (1.0, 0.0, 0.0, 0.0))))
+    if part.turn:
+        geom.set("euler", f"0 0 {part.turn:.6g}")
+        geom.attrib.pop("quat", None)
+    if not part.is_solid:
+        geom.set("mass", "0")
+    geom.set("size", _said([max(1e-4, each) for each in half]))
+    return geom
+
+
+def _room(box: Box, name: str, walls: Sequence[bool]) -> Iterator[Xml.Element]:
+    """The floor and walls of a room; none in front, and left and right where they are wanted."""
+    (x0, y0, _), (x1, y1, _) = box
+    look = next((look for look, words in _FLOORS.items() if any(word in name for word in words)), "wood")
+    yield _slab((x0, x1, y0, y1, -0.1, 0.0), material=look)
+    wall = next((colour for word, colour in _WALLS.items() if word in name), "0.9 0.89 0.85")
+    sides = [
+        side for side, is_there in zip(((x0 - 0.08, x0), (x1, x1 + 0.08)), walls, strict=True) if is_there
+    ]
+    for side in ((x0, x1, y1, y1 + 0.08), *[(*x, y0, y1 + 0.08) for x in sides]):
+        yield _slab((*side, 0.0, HEIGHT), rgba=f"{wall} 1")
+    trim = "0.97 0.97 0.95 1"
+    yield _slab((x0, x1, y1 - 0.012, y1, 0.0, 0.09), rgba=trim, contype="0", conaffinity="0")
+    yield _slab((x0, x1, y0 - 0.08, y0, 0.0, HEIGHT), rgba="0 0 0 0")
+
+
+def _lamp(box: Box, *, shadows: bool) -> Xml.Element:
+    """The lamp of a room."""
+    x, y, _ = box.mean(0)
+    lamp = Xml.Element(
+        "light", pos=_said([x, y - 0.5, 2.9]), dir="0.05 0.15 -1", diffuse="0.4 0.4 0.38", cutoff="85"
+    )
+    lamp.set("specular", "0.04 0.04 0.04")
+    lamp.set("castshadow", str(shadows).lower())
+    return lamp
+
+
+def _slab(sides: tuple[float, ...], **more: str) -> Xml.Element:
+    """A fixed box between six planes."""
+    pairs = list(zip(sides[::2], sides[1::2], strict=True))
+    size, middle = [(high - low) / 2 for low, high in pairs], [(low + high) / 2 for low, high in pairs]
+    slab = Xml.Element("geom", type="box", size=_said(size), pos=_said(middle))
+    slab.attrib |= {"contype": _FIXED[0], "conaffinity": _FIXED[1], **more}
+    return slab
+
+
+def _said(numbers: tuple[float, ...] | list[float]) -> str:
+    return " ".join([f"{number:.6g}" for number in numbers])
+
+
+ATTEMPTS = 8
+"""How often a scene is arranged anew where something falls or finds no place, at most."""
+
+_STEPS, _CHUNK = 240, 8
+"""How many steps of 4 ms a scene has to come to rest, and after how many its motion is damped."""
+
+_STILL = 0.03
+"""The speed below which everything is at rest, in m/s and radians/s."""
+
+_PARKED = (0.0, 0.0, -30.0)
+"""Where things are that are not there."""
+
+
+def _load_mujoco() -> Any:
+    """Return the library, which draws through EGL where there is one and nobody says otherwise."""
+    if sys.platform == "linux" and "MUJOCO_GL" not in os.environ:
+        os.environ["MUJOCO_GL"] = "egl" if find_library("EGL") else "disabled"
+    import mujoco
+
+    return mujoco
+
+
+class BodyScene:
+    """The scene of a task with bodies: all initial relations of its things hold by geometry.
+
+    Args:
+        task: the task.
+
+    Attributes:
+        task: the task.
+        told: everything that is told of the state shown, the initial one at first.
+        rooms: the box of each room, by the index of its floor.
+        attempts: how often it was arranged.
+        mujoco: the library.
+        model: the model of MuJoCo.
+        data: its state.
+        bodies: the body of each thing in the model.
+        geoms: the geoms of each thing, one a part.
+
+    Raises:
+        InputError: it cannot be arranged; says why.
+        ImportError: MuJoCo is not installed.
+    """
+
+    def __init__(self, task: Task) -> None:
+        self.mujoco = _load_mujoco()
+        self.task = task
+        self._names = [thing.name for thing in task.scene.objects]
+        self.told = told_of(task.initial)
+        self._bodies = {**self.told.bodies, **self.told.absent}
+        problem: InputError | None = None
+        for self.attempts in range(1, ATTEMPTS + 1):
+            try:
+                self._settle(f"{task.id} 0 {self.attempts}")
+            except InputError as error:
+                problem = error
+                continue
+            return
+        raise InputError(f"{task.id}: {problem}") from problem
+
+    def _settle(self, seed: str) -> None:
+        """Arrange everything, let it settle, and see whether it is where it should be.
+
+        Raises:
+            InputError: it is not, or found no place.
+        """
+        placing, self.rooms = arranged(self.told, self._names, seed)
+        self._make(placing)
+        self._rest()
+        lost = self.lost()
+        if lost:
+            first, relation, second = lost[0]
+            raise InputError(f"{self._names[first]} does not keep {relation} {self._names[second]}")
+
+    def _make(self, placing: Placing) -> None:
+        """Make the model."""
+        text = model_text(placing, self.told, self.rooms, _PARKED)
+        self.model: mujoco.MjModel = self.mujoco.MjModel.from_xml_string(text)
+        self.data: mujoco.MjData = self.mujoco.MjData(self.model)
+        find, kind = self.mujoco.mj_name2id, self.mujoco.mjtObj.mjOBJ_BODY
+        self.bodies = {thing: find(self.model, kind, f"b{thing}") for thing in self._bodies}
+        first, many = self.model.body_geomadr, self.model.body_geomnum
+        self.geoms = {i: range(first[b], first[b] + many[b]) for i, b in self.bodies.items()}
+        self.mujoco.mj_forward(self.model, self.data)
+
+    def _rest(self) -> None:
+        """Let things come to rest, their motion damped so that nothing rolls away."""
+        mj, model, data = self.mujoco, self.model, self.data
+        for step in range(0, _STEPS, _CHUNK):
+            mj.mj_step(model, data, _CHUNK)
+            if step > _CHUNK and (not model.nv or abs(data.qvel).max() < _STILL):
+                break
+            data.qvel *= 0.75
+        data.qvel[:] = 0
+        mj.mj_forward(model, data)
+
+    def show(self, state: State) -> None:
+        """Show another state of the task: what is said to be where it was stays, all else is put anew.
+
+        Nothing falls. What finds no place is shown in the middle of where it should be.
+
+        Raises:
+            InputError: a thing has no body.
+        """
+        before, told = self.told, told_of(state)
+        placing = Placing(told, self._names, f"{self.task.id} {hash(state)}")
+        kept = self._kept(before, told)
+        for thing in kept:
+            placing.put(thing, self._pose(thing))
+        place_rest(placing, told, self.rooms, crowded=True)
+        for thing in self._bodies:
+            if thing not in kept:
+                self.move(thing, placing.poses.get(thing, Pose(_PARKED)))
+            self._paint(thing, placing)
+        self.told = told
+        self.mujoco.mj_forward(self.model, self.data)
+
+    def _kept(self, before: Told, told: Told) -> list[int]:
+        """The things that are where they were, those that carry others first."""
+        kept: list[int] = []
+        moved = {*before.hands.values(), *told.hands.values()}
+        for thing in sorted(told.bodies, key=told.depth):
+            carrier = told.carrier(thing)
+            stays = thing in before.bodies and thing not in moved and before.place(thing) == told.place(thing)
+            if stays and (carrier is None or carrier[1] in kept):
+                kept.append(thing)
+        return kept
+
+    def _pose(self, thing: int) -> Pose:
+        body = self.bodies[thing]
+        x, y, z = self.data.xpos[body].tolist()
+        a, b, c, d = self.data.xquat[body].tolist()
+        return Pose((x, y, z), (a, b, c, d))
+
+    def _paint(self, thing: int, placing: Placing) -> None:
+        """Show the parts of a thing that are there in its states, in their colours."""
+        body = self._bodies[thing]
+        states = placing.states.get(thing, frozenset())
+        for geom, part in zip(self.geoms[thing], (*body.parts, *specks(body)), strict=True):
+            seen = thing in placing.bodies and (not part.when or part.when in states)
+            self.model.geom_rgba[geom] = (*painted(part.colour, states), float(seen))
+            self.model.geom_contype[geom] = int(seen and part.is_solid)
+
+    def front(self, thing: int) -> Array:
+        """The way to the front of a thing, level: three numbers."""
+        axes = self.data.xmat[self.bodies[thing]].reshape(3, 3)
+        way: Array = -axes[:, 1] if abs(axes[2, 1]) < 0.5 else np.array([0.0, -1.0, 0.0])
+        return way
+
+    def move(self, thing: int, pose: Pose) -> None:
+        """Put a thing somewhere; nothing gives way."""
+        body = self.bodies[thing]
+        if self.model.body_dofnum[body]:
+            start = self.model.jnt_qposadr[self.model.body_jntadr[body]]
+            self.data.qpos[start : start + 7] = (*pose.at, *pose.turn)
+        else:
+            self.model.body_pos[body], self.model.body_quat[body] = pose.at, pose.turn
+        self.mujoco.mj_kinematics(self.model, self.data)
+
+    def lost(self) -> list[tuple[int, str, int]]:
+        """The relations that are told and do not hold by geometry."""
+        told = self.told
+        tests = {
+            INSIDE: geometry.inside,
+            ON: geometry.on_top,
+            UNDER: geometry.under,
+            BESIDE: geometry.next_to,
+        }
+        lost = [
+            (first, relation, second)
+            for relation, test in tests.items()
+            for first, second in told.relations[relation]
+            if not test(self, first, second)
+        ]
+        on_floor = [(i, floor) for i, floor in told.floor_of.items() if told.carrier(i) is None]
+        outside = [
+            (i, "on the floor of", f) for i, f in on_floor if not geometry.on_floor(self, i, self.rooms[f])
+        ]
+        return lost + [each for each in outside if each[0] not in told.hands.values()]

@@ -1,0 +1,251 @@
+"""From demonstrations to goals, in a world written by hand."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from eai.base.errors import InputError
+from eai.benchmarks.check import check_annotations
+from eai.extensions.annotation.decisions import (
+    Candidate,
+    Chosen,
+    Listing,
+    _Kind,
+    annotate,
+    by_title,
+    check,
+    decide,
+    decisions_text,
+    difference,
+    first_met,
+    frequencies,
+    read_decisions,
+    read_pattern,
+    write_decisions,
+)
+from eai.logic.ltl_printer import print_ltl
+from eai.pddl.planning import PlannerChoice
+from eai.tasks.source import Source, given
+from eai.tasks.task import Task
+from extensions.annotation.demonstrated import CUP, DOMAIN, JAR, LAMP, shelves, shown
+
+SHARED = [difference(task, DOMAIN) for task in (CUP, JAR, LAMP)]
+
+
+def told(facts: object, task: Task) -> list[str]:
+    assert isinstance(facts, tuple)
+    names = [thing.name for thing in task.scene.objects]
+    return [f"{fact.predicate} {' '.join(names[i] for i in fact.arguments)}" for fact in facts]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "ON(lamp)",
+        "ONTOP({GRABBABLE, MOVABLE}, table)",
+        "HOLDS(robot, {})",
+        "do TOUCH",
+        "inside(a.n.01, b.n.02)",
+    ],
+)
+def test_patterns_are_read_as_they_are_written(text: str) -> None:
+    assert str(read_pattern(text)) == text
+
+
+@pytest.mark.parametrize(
+    "text", ["", "ON", "ON()", "ON(a b)", "ON(a, b, c)", "ON({a)", "do ", "ON(a) or ON(b)"]
+)
+def test_what_is_no_pattern_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="expected a pattern such as"):
+        read_pattern(text)
+
+
+def test_kinds_are_the_same_whatever_the_order_of_their_properties() -> None:
+    assert _Kind(properties=("A", "B")) == _Kind(properties=("B", "A"))
+    assert len({_Kind(properties=("A", "B")), _Kind(properties=("B", "A")), _Kind("A")}) == 2
+
+
+@pytest.mark.parametrize(
+    ("task", "facts"),
+    [
+        (CUP, ["near robot shelf", "on cup shelf"]),
+        (JAR, ["lit lamp_1", "near robot shelf", "on jar shelf"]),
+        (shown("there and back", "GO lamp_1; GO shelf; GO lamp_1"), ["near robot lamp_1"]),
+    ],
+)
+def test_a_difference_is_what_changed_objects_are_and_what_relations_are_new(
+    task: Task, facts: list[str]
+) -> None:
+    assert told(difference(task, DOMAIN).facts, task) == facts
+
+
+def test_the_end_that_the_data_set_says_counts() -> None:
+    said = replace(CUP, annotated_final=CUP.initial)
+    assert difference(said, DOMAIN).facts == ()
+
+
+@pytest.mark.parametrize(
+    ("task", "why"),
+    [
+        (replace(CUP, script=()), "cup: no demonstration; expected a plan"),
+        (
+            shown("bad", "GO shelf; LIGHT shelf"),
+            "bad: no demonstration; step 2 of its plan cannot be carried out",
+        ),
+    ],
+)
+def test_what_shows_nothing_is_no_demonstration(task: Task, why: str) -> None:
+    with pytest.raises(InputError, match=re.escape(why)):
+        difference(task, DOMAIN)
+
+
+def test_frequencies_are_by_class_and_by_the_properties_of_one_end() -> None:
+    found = {str(pattern): times for pattern, times in frequencies(SHARED, ["near"]).items()}
+    assert found == {
+        "lit(lamp)": 3,
+        "on(cup, shelf)": 1,
+        "on(jar, shelf)": 1,
+        "on({small}, shelf)": 2,
+        "on(cup, {})": 1,
+        "on(jar, {})": 1,
+    }
+
+
+def candidate(*entries: str) -> Candidate:
+    """Entries with alternatives, ``lit(lamp) or on(cup, shelf)``."""
+    return tuple(tuple(map(read_pattern, entry.split(" or "))) for entry in entries)
+
+
+@pytest.mark.parametrize(
+    ("candidates", "numbers"),
+    [
+        ([("on({small}, shelf)",)], [0, 0, None]),
+        ([("lit(lamp)",), ("on(cup, shelf)",)], [1, 0, 0]),
+        ([("lit(lamp)", "on({small}, shelf)")], [None, 0, None]),
+        ([("lit(lamp) or on(cup, shelf)",)], [0, 0, 0]),
+        ([("on({bright}, shelf)",)], [None, None, None]),
+        ([("do LIGHT", "do PUT")], [None, 0, None]),
+        ([("do PUT", "do LIGHT")], [None, None, None]),
+        ([("do LIGHT", "do LIGHT")], [None, None, 0]),
+        ([("do GO or do PUT", "do PUT")], [0, 0, None]),
+        ([], [None, None, None]),
+    ],
+)
+def test_the_first_candidate_that_is_met_in_all_is_assigned(
+    candidates: list[tuple[str, ...]], numbers: list[int | None]
+) -> None:
+    meanings = [candidate(*entries) for entries in candidates]
+    assert [first_met(meanings, found) for found in SHARED] == numbers
+
+
+def test_goals_follow_from_all_that_meets_an_entry() -> None:
+    known = {"Tidy up": Chosen((candidate("lit(lamp)", "do LIGHT"),))}
+    made = list(annotate(by_title(shelves().tasks(Source())), DOMAIN, known))
+    goals = [[print_ltl(goal.formula) for goal in of_task] for _, _, of_task in made]
+    assert goals == [[], ["lit(lamp_1)", "LIGHT()"], ["lit(lamp_1)", "lit(lamp_2)", "LIGHT()"]]
+    assert [each.problem for each in check(made)] == [
+        "cup: has goals, and meets no candidate",
+        "jar: lacks lit(lamp_1), lacks LIGHT(), has on(jar, shelf) besides",
+        "lamp: lacks lit(lamp_2), lacks LIGHT()",
+    ]
+
+
+COMMANDS = ("keep 1", "drop 3 4", "or 2 5", "new", "add do LIGHT or do PUT", "add lit({bright})")
+
+
+def decided(*commands: str) -> Chosen:
+    listing, chosen = Listing(SHARED, DOMAIN, ["near"]), Chosen()
+    for command in commands:
+        chosen = decide(command, chosen, listing)
+    return chosen
+
+
+def test_commands_make_candidates() -> None:
+    listing = Listing(SHARED, DOMAIN, ["near"])
+    assert [str(pattern) for pattern in listing.numbered[:3]] == [
+        "lit(lamp)",
+        "on({small}, shelf)",
+        "on(cup, shelf)",
+    ]
+    assert list(listing.counts.values())[:3] == [2, 2, 1]
+    chosen = decided(*COMMANDS)
+    assert chosen.candidates == (
+        candidate("lit(lamp)", "on({small}, shelf) or on(cup, {})"),
+        candidate("do LIGHT or do PUT", "lit({bright})"),
+    )
+    assert list(map(str, chosen.dropped)) == ["on(cup, shelf)", "on(jar, shelf)"]
+    assert listing.open(chosen) == [6]
+
+
+@pytest.mark.parametrize(
+    ("command", "why"),
+    [
+        ("kep 1", "'kep' is no command: keep, or, drop, add, new, undo, done; did you mean keep?"),
+        ("keep", "expected the number of a line"),
+        ("keep 7", "'7': expected a number from 1 to 6"),
+        ("keep x", "'x': expected a number from 1 to 6"),
+        ("add lit", "expected a pattern such as"),
+        ("add lot(lamp)", "'lot' is no changing predicate of 1; did you mean lit?"),
+        ("add lit(lam)", "'lam' is no class; did you mean lamp?"),
+        ("add lit({brigt})", "'brigt' is no property; did you mean bright?"),
+        ("add do LIHT", "'LIHT' is no action; did you mean LIGHT?"),
+        ("add bright(lamp)", "'bright' is no changing predicate of 1"),
+        ("add do LIGHT or lit(lamp)", "an action is no alternative to a state of the world"),
+    ],
+)
+def test_a_wrong_command_is_told_and_changes_nothing(command: str, why: str) -> None:
+    with pytest.raises(InputError, match=re.escape(why)):
+        decided(command)
+
+
+def test_decisions_are_read_as_they_are_written(tmp_path: Path) -> None:
+    path = tmp_path / "decisions.toml"
+    assert read_decisions(path) == ((), {})
+    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": Chosen()}
+    write_decisions(path, *made)
+    assert read_decisions(path) == made
+    assert path.read_text() == decisions_text(*made)
+    assert [each.name for each in tmp_path.iterdir()] == ["decisions.toml"]
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("without = [", "Invalid value"),
+        ("witout = []", "witout: unknown; did you mean without?"),
+        ('[title."T"]\ncandidates = [[["lit(lamp"]]]', "title 'T': 'lit(lamp': expected a pattern"),
+        ('[title."T"]\ncandidates = [[[]]]', "title 'T': an entry is empty"),
+        (
+            '[title."T"]\ncandidates = [["lit(lamp)"]]',
+            "candidates.0.0: expected a list, found 'lit(lamp)'",
+        ),
+        ('[title."T"]\nkept = []', "title.T.kept: unknown"),
+    ],
+)
+def test_a_file_that_is_none_of_decisions_is_refused(tmp_path: Path, text: str, why: str) -> None:
+    path = tmp_path / "decisions.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=re.escape(why)):
+        read_decisions(path)
+
+
+def test_a_title_that_nobody_has_is_told() -> None:
+    with pytest.raises(InputError, match="no demonstration is called 'Tidy'; did you mean Tidy up"):
+        by_title(shelves().tasks(Source()), "Tidy")
+
+
+def test_the_quality_of_annotations_is_told() -> None:
+    found = check_annotations(shelves(), Source(planner=PlannerChoice.BUILT_IN))
+    assert [each.problem for each in found] == []
+    wrong = replace(CUP, goals=LAMP.goals, annotated_final=CUP.initial)
+    bad = replace(shelves(), open_tasks=given(wrong))
+    found = check_annotations(bad, Source(planner=PlannerChoice.BUILT_IN))
+    assert [each.problem for each in found] == [
+        "cup: 1 of 1 goals do not hold where its plan is said to end",
+        "cup: the plan fails: a goal is missed",
+        "cup: the gold operators do not solve their problem: unsolvable",
+    ]

@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from eai.base.store import Store
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.extensions.board.croissant import identifier, operator_rows, task_rows, write_croissant
+from eai.tasks.source import Source
+
+mlcroissant = pytest.importorskip("mlcroissant", reason="needs the extra croissant")
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of what it reads graphs with
+TABLES = {"tasks": task_rows, "operators": operator_rows}
+
+
+def plain(value: object) -> object:
+    """What the library hands out, as it stands in the files."""
+    return value.decode() if isinstance(value, bytes) else [plain(part) for part in list(value)]  # type: ignore[call-overload]
+
+
+@pytest.fixture(scope="module")
+def published(data_store: Store) -> list[Benchmark]:
+    return [find_benchmark(name) for name in ("virtualhome", "behavior")]
+
+
+@pytest.fixture(scope="module")
+def written(data_store: Store, published: list[Benchmark], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("croissant")
+    write_croissant(published, Source(data_store), folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def read(written: Path) -> Any:
+    return mlcroissant.Dataset(written / "croissant.json")
+
+
+def test_the_metadata_is_valid(read: Any) -> None:
+    assert not read.metadata.issues.errors
+    assert not read.metadata.issues.warnings
+
+
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+@pytest.mark.parametrize("kind", TABLES)
+def test_every_field_of_every_row_reads_back(
+    data_store: Store, published: list[Benchmark], read: Any, name: str, kind: str
+) -> None:
+    (benchmark,) = [each for each in published if each.name == name]
+    rows = list(TABLES[kind](benchmark, Source(data_store)))
+    back = [
+        {field.partition("/")[2]: plain(value) for field, value in row.items()}
+        for row in read.records(f"{name}_{kind}")
+    ]
+    assert back == rows
+    assert len(rows) == {"virtualhome": (342, 33), "behavior": (100, 30)}[name][kind == "operators"]
+
+
+def test_the_same_data_are_the_same_bytes(
+    data_store: Store, published: list[Benchmark], written: Path, tmp_path: Path
+) -> None:
+    for file in write_croissant(published, Source(data_store), tmp_path):
+        assert file.read_bytes() == (written / file.name).read_bytes()
+
+
+def test_no_identifier_is_a_number() -> None:
+    assert identifier("27_2") == "scene_1_27_2"
+    assert identifier("tidy_1") == "tidy_1"

@@ -1,0 +1,190 @@
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.protocol import Ability
+from eai.base.errors import InputError
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import open_suite
+from eai.extensions.questions.declaration import _QuestionVerdict, open_questions
+from eai.extensions.questions.question import Form, Kind, Question, questions_content
+from eai.extensions.questions.shortcuts import entropy_of
+from eai.results.batch import score_run
+from eai.results.certainty import certainty_of_rate
+from eai.results.codec import record_from_json, record_to_json
+from eai.results.comparison import compare
+from eai.results.options import ScoringOptions
+from eai.results.rate import Rate
+from eai.results.record import Record
+from eai.results.responses import Response, ResponseFile
+from eai.results.summary import cases_of, summarise
+
+
+def asked(number: int, form: Form, answer: tuple[str, ...], **changes: object) -> Question:
+    values = {
+        "id": f"{form.value}-{number}",
+        "domain": "d",
+        "task": f"t{number // 2}",
+        "title": "t",
+        "kind": Kind.STATE,
+        "form": form,
+        "depth": 1,
+        "options": {Form.YES_NO: 2, Form.CHOICE: 4, Form.OPEN: 0}[form],
+        "prompt": f"{number}?",
+        "answer": answer,
+    }
+    return Question.model_validate({**values, **changes})
+
+
+QUESTIONS = [
+    asked(0, Form.YES_NO, ("yes",)),
+    asked(1, Form.YES_NO, ("no",)),
+    asked(2, Form.CHOICE, ("B",), depth=2),
+    asked(3, Form.CHOICE, ("D",), depth=8),
+    asked(4, Form.OPEN, ("1", "2")),
+    asked(5, Form.OPEN, ("1",)),
+    asked(6, Form.OPEN, ("1",)),
+    asked(7, Form.OPEN, ("a", "b"), kind=Kind.BACKWARD, accept="any"),
+]
+ANSWERS = {
+    "yes_no-0": "yes",
+    "yes_no-1": "hard to say",
+    "choice-2": "B",
+    "choice-3": "A",
+    "open-4": '["1"]',
+    "open-5": '["1"]',
+    "open-7": '["b"]',
+}
+WORLD_MODEL = Ability("world_model")
+
+
+def scored(folder: Path, questions: Sequence[Question], answers: Mapping[str, str]) -> list[Record]:
+    """The records of answers to questions, which stand in a file."""
+    file = folder / f"{len(list(folder.iterdir()))}.jsonl"
+    file.write_bytes(questions_content(questions))
+    suite = open_suite(str(file), WORLD_MODEL)
+    given = tuple([Response(each.id, answers[each.id]) for each in questions if each.id in answers])
+    missing = {each.id: "no answer" for each in questions if each.id not in answers}
+    return score_run(suite, ResponseFile("me", given), missing, ScoringOptions())
+
+
+def rates(records: Sequence[Record]) -> Mapping[str, Rate]:
+    return summarise([record.verdict for record in records], WORLD_MODEL)
+
+
+def parts(rate: Rate) -> tuple[float, float]:
+    return rate.numerator, rate.denominator
+
+
+def test_rates_are_of_all_that_was_asked(tmp_path: Path) -> None:
+    found = rates(scored(tmp_path, QUESTIONS, ANSWERS))
+    assert parts(found["right"]) == (4, 8)
+    assert parts(found["state"]) == (3, 7)
+    assert parts(found["backward"]) == (1, 1)
+    assert parts(found["forward"]) == (0, 0)
+    assert parts(found["form.open"]) == (2, 4)
+    assert parts(found["parsing"]) == (1, 8)
+    assert parts(found["f1"]) == (6, 8)  # 3 right, none wrong, 2 missed
+
+
+def test_no_answer_is_not_an_unreadable_one(tmp_path: Path) -> None:
+    unreadable = dict.fromkeys(["yes_no-0", "choice-2", "open-4"], "hard to say")
+    records = scored(tmp_path, QUESTIONS, unreadable)
+    assert parts(rates(records)["parsing"]) == (3, len(QUESTIONS))
+    assert [record.unanswered is None for record in records].count(True) == 3
+
+
+def test_guessing_is_a_random_choice_or_the_most_common_answer(tmp_path: Path) -> None:
+    found = rates(scored(tmp_path, QUESTIONS, ANSWERS))
+    assert found["state.chance.guess"].share == pytest.approx((0.5 * 2 + 0.25 * 2 + 2) / 7)
+    assert found["backward.chance.guess"].percent == 100
+
+
+def test_a_shortcut_guesses_where_there_is_none(tmp_path: Path) -> None:
+    questions = [
+        asked(n, Form.CHOICE, ("A",), shortcuts={"names": n < 2, "longest": 0.25}) for n in range(4)
+    ] + [asked(4, Form.YES_NO, ("yes",), shortcuts={"longest": 0})]
+    found = rates(scored(tmp_path, questions, {}))
+    ways = {way: found[f"chance.{way}"].numerator for way in ("guess", "names", "longest", "text")}
+    assert ways == {"guess": 1.5, "names": 2.5, "longest": 1.0, "text": 1.5}
+
+
+def test_questions_about_one_task_count_together(tmp_path: Path) -> None:
+    independent = [asked(2 * n, Form.YES_NO, ("yes",)) for n in range(40)]
+    alike = [asked(n, Form.YES_NO, ("yes",)) for n in range(40)]
+    wide = []
+    for some in (independent, alike):
+        given = {q.id: "yes" if i % 4 < 2 else "no" for i, q in enumerate(some)}
+        certainty = certainty_of_rate(cases_of(scored(tmp_path, some, given), WORLD_MODEL)["right"])
+        assert certainty is not None
+        wide.append(certainty.interval.high - certainty.interval.low)
+    assert wide[1] > 1.3 * wide[0]
+
+
+def test_rates_by_depth(tmp_path: Path) -> None:
+    found = rates(scored(tmp_path, QUESTIONS, ANSWERS))
+    counts = {depth: parts(found[f"state.depth.{depth}"]) for depth in ("1", "2-3", "4-7", "8+")}
+    assert counts == {"1": (2, 5), "2-3": (1, 1), "4-7": (0, 0), "8+": (0, 1)}
+
+
+def test_a_record_says_what_was_asked_and_is_read_as_it_was_written(tmp_path: Path) -> None:
+    records = scored(tmp_path, QUESTIONS, ANSWERS)
+    assert [record.task_id for record in records] == [question.id for question in QUESTIONS]
+    assert [record_from_json(record_to_json(record)) for record in records] == records
+    verdict = records[4].verdict
+    assert isinstance(verdict, _QuestionVerdict)
+    assert (verdict.counts, verdict.gold, verdict.kind) == ((1, 0, 1), ("1", "2"), Kind.STATE)
+    assert records[0].task is not None
+    assert records[0].task.name == QUESTIONS[0].task
+
+
+def test_other_questions_of_the_same_ids_are_not_compared(tmp_path: Path) -> None:
+    records = scored(tmp_path, QUESTIONS, ANSWERS)
+    others = [each.model_copy(update={"depth": 7}) for each in QUESTIONS[:3]]
+    found = compare(records, scored(tmp_path, [*others, *QUESTIONS[3:]], ANSWERS))
+    assert (found.tasks, found.only_in_first) == (5, tuple(each.id for each in others))
+
+
+def test_a_file_of_questions_is_asked_of_nothing_else(tmp_path: Path) -> None:
+    file = tmp_path / "q.jsonl"
+    file.write_bytes(questions_content(QUESTIONS))
+    assert find_benchmark(str(file)).name == "d-q"
+    with pytest.raises(InputError, match=r"q\.jsonl: give --ability world_model, as action_sequ"):
+        open_suite(str(file), Ability.ACTION_SEQUENCING)
+    with pytest.raises(InputError, match="virtualhome: expected a file that eai export questions writes"):
+        open_suite("virtualhome", WORLD_MODEL)
+
+
+def test_how_even_answers_are() -> None:
+    assert entropy_of(QUESTIONS, Kind.STATE, Form.YES_NO) == 1.0
+    assert entropy_of(QUESTIONS, Kind.STATE, Form.CHOICE) == 0.5
+    assert entropy_of(QUESTIONS, Kind.BACKWARD, Form.OPEN) is None
+    same = [asked(n, Form.YES_NO, ("yes",)) for n in range(3)]
+    assert entropy_of(same, Kind.STATE, Form.YES_NO) == 0.0
+    plans = [
+        asked(n, Form.OPEN, answer, kind=Kind.VALIDATION)
+        for n, answer in enumerate([("works",), ("goal 1",), ("step 2", "requirement 1")])
+    ]
+    assert entropy_of(plans, Kind.VALIDATION, Form.OPEN) == pytest.approx(1.0)
+
+
+def test_of_what_becomes_of_a_plan_the_step_does_not_count_and_else_every_word_does() -> None:
+    def entropy(kind: Kind, *told: str) -> float | None:
+        asked = [
+            QUESTIONS[0].model_copy(update={"kind": kind, "form": Form.OPEN, "answer": (a,), "options": 0})
+            for a in told
+        ]
+        return entropy_of(asked, kind, Form.OPEN)
+
+    for kind in (Kind.COUNTERFACTUAL, Kind.VALIDATION):
+        assert entropy(kind, "fails 1", "fails 2", "fails 3") == 0
+    assert entropy(Kind.STATE, "at ball", "at box") == 1
+
+
+def test_a_task_file_is_none_of_questions(tmp_path: Path) -> None:
+    file = tmp_path / "tasks.jsonl"
+    file.write_text('{"id":"one","version":1,"base":"lamps:lamps"}\n', encoding="utf-8")
+    assert open_questions(file) is None

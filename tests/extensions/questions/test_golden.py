@@ -1,0 +1,39 @@
+"""The questions of a seed, of every kind and form, are those that they have been."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from eai.base.store import Store
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.extensions.questions.question import Form, Kind, Question, questions_content
+from eai.extensions.questions.writer import Writer
+from golden_files import assert_golden
+
+CELLS = len(Kind) * len(Form)
+
+
+def told(questions: Sequence[Question]) -> list[str]:
+    return [
+        f"{question.id}: {len(question.answer)} of {len(question.prompt)} characters, "
+        f"{hashlib.sha256(questions_content([question])).hexdigest()[:12]}"
+        for question in questions
+    ]
+
+
+def written(benchmark: Benchmark, each: int) -> list[str]:
+    return told(list(Writer(benchmark).write(number=each * CELLS, seed=1)))
+
+
+def test_of_a_world_of_ones_own(lamps: Benchmark) -> None:
+    assert_golden(Path(__file__).with_name("golden_lamps.txt"), written(lamps, 2))
+
+
+@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
+def test_of_the_households(domain: str, data_store: Store) -> None:
+    assert_golden(Path(__file__).with_name(f"golden_{domain}.txt"), written(find_benchmark(domain), 4))

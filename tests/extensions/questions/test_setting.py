@@ -1,0 +1,321 @@
+"""The worlds that questions are about, by the example of lamps: what is shown, and the way through it."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+import eai.world as w
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.extensions.questions import setting as settings
+from eai.extensions.questions.setting import (
+    Setting,
+    exhaust,
+    listed,
+    numbered,
+    open_setting,
+    some,
+    with_counterparts,
+)
+from eai.planning.planner import Planner
+from eai.tasks.rules import Rules
+from eai.tasks.source import Source
+from eai.tasks.task import Task
+from eai.world.action import Action
+from eai.world.state import Fact
+
+WAY = "GO lamp_1; PRESS lamp_1; GO lamp_2; PRESS lamp_2"
+
+
+@pytest.fixture
+def light(lamps: Benchmark) -> Task:
+    return lamps.tasks(Source())["light"]
+
+
+@pytest.fixture
+def opened(lamps: Benchmark) -> Callable[[Task], Setting]:
+    return lambda task: open_setting(task, Rules(lamps.domain), Planner(lamps.domain), "0")
+
+
+def steps(task: Task, way: str) -> tuple[Action, ...]:
+    words = (step.split() for step in way.split("; ") if step)
+    return tuple([Action(name, tuple([task.scene.index[each] for each in about])) for name, *about in words])
+
+
+def texts(setting: Setting) -> str:
+    names = setting.scene.objects
+    return "; ".join(" ".join([name, *(names[i].name for i in about)]) for name, about in setting.way)
+
+
+@pytest.mark.parametrize(
+    ("script", "way"),
+    [
+        (WAY, WAY),
+        ("GO lamp_1; PRESS lamp_2; PRESS lamp_1", "GO lamp_1"),  # as far as it can be carried out
+        ("GO lamp_1; PRESS lamp_1 lamp_2; PRESS lamp_1", "GO lamp_1"),
+        ("GO lamp_1; GO lamp_1; PRESS lamp_1", "GO lamp_1; PRESS lamp_1"),  # without what is needless
+        ("; ".join(["GO lamp_1; GO lamp_2"] * 13), "; ".join(["GO lamp_1; GO lamp_2"] * 12)),
+    ],
+)
+def test_the_way_is_the_tasks_own_plan(
+    light: Task, opened: Callable[[Task], Setting], script: str, way: str
+) -> None:
+    setting = opened(replace(light, script=steps(light, script)))
+    assert texts(setting) == way
+    assert len(setting.states) == len(setting.way) + 1
+
+
+def test_where_there_is_no_plan_one_is_sought_among_sixty_states(
+    light: Task, opened: Callable[[Task], Setting], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = settings.find_plan
+    limits = []
+    monkeypatch.setattr(
+        settings,
+        "find_plan",
+        lambda task, planner, limit: limits.append(limit) or found(task, planner, limit),
+    )
+    setting = opened(light)
+    assert sorted(name for name, _ in setting.way) == ["GO", "GO", "PRESS", "PRESS"]
+    assert setting.works
+    assert [limit.states for limit in limits] == [60]
+    assert len(opened(replace(light, goals=())).way) == 6, "at random"
+    assert len(limits) == 1
+
+
+def test_a_way_works_if_it_reaches_goals_that_did_not_hold(
+    light: Task, opened: Callable[[Task], Setting]
+) -> None:
+    assert opened(replace(light, script=steps(light, WAY))).works
+    assert not opened(replace(light, script=steps(light, "GO lamp_1"))).works
+    lit = light.scene.state([Fact("lit", (light.scene.index[name],)) for name in ("lamp_1", "lamp_2")])
+    assert not opened(replace(light, initial=lit, script=steps(light, "GO lamp_1"))).works
+
+
+def test_nothing_is_there_but_what_is_shown_and_used(light: Task, opened: Callable[[Task], Setting]) -> None:
+    few = opened(replace(light, relevant=(2,), script=steps(light, "GO ball"), goals=()))
+    assert [thing.name for thing in few.scene.objects] == ["robot", "lamp_2", "ball"]
+    assert few.things == (1, 2)
+    assert few.scene.agent == 0
+
+
+def test_what_is_asked_of_a_step(light: Task, opened: Callable[[Task], Setting]) -> None:
+    setting = opened(replace(light, script=steps(light, WAY)))
+    start, there, lit = setting.states[:3]
+    press = Action("PRESS", (setting.scene.index["lamp_1"],))
+    assert setting.after(start, press) is None
+    assert setting.after(there, press) == lit
+    assert (setting.failing(start, press), setting.failing(there, press), setting.failing(lit, press)) == (
+        (3,),
+        (),
+        (2,),
+    )
+    ball = Action("PRESS", (setting.scene.index["ball"],))
+    assert setting.failing(start, ball) == (1, 3)
+    assert setting.changes(there, lit) == ("lit(lamp_1)",)
+    assert setting.changes(lit, there) == ("not lit(lamp_1)",)
+    assert setting.changes(start, there) == ("at(robot, lamp_1)",)
+    assert setting.alike(lit, lit)
+    assert not setting.alike(there, lit)
+    assert not setting.alike(lit, there)
+    assert list(map(setting.text_of, setting.facts(lit))) == ["lit(lamp_1)", "at(robot, lamp_1)"]
+    assert setting.text_of(press) == "PRESS(lamp_1)"
+    assert setting.reached(lit) == (False,)
+
+
+def test_actions_at_random_are_of_each_operator_alike_and_seldom_absurd(
+    light: Task, opened: Callable[[Task], Setting]
+) -> None:
+    setting, rng = opened(light), random.Random(0)
+    start = setting.states[0]
+    possible = [setting.some_action(rng, start, possible=True) for _ in range(50)]
+    assert {action.operator for action in possible if action} == {"GO"}
+    assert all(action and setting.after(start, action) is not None for action in possible)
+    assert setting.some_action(rng, start, possible=True, operators=["PRESS"]) is None
+    impossible = [setting.some_action(rng, start, possible=False, operators=["PRESS"]) for _ in range(400)]
+    assert all(action and setting.after(start, action) is None for action in impossible)
+    on_lamps = sum(
+        setting.scene.objects[action.arguments[0]].category == "lamp" for action in impossible if action
+    )
+    assert on_lamps / 400 == pytest.approx(2 / (2 + 2 / 4), abs=0.06)  # of what is no lamp one in four
+    operators = {
+        each.operator for each in (setting.some_action(rng, start, possible=False) for _ in range(99)) if each
+    }
+    assert operators == {"PRESS", "OPEN", "TAKE", "PUT"}
+
+
+def test_texts_that_have_a_counterpart_with_the_other_answer() -> None:
+    right, wrong = ["a 1", "a 2", "b 1"], ["a 3", "c 1"]
+    assert with_counterparts(right, wrong, lambda text: text[0]) == {"a 1", "a 2", "a 3"}
+
+
+def test_some_of_many_keep_their_order() -> None:
+    rng, letters = random.Random(0), list("abcdef")
+    assert some(rng, letters, 6) == letters
+    found = {tuple(some(rng, letters, 5)) for _ in range(60)}
+    assert found == {tuple(letters[:i] + letters[i + 1 :]) for i in range(6)}
+
+
+def test_lists_are_numbered_from_one_or_have_dashes() -> None:
+    assert numbered(["x", "y"]) == "1. x\n2. y"
+    assert listed(["x", "y"]) == "- x\n- y"
+
+
+PUT = """\
+PUT(x, y)
+  requirement 1: is_a(y, box)   [otherwise "y is no box"]
+  requirement 2: holds(agent, x)   [otherwise "the robot does not hold x"]
+  requirement 3: at(agent, y)   [otherwise "the robot is not at y"]
+  requirement 4: is_open(y)   [otherwise "y is closed"]
+  becomes false: holds(agent, x)
+  becomes true: inside(x, y)"""
+
+
+def test_an_operator_is_told_as_it_is_declared(lamps: Benchmark) -> None:
+    assert Rules(lamps.domain).text({"PUT"}) == PUT
+
+
+def test_operators_are_told_in_the_order_of_the_declaration(lamps: Benchmark) -> None:
+    text = Rules(lamps.domain).text({"PUT", "GO"})
+    assert text.splitlines()[0] == "GO(x)"
+    assert text.endswith(PUT)
+
+
+x, y = w.Variable("x"), w.Variable("y")
+on, near = w.Predicate("on", 1), w.Predicate("near", 2)
+hidden, tag = w.Predicate("hidden", 1, visible=False), w.Predicate("tag", 1, static=True, visible=False)
+ready = w.Defined("ready", (x,), ~on(x) & w.Exists(y, near(x, y)))
+counted = w.Computed("counted", 1, lambda state, things: True, ("on",))
+OPERATORS = (
+    w.Operator(
+        "START",
+        (x,),
+        (w.missing(ready(x), "{x} is not ready"),),
+        (
+            w.Add(on(x)),
+            w.Add(hidden(x)),
+            w.When(tag(x), (w.Add(hidden(x)),)),
+            w.When(
+                tag(x), (w.Delete(near(x, w.ANYTHING)), w.Delete(near(w.ANYTHING, x))), (w.Add(near(x, x)),)
+            ),
+            w.ForEach(y, near(x, y), (w.Let(x, near(x, y), (w.Add(on(x)),)),)),
+        ),
+        "make it run",
+    ),
+    w.Operator("RECALL", (x,), (w.missing(hidden(x), "{x} is not hidden"),), (w.Add(on(x)),)),
+    w.Operator("COUNT", (x,), (w.missing(counted(x), "{x} does not count"),), ()),
+    w.Operator("TRY", (x,), (), (), tries=(w.Try(on(x), (), (w.Delete(on(x)),)),)),
+    w.Operator("LOOK", (), (), ()),
+)
+WORLD = Rules(w.Domain("world", w.Vocabulary((on, near, hidden, tag), (ready, counted)), OPERATORS))
+
+
+def test_what_cannot_be_told_is_left_out() -> None:
+    assert [operator.name for operator in WORLD.operators] == ["START", "LOOK"]
+    assert WORLD.memory == {"hidden"}
+    assert WORLD.fluents == {"on", "near"}
+    assert WORLD.written["START"] == {"on", "near"}
+    assert WORLD.predicates({"START"}) == {"on", "near", "tag"}
+    assert WORLD.predicates({"LOOK"}) == frozenset()
+    assert WORLD.predicates({"LOOK"}, [ready(x)]) == {"on", "near"}
+
+
+def test_effects_are_told_with_their_conditions_and_definitions_once() -> None:
+    assert WORLD.text({"START", "LOOK"}) == (
+        "START(x): make it run\n"
+        '  requirement 1: ready(x)   [otherwise "x is not ready"]\n'
+        "  becomes true: on(x)\n"
+        "  if tag(x):\n"
+        "    becomes false: near(x, *), near(*, x)\n"
+        "  if not tag(x):\n"
+        "    becomes true: near(x, x)\n"
+        "  for each y with near(x, y):\n"
+        "    for the first x with near(x, y):\n"
+        "      becomes true: on(x)\n"
+        "LOOK()\n"
+        "  changes nothing\n"
+        "ready(x) means: not on(x) and exists y. (near(x, y))"
+    )
+
+
+@pytest.mark.parametrize(("domain", "left_out"), [("virtualhome", {"PUTOBJBACK"}), ("behavior", {"CLEAN"})])
+def test_of_households_one_operator_cannot_be_told(domain: str, left_out: set[str]) -> None:
+    rules = Rules(find_benchmark(domain).domain)
+    assert set(rules.domain.arities) - rules.names == left_out
+    text = rules.text(rules.names)
+    assert not any(name in text for name in rules.memory)
+
+
+ROBOT, LAMP_1, LAMP_2, BALL, BOX = range(5)
+TO_LAMP_1, TO_LAMP_2 = Action("GO", (LAMP_1,)), Action("GO", (LAMP_2,))
+PRESS_1, PRESS_2 = Action("PRESS", (LAMP_1,)), Action("PRESS", (LAMP_2,))
+
+
+def setting(lamps: Benchmark, task: str = "light") -> Setting:
+    rules, planner = Rules(lamps.domain), Planner(lamps.domain)
+    return open_setting(lamps.tasks(Source())[task], rules, planner, "0")
+
+
+def test_everything_that_some_actions_lead_to_is_found_nearest_first(lamps: Benchmark) -> None:
+    world = setting(lamps)
+    ways = exhaust(world, world.states[0], [TO_LAMP_1, PRESS_1, PRESS_2], 100)
+    assert ways is not None
+    assert [world.facts(state) for state in ways.states[1:]] == [
+        [("at", (ROBOT, LAMP_1))],
+        [("lit", (LAMP_1,)), ("at", (ROBOT, LAMP_1))],
+    ]
+    assert ways.depths == (0, 1, 2)
+    assert ways.edges == (((0, 1),), ((1, 2),), ())
+
+
+def test_what_some_of_the_actions_lead_to_is_what_they_lead_to_by_themselves(lamps: Benchmark) -> None:
+    world = setting(lamps)
+    actions = [TO_LAMP_1, PRESS_2, TO_LAMP_2, PRESS_1]
+    at_a_lamp = world.after(world.states[0], TO_LAMP_1)
+    assert at_a_lamp is not None
+    for start in (at_a_lamp, world.states[0]):  # to the first of them one may come back
+        ways = exhaust(world, start, actions, 100)
+        assert ways is not None
+        for kept in ([], [0], [0, 3], [1, 2], [0, 1, 2, 3], [0, 2, 3]):
+            alone = exhaust(world, start, [actions[n] for n in kept], 100)
+            assert ways.within(kept) == alone
+    assert ways is not None
+    assert ways.becoming_true == {
+        Fact("lit", (LAMP_1,)),
+        Fact("lit", (LAMP_2,)),
+        Fact("at", (ROBOT, LAMP_1)),
+        Fact("at", (ROBOT, LAMP_2)),
+    }
+
+
+def test_distances_with_all_and_without_one_action(lamps: Benchmark) -> None:
+    world = setting(lamps)
+    ways = exhaust(world, world.states[0], [TO_LAMP_1, TO_LAMP_2, PRESS_1, PRESS_2], 100)
+    assert ways is not None
+
+    both_lit = [n for n, state in enumerate(ways.states) if state.those("lit").bit_count() == 2]
+    assert ways.depths[both_lit[0]] == 4
+    fewer = [ways.within([other for other in range(4) if other != n]) for n in range(4)]
+    assert not any(state.those("lit").bit_count() == 2 for each in fewer for state in each.states)
+    left = ways.distances_to(both_lit)
+    assert left[0] == 4
+    assert {left[n] for n in both_lit} == {0}
+    assert {left[target] for _, target in ways.edges[0]} == {3}
+    assert ways.distances_to([]) == {}
+
+
+def test_more_states_than_may_be_are_no_answer(lamps: Benchmark) -> None:
+    world = setting(lamps)
+    assert exhaust(world, world.states[0], [TO_LAMP_1, PRESS_1], 3) is not None
+    assert exhaust(world, world.states[0], [TO_LAMP_1, PRESS_1], 2) is None
+
+
+def test_a_setting_without_a_plan_of_its_own_takes_what_search_finds(lamps: Benchmark) -> None:
+    world = setting(lamps, "pack")
+    assert world.works
+    assert [action.operator for action in world.way] == ["GO", "OPEN", "GO", "TAKE", "GO", "PUT"]
+    assert len(world.states) == len(world.way) + 1

@@ -1,0 +1,163 @@
+"""Shortcuts without knowledge of the world get no more than chance."""
+
+from __future__ import annotations
+
+import random
+import re
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+
+from eai.base.store import Store
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.extensions.questions.question import Form, Kind, Question
+from eai.extensions.questions.setting import Item, open_setting, with_counterparts
+from eai.extensions.questions.shortcuts import (
+    SHORTCUTS,
+    Ledger,
+    Posed,
+    best_chance,
+    chances_of,
+    glance_at,
+    guesses_of,
+    pose,
+)
+from eai.extensions.questions.writer import Writer
+from eai.planning.planner import Planner
+from eai.tasks.rules import Rules
+from eai.tasks.source import Source
+from extensions.questions.naive import CHOICE
+from sweeps import swept
+
+SHARED = ["GRAB(cup)", "GRAB(pan)", "OPEN(cup)", "WALK(cup)"]
+"""The first shares a name with each of the others, and none of these shares more."""
+
+
+def posed(shown: list[str], right: int | None, asked: str = "", holding: tuple[str, ...] = ()) -> Posed:
+    return Posed(shown, right, glance_at(asked, holding, {}))
+
+
+@pytest.mark.parametrize(
+    ("question", "shortcut", "share"),
+    [
+        (posed(SHARED, 0), "names", 1),
+        (posed(SHARED, 2), "names", 0),
+        (posed(["GRAB(cup)", "GRAB(pan)", "OPEN(cup)", "OPEN(pan)"], 2), "names", 0.25),
+        (posed(["on(cup)", "on(kettle)", "on(pan)", "on(bottle)"], 3), "longest", 0.5),
+        (posed(SHARED, 1, "now a pan is in reach"), "text", 1),
+        (posed(SHARED, 2, "now a cup is in reach"), "text", 1 / 3),
+        (posed(SHARED, 2), "operator", 0.25),
+        (posed(["on(cup)", "in(cup)", "by(cup)", "up(cup)"], 1, "", ("in(cup)",)), "unchanged", 1),
+        (posed(["on(cup)"], 0), "names", 0.5),
+        (posed(["on(cup)"], None), "operator", 0.5),
+    ],
+)
+def test_what_a_shortcut_gets_right(question: Posed, shortcut: str, share: float) -> None:
+    assert Ledger().add(question)[shortcut] == pytest.approx(share)
+
+
+def test_what_was_right_before_is_learned() -> None:
+    ledger = Ledger()
+    for place in range(4):
+        ledger.add(posed([f"OPEN({place})", "GRAB(cup)", "WALK(cup)", "SIT(cup)"], 0))
+    assert ledger.add(posed(["SIT(pan)", "OPEN(pan)", "GRAB(pan)", "WALK(pan)"], 1))["operator"] == 1
+    closed = Ledger()
+    for _ in range(3):
+        closed.add(posed(["on(cup)"], None, "the cup"))
+    hits = closed.add(posed(["on(pan)"], 0, "the pan"))
+    assert (hits["operator"], hits["text"]) == (0, 0)
+
+
+def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
+    shown = ["A(1)", "B(1)", "C(1)", "nothing"]
+    glance = glance_at("", (), {"nothing": ()})
+    ledger = Ledger()
+    for right in (0, 1, 2):
+        ledger.add(Posed(shown, right, glance))
+    learned = ledger.add(Posed(["A(1)", "nothing", "nothing", "nothing"], 0, glance))
+    assert learned["operator"] == 1, "one in three was right, and by chance one in four"
+
+
+def test_a_question_that_evens_out_is_always_welcome() -> None:
+    ledger = Ledger()
+    assert ledger.excess(posed(["on(cup)"], 0)) == 0
+    while not ledger.excess(posed(["on(cup)"], 0)):
+        ledger.add(posed(["on(cup)"], 0))
+    assert ledger.excess(posed(["on(cup)"], None)) == 0
+
+
+def test_what_is_tolerated_grows_with_every_ten_questions() -> None:
+    right, wrong = posed(["on(cup)"], 0), posed(["on(cup)"], None)
+
+    def excess(number: int) -> int:
+        """That of one question more of a kind of which there were eight too many among so many."""
+        ledger = Ledger()
+        for question in [right] * 8 + [right, wrong] * ((number - 8) // 2):
+            ledger.add(question)
+        return ledger.excess(right)
+
+    assert excess(8) > 0
+    assert excess(10) < excess(8)
+    assert [excess(8) - excess(number) for number in range(8, 34, 2)] == [
+        (number // 10) * (excess(8) - excess(10)) for number in range(8, 34, 2)
+    ]
+
+
+KINDS = (Kind.BACKWARD, Kind.INVERSE, Kind.LANDMARKS)
+EACH = 40
+
+
+@pytest.mark.parametrize("domain", ["behavior", *swept("virtualhome")])
+def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
+    forms = Form.CHOICE, Form.YES_NO
+    writer = Writer(find_benchmark(domain), Source(data_store))
+    questions = list(writer.write(KINDS, forms, 2 * EACH * len(KINDS), seed=5))
+    guesses = guesses_of(questions)
+    for kind in KINDS:
+        for form in forms:
+            some = [each for each in questions if (each.kind, each.form) == (kind, form)]
+            assert len(some) == EACH
+            chances = chances_of(some, guesses)
+            assert set(chances) == {"guess", *SHORTCUTS}
+            assert (chances[best_chance(chances)].share or 0) <= (0.3 if form is Form.CHOICE else 0.55)
+    choices = [each for each in questions if each.form is Form.CHOICE]
+    assert sum(map(most_shared, choices)) == pytest.approx(sum(q.shortcuts["names"] for q in choices))
+
+
+def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answer(lamps: Benchmark) -> None:
+    operators = {"step 1": "TOUCH", "step 2": "GRAB", "step 3": "GRAB", "step 4": "OPEN"}
+    right, wrong = ["step 1", "step 2"], ["step 3", "step 4"]
+    world = open_setting(lamps.tasks(Source())["light"], Rules(lamps.domain), Planner(lamps.domain), "0")
+    about = {step: [name] for step, name in operators.items()}
+    item = Item(world.states[0], (), 4, right, wrong, (), about=about)
+
+    def shown(item: Item, turn: int) -> set[str]:
+        asked = with_counterparts(item.right, item.wrong, operators.__getitem__)
+        item = replace(item, yes_no=asked)
+        drawn = [pose(item, world, Form.YES_NO, "", Ledger(), random.Random(n), turn) for n in range(20)]
+        return {text for each in drawn if each is not None for text in each[1].shown}
+
+    assert [shown(item, turn) for turn in (0, 1)] == [{"step 2"}, {"step 3"}]
+    assert shown(replace(item, wrong=["step 4"]), 0) == set()
+
+
+def test_hardly_an_operator_has_one_answer_alone(data_store: Store) -> None:
+    """No step to touch or to look at a thing is needed: these are not asked about."""
+    asked: dict[str, list[str]] = {}
+    writer = Writer(find_benchmark("virtualhome"), Source(data_store))
+    for question in writer.write([Kind.JUSTIFICATION], [Form.YES_NO], 2 * EACH, seed=5):
+        (number,) = re.findall(r"left out: step (\d+)\?", question.prompt)
+        (operator, *_) = re.findall(rf"^{number}\. ([\w-]+)\(", question.prompt, re.MULTILINE)
+        asked.setdefault(operator, []).extend(question.answer)
+    assert len([name for name, answers in asked.items() if len({*answers}) == 1]) <= 2, asked
+
+
+def most_shared(question: Question) -> float:
+    """How much of a choice is right for whoever takes the one that shares most names with the others."""
+    found = [set(re.findall(r"[\w.]+", text)) for _, text in CHOICE.findall(question.prompt)]
+    counts = Counter(name for names in found for name in names)
+    scores = [sum(counts[name] - 1 for name in names) for names in found]
+    best = max(scores)
+    return (scores["ABCD".index(question.answer[0])] == best) / scores.count(best)

@@ -1,0 +1,172 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from benchmarks.behavior.kitchen import actions, make_task
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
+from eai.extensions.reference.behavior_quirks import behavior_goal_test, truncated_options
+from eai.logic.choice import count_options, options
+from eai.logic.formula import Atom, Formula, Not
+from eai.tasks.goal_test import GoalTest
+from eai.tasks.share import Share
+from eai.world.execution import execute
+from eai.world.state import State
+from logic.activities import as_list, records, universe
+from logic.bddl_text import read_condition
+from oracle import read_shared
+
+
+def file(name: str) -> Any:
+    return read_shared("oracle", "behavior", name)
+
+
+def after(task: BehaviorTask, *steps: str) -> State:
+    return execute(behavior.as_meant(), task.initial, actions(task.initial, *steps)).final
+
+
+def satisfied(goal: str, *steps: str) -> tuple[bool, bool]:
+    """Whether a goal holds after these steps under `strict` and under `eai-1.0.5`."""
+    task = make_task(goal)
+    state = after(task, *steps)
+    strict, reference = (test.reached(state, ()) for test in (GoalTest(task), behavior_goal_test(task)))
+    return strict[0], reference[0]
+
+
+IN_FRIDGE = ("OPEN fridge_1", "RIGHT_GRASP rag_1", "RIGHT_PLACE_INSIDE carton_1", "RIGHT_GRASP carton_1")
+SLICED = ("OPEN fridge_1", "RIGHT_GRASP carving_knife_1", "SLICE peach_1")
+
+
+@pytest.mark.parametrize(
+    ("goal", "steps", "expected"),
+    [
+        ("(inside peach.n.01_1 fridge.n.01_1)", (), (True, True)),
+        ("(not (open fridge.n.01_1))", (), (True, True)),
+        ("(open fridge.n.01_1)", ("OPEN fridge_1",), (True, True)),
+        # What lies in something that is inside is inside too; the reference sees the nearest only.
+        (
+            "(inside rag.n.01_1 fridge.n.01_1)",
+            (*IN_FRIDGE, "RIGHT_PLACE_INSIDE fridge_1"),
+            (True, False),
+        ),
+        # A sliced object is what both of its parts are.
+        ("(sliced peach.n.01_1)", SLICED, (True, True)),
+        ("(inside peach.n.01_1 fridge.n.01_1)", SLICED, (True, True)),
+        ("(inside peach.n.01_1 fridge.n.01_1)", (*SLICED, "LEFT_GRASP peach_1_part_0"), (False, False)),
+        ("(not (frozen peach.n.01_1))", (*SLICED, "FREEZE peach_1_part_0"), (True, True)),
+        (
+            "(frozen peach.n.01_1)",
+            (*SLICED, "FREEZE peach_1_part_0", "FREEZE peach_1_part_1"),
+            (True, True),
+        ),
+        ("(forall (?p.n.01 - plate.n.01) (ontop ?p.n.01 table.n.01_1))", (), (True, True)),
+        ("(forn (1) (?p.n.01 - plate.n.01) (stained ?p.n.01))", (), (True, True)),
+        ("(forn (1) (?p.n.01 - plate.n.01) (dusty ?p.n.01))", (), (False, True)),
+        (
+            "(forpairs (?r.n.01 - rag.n.01) (?f.n.01 - floor.n.01) (onfloor ?r.n.01 ?f.n.01))",
+            (),
+            (False, False),
+        ),
+    ],
+)
+def test_when_a_goal_holds(goal: str, steps: tuple[str, ...], expected: tuple[bool, bool]) -> None:
+    assert satisfied(goal, *steps) == expected
+
+
+def test_a_goal_of_both_kinds_counts_half_as_each() -> None:
+    goal = "(and (and (open fridge.n.01_1) (inside peach.n.01_1 fridge.n.01_1)) (dusty plate.n.01_1))"
+    task = make_task(goal)
+    for goals in (GoalTest(task), behavior_goal_test(task)):
+        assert goals.tallies((True, False)) == (Share(0.5, 1.5), Share(0.5, 0.5), Share(0, 0))
+        assert goals.tallies((False, True)) == (Share(1, 1.5), Share(0, 0.5), Share(0, 0))
+
+
+def test_shares_are_those_of_the_reference(behavior_tasks: BehaviorTasks) -> None:
+    kinds = file("goal_kinds.json")
+    for task_id, task in behavior_tasks.items():
+        goals = GoalTest(task)
+        number = len(task.goals)
+        for i, expected in enumerate(kinds[task_id]):
+            tallies = goals.tallies(tuple(i == j for j in range(number)))
+            assert [tallies.state.numerator, tallies.relation.numerator] == expected
+
+
+def test_options_are_those_that_the_reference_keeps(behavior_tasks: BehaviorTasks) -> None:
+    kept = file("goal_options_truncated.json.gz")
+    for task_id, task in behavior_tasks.items():
+        names = {thing.name: thing.instance for thing in task.record.objects}
+        found = [
+            [[_as_list(literal, names) for literal in option] for option in options]
+            for options in (truncated_options(goal.formula, task.scene.named) for goal in task.goals)
+        ]
+        assert found == kept[task_id]
+
+
+def _as_list(literal: Formula, names: dict[str, str]) -> list[object]:
+    if isinstance(literal, Not):
+        return ["not", _as_list(literal.operand, names)]
+    assert isinstance(literal, Atom)
+    return [literal.predicate, *(names[term.name] for term in literal.arguments)]
+
+
+def test_strict_accepts_options_that_the_reference_drops(behavior_tasks: BehaviorTasks) -> None:
+    """A plan that pairs the last candle with the first basket, and so on, is right."""
+    (task,) = (task for task in behavior_tasks.values() if task.title == "assembling_gift_baskets")
+    task = replace(task, goals=task.goals[:1])
+    steps = [
+        step for i in range(4) for step in (f"RIGHT_GRASP candle_{i}", f"RIGHT_PLACE_INSIDE basket_{3 - i}")
+    ]
+    state = after(task, *steps)
+    assert GoalTest(task).reached(state, ()) == (True,)
+    assert behavior_goal_test(task).reached(state, ()) == (False,)
+
+
+def test_truncated_options_are_those_of_the_reference(oracle: Any) -> None:
+    expected = oracle("behavior", "", "goal_options_truncated")
+    for task, (goals, objects, _) in records(oracle).items():
+        found = [[list(map(as_list, o)) for o in truncated_options(goal, objects)] for goal in goals]
+        assert found == expected[task], task
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(forn (999999999) (?y - b) (open ?y))",
+        "(fornpairs (999999999) (?x - a) (?y - b) (in ?x ?y))",
+        "(fornpairs (3) (?x - a) (?y - b) (in ?x ?y))",
+        "(fornpairs (3) (?y - b) (?x - a) (in ?x ?y))",
+    ],
+)
+def test_more_things_than_there_are_give_no_truncated_option(text: str) -> None:
+    assert truncated_options(read_condition(text), universe(a=2, b=5).objects) == []
+
+
+def test_truncation_loses_options_of_large_pairings() -> None:
+    formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
+    assert len(truncated_options(formula, universe(a=4, b=4).objects)) == 10
+    assert len(truncated_options(formula, universe(a=3, b=3).objects)) == 6
+
+
+def test_truncation_loses_the_last_options_of_small_products() -> None:
+    formula = read_condition("(forall (?x - a) (exists (?y - b) (in ?x ?y)))")
+    objects = universe(a=2, b=2).objects
+    missing = set(options(formula, objects)) - set(truncated_options(formula, objects))
+    assert missing == set()
+    assert (
+        len(truncated_options(formula, universe(a=5, b=2).objects))
+        < count_options(formula, universe(a=5, b=2).objects)
+        == 32
+    )
+
+
+def test_negated_goals_choose_one_condition_of_every_option() -> None:
+    formula = read_condition("(imply (or (p a) (and (q a) (r a))) (not (s a)))")
+    found = [list(map(as_list, option)) for option in truncated_options(formula, universe().objects)]
+    assert found == [
+        [["not", ["p", "a"]], ["not", ["q", "a"]]],
+        [["not", ["p", "a"]], ["not", ["r", "a"]]],
+        [["not", ["s", "a"]]],
+    ]

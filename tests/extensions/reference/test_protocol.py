@@ -1,0 +1,135 @@
+"""The script of stochastic actions as a preset: where it ends attempts and trials otherwise than we do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from abilities.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
+from eai.abilities.attempt import Attempt
+from eai.abilities.experiment import Experiment
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
+from eai.abilities.trial import Trial
+from eai.abilities.verdict import Counted, PlanVerdict
+from eai.base.errors import InputError
+from eai.benchmarks.protocols import preset_experiment
+from eai.extensions.reference.protocol import EAI_1_0_5, TASK
+from eai.results.paper_tables import PaperColumn, paper_models, paper_table
+from eai.results.record import Record
+from eai.results.runs import Run, RunKey, as_asked_in_paper
+from eai.results.summary import summarise
+from eai.tasks.share import GoalTallies, Share
+from oracle import MODELS, Oracle
+
+
+def scripted(slip: float = 0.0) -> Experiment:
+    found = preset_experiment("eai-1.0.5", slip, 0, 0)
+    assert found is not None
+    return found
+
+
+def tried(experiment: Experiment, *answers: str) -> tuple[list[Attempt], bool]:
+    """The attempts, and whether the trial is over after them."""
+    trial = (Trial if experiment.preset is None else EAI_1_0_5.trial)(scorer(), experiment)
+    for text in answers:
+        trial.take(text)
+    return trial.attempts, trial.over
+
+
+def test_the_preset_is_an_experiment_of_its_own() -> None:
+    ours = Experiment(3, "continue", "state", slip=0.1, slip_seed=0, until="goal")
+    assert replace(scripted(0.1), preset=None) == ours
+    assert scripted(0.1).label == f"{ours.label}+as-eai-1.0.5"
+    assert preset_experiment("", 0.1, 0, 3) is None
+    with pytest.raises(InputError, match="'eai-9' is no preset: expected eai-1"):
+        preset_experiment("eai-9", 0.1, 0, 3)
+
+
+def test_a_plan_that_misses_the_goal_is_not_asked_for_again() -> None:
+    (attempt,), over = tried(scripted(), plan(LAMP))
+    assert (came_to(attempt), over) == ("ran lost", True)
+    assert not tried(replace(scripted(), preset=None), plan(LAMP))[1]
+
+
+def test_a_step_that_is_not_needed_ends_the_attempt() -> None:
+    (attempt,), over = tried(scripted(), plan(LAMP, "GO hall", SHED))
+    assert (came_to(attempt), over) == ("additional_step lost", False)
+    assert (attempt.verdict.executable, attempt.verdict.additional_steps) == (False, 1)
+    (ours,), _ = tried(replace(scripted(), preset=None), plan(LAMP, "GO hall", SHED))
+    assert came_to(ours) == "ran lost"
+
+
+def test_a_slip_is_drawn_before_it_is_known_whether_the_action_is_possible() -> None:
+    (attempt,), over = tried(scripted(1.0), plan(TORCH))
+    assert (came_to(attempt), attempt.slipped_at, over) == ("slip lost", 0, False)
+    (ours,), _ = tried(replace(scripted(1.0), preset=None), plan(TORCH))
+    assert (came_to(ours), ours.slipped_at) == ("missing_step lost", None)
+
+
+def test_what_else_ends_an_attempt_is_as_with_us() -> None:
+    for plans in ([plan(*BOTH, TORCH)], [plan(LAMP, TORCH), plan(*BOTH[1:])], ["no plan", plan(*BOTH)]):
+        theirs, over = tried(scripted(), *plans)
+        ours, _ = tried(replace(scripted(), preset=None), *plans)
+        assert [came_to(each) for each in theirs] == [came_to(each) for each in ours]
+        assert over
+
+
+ALL_THREE = GoalTallies(Share(0, 0), Share(3, 3), Share(0, 0))
+REACHED = PlanVerdict(executable=True, success=True, goals=ALL_THREE, goals_satisfied=(True,) * 3)
+PLAN = Record(Protocol("eai-1.0.5"), "behavior", Ability.ACTION_SEQUENCING, "m", TASK, "", "", REACHED)
+TASK_SUCCESS = PaperColumn(Ability.ACTION_SEQUENCING.value, "task_success", "behavior")
+
+OTHERWISE = {"claude-3-5-sonnet-20240620": 1.0, "gpt-3.5-turbo-0125": -1.0}
+"""The models whose task success the goal does not explain -> how much more the paper has."""
+
+
+def as_asked(record: Record) -> Record:
+    run = Run(RunKey(record.protocol, record.domain, record.ability, record.model), (record,))
+    return as_asked_in_paper(run).records[0]
+
+
+def test_one_relation_more_is_missed() -> None:
+    asked = as_asked(PLAN).verdict
+    assert isinstance(asked, PlanVerdict)
+    assert (asked.success, asked.goals) == (False, ALL_THREE._replace(relation=Share(3, 4)))
+    assert (asked.executable, asked.goals_satisfied) == (True, REACHED.goals_satisfied)
+
+
+def test_what_counts_in_summaries_misses_it_too() -> None:
+    counting = replace(REACHED, counted=Counted(True, ALL_THREE, {}))
+    asked = as_asked(replace(PLAN, verdict=counting)).verdict
+    assert isinstance(asked, PlanVerdict)
+    assert asked.counted == Counted(False, ALL_THREE._replace(relation=Share(3, 4)), {})
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        replace(PLAN, protocol=Protocol.STRICT),
+        replace(PLAN, task_id="another"),
+        replace(PLAN, domain="virtualhome"),
+        replace(PLAN, ability=Ability.SUBGOAL_DECOMPOSITION, verdict=SubgoalVerdict(success=True)),
+        replace(PLAN, verdict=PlanVerdict(excluded="why not")),
+    ],
+)
+def test_all_other_records_stay_as_they_are(record: Record) -> None:
+    assert as_asked(record) is record
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_with_it_task_success_is_the_paper_s(model: str, oracle: Oracle) -> None:
+    rows = oracle("behavior", "action_sequencing", model)["records"]
+    records = [
+        replace(
+            PLAN, task_id=row["identifier"], verdict=replace(REACHED, success=row["verdict"]["task_success"])
+        )
+        for row in rows
+    ]
+    verdicts = [as_asked(record).verdict for record in records]
+    ours = summarise(verdicts, Ability.ACTION_SEQUENCING)["task_success"].percent
+    printed = paper_table("action_sequencing_trajectory").figure(paper_models()[model], TASK_SUCCESS)
+    assert ours is not None
+    assert printed is not None
+    assert printed - ours == pytest.approx(OTHERWISE.get(model, 0.0))

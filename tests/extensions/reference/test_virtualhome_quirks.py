@@ -1,0 +1,23 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from benchmarks.virtualhome.test_conformance import problems
+from eai.benchmarks.virtualhome.domain import as_meant
+from eai.extensions.reference.virtualhome_quirks import QUIRKS
+from eai.world.domain import Domain
+
+
+@pytest.mark.parametrize(
+    "quirk",
+    [quirk for quirk in QUIRKS if quirk.__name__.endswith("is_additional")],
+    ids=lambda quirk: quirk.__name__,
+)
+def test_the_references_additional_steps_would_still_bring_something_about(
+    quirk: Callable[[Domain], Domain],
+) -> None:
+    found = problems(quirk(as_meant()))
+    assert found
+    assert all("an additional step that would bring about" in problem for problem in found)

@@ -1,0 +1,31 @@
+"""The door to scenes with bodies: one that cannot be built is passed over, and what is lacking is said."""
+
+from __future__ import annotations
+
+import sys
+from importlib.util import find_spec
+
+import pytest
+
+from eai.base.errors import EaiError, InputError
+from eai.extensions.scenes.rendered import photographed, photographs_of
+from extensions.scenes.rooms import kitchen, task_of
+
+FULL = task_of(kitchen(["lies_in(fridge_2, basket_4)"], ["stands_on(fridge_2, floor_kitchen)"]))
+
+
+def test_what_is_not_installed_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "eai.extensions.scenes.pictures", None)
+    with pytest.raises(EaiError, match=r"scenes with bodies need .*: pip install 'eai-bench\[physics\]'"):
+        photographs_of(FULL)
+
+
+@pytest.mark.skipif(find_spec("mujoco") is None, reason="the extra physics is not installed")
+def test_scenes_that_cannot_be_built_have_no_pictures() -> None:
+    with pytest.raises(InputError, match="fridge_2 finds no place in basket_4"):
+        photographed({"full": FULL})
+    try:
+        found = photographed({"full": FULL, "kitchen": task_of(kitchen())})
+    except EaiError as error:
+        pytest.skip(str(error))
+    assert [(task_id, len(images)) for task_id, images in found.items()] == [("kitchen", 2)]
