@@ -1,9 +1,9 @@
 """The direction of imports, and what importing may cost.
 
-`LAYERS` is the rule: a module may import from its own package and from the rows above its own, never from
-a row below, nor from a sibling in its row except as `ALLOWED_SIBLINGS` says. A package or top-level module
-without a place here is an offence: find it one. The root package loads nothing until it is asked, so that
-importing any part stays cheap.
+`LAYERS` is the rule: a module may import from its own folder and from the rows above its own, never from a
+row below. An extension may import from all of them, but from no other extension, and nothing outside
+``extensions/`` imports one. A folder or top-level module without a place here is an offence: find it one. The
+root package loads nothing until it is asked, so that importing any part stays cheap.
 """
 
 from __future__ import annotations
@@ -21,50 +21,40 @@ import eai
 
 SOURCE = Path(eai.__file__).parent
 
-LAYERS: tuple[frozenset[str], ...] = tuple(
-    frozenset(row.split())
-    for row in (
-        "errors",
-        "data",
-        "logic",
-        "world",
-        "planning",
-        "pddl",
-        "abilities",
-        "prompts",
-        "english tasks",
-        "benchmark",
-        "results",
-        "generator households",
-        "questions",
-        "scoring",
-        "bodies",
-        "pictures",
-        "reference",
-        "studies",
-        "envs",
-        "acting",
-        "harbor run report",
-        "cli",
-        "__main__",
-    )
+LAYERS = (
+    "base",
+    "logic",
+    "world",
+    "planning",
+    "pddl",
+    "tasks",
+    "abilities",
+    "benchmarks",
+    "results",
+    "agents",
+    "studies",
+    "run",
+    "cli",
 )
-ALLOWED_SIBLINGS: frozenset[tuple[str, str]] = frozenset()
-IMPORTED_BY_NONE = frozenset({"reference"})
-"""Packages that are found by an entry point, so that the rest works without them."""
-ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run", "mcp": "acting", "mujoco": "bodies", "ray": "envs"}
-OF_EXTRAS = frozenset({*ONLY_IMPORTER.values(), "acting", "harbor"})
-"""Packages that load a library that not everybody installs, be it through another one of them."""
+EXTENSIONS = "extensions"
+ENTRY = "__main__"
+FACES = ("", ENTRY)
+"""Modules that load what is asked for: see the test of what importing the public face loads."""
+ONLY_IMPORTERS = {
+    "gymnasium": "agents",
+    "inspect_ai": "run",
+    "mcp": "agents",
+    "mujoco": "extensions.scenes",
+    "ray": "extensions.distributed",
+}
+OF_EXTRAS = frozenset({*ONLY_IMPORTERS.values(), "extensions.harbor"})
+"""Folders that load a library that not everybody installs, be it through another one of them."""
 
 
-def rank(part: str) -> int | None:
-    """The row of `LAYERS` in which a package or top-level module stands, if it stands in one."""
-    return next((row for row, parts in enumerate(LAYERS) if part in parts), None)
-
-
-def part_of(module: str) -> str:
-    """The package or module directly below the root to which a module belongs; "" for the root itself."""
-    return module.partition(".")[2].partition(".")[0]
+def folder_of(module: str) -> str:
+    """The folder or top-level module of a module, "" for the root itself; an extension is a folder."""
+    parts = module.split(".")[1:]
+    return ".".join(parts[: 2 if parts[:1] == [EXTENSIONS] else 1])
 
 
 def modules(root: Path) -> Iterator[tuple[str, Path]]:
@@ -87,38 +77,40 @@ def imported(module: str, path: Path) -> Iterator[tuple[int, str]]:
                 yield from ((node.lineno, f"{absolute}.{name.name}") for name in names)
 
 
-def offence(importer: str, target: str, parts: frozenset[str]) -> str | None:
-    """Why a module must not import a target, or None where it may."""
+def offence(importer: str, target: str, folders: frozenset[str]) -> str | None:
+    """Return why a module must not import a target, or None if it may."""
     library = target.partition(".")[0]
-    here, there = part_of(importer), part_of(target)
-    if ONLY_IMPORTER.get(library, here) != here:
-        return f"only {ONLY_IMPORTER[library]} imports {library}"
-    if library != importer.partition(".")[0]:
+    here, there = folder_of(importer), folder_of(target)
+    if ONLY_IMPORTERS.get(library, here) != here:
+        return f"only {ONLY_IMPORTERS[library]} imports {library}"
+    if library != importer.partition(".")[0] or here in (
+        "",
+        ENTRY,
+    ):  # the public face loads what is asked for
         return None
-    if here == "":  # the public face, which loads what is asked for: see the test of what importing it loads
+    if here == there or there not in folders:  # its own folder, or a name that the root itself defines
         return None
-    if here == there or there not in parts:  # its own package, or a name that the root itself defines
+    if there.startswith(f"{EXTENSIONS}."):
+        return f"{there} is found by its entry points, {here} must not import it"
+    if here.startswith(f"{EXTENSIONS}.") or not {here, there} <= {*LAYERS}:
         return None
-    if there in IMPORTED_BY_NONE:
-        return f"{there} is found by an entry point, {here} must not import it"
-    here_rank, there_rank = rank(here), rank(there)
-    if here_rank is None or there_rank is None:
-        return None  # reported once, as a part without a place
-    if there_rank < here_rank or (here, there) in ALLOWED_SIBLINGS:
-        return None
-    return f"{here} must not import {there}"
+    return None if LAYERS.index(there) < LAYERS.index(here) else f"{here} must not import {there}"
 
 
 def offences(root: Path) -> list[str]:
-    """All that breaks the rule below a package's folder, as `file:line: why`."""
-    found = list(modules(root))
-    parts = frozenset(part_of(module) for module, _ in found) - {""}
-    homeless = [f"{root.name}/{part}: has no place in LAYERS" for part in sorted(parts) if rank(part) is None]
+    """List all that breaks the rule below a package's folder, as `file:line: why`."""
+    of_package = list(modules(root))
+    folders = frozenset(folder_of(module) for module, _ in of_package) - {"", EXTENSIONS}
+    homeless = [
+        f"{root.name}/{folder.replace('.', '/')}: has no place in LAYERS"
+        for folder in sorted(folders - {*LAYERS, ENTRY})
+        if not folder.startswith(f"{EXTENSIONS}.")
+    ]
     return homeless + [
         f"{path.relative_to(root.parent).as_posix()}:{line}: {why}"
-        for module, path in found
+        for module, path in of_package
         for line, target in imported(module, path)
-        if (why := offence(module, target, parts))
+        if (why := offence(module, target, folders))
     ]
 
 
@@ -127,8 +119,8 @@ def test_imports_go_one_way() -> None:
 
 
 def write_package(root: Path, files: dict[str, str]) -> Path:
-    """A package made of files by path, with an empty part of each name in `LAYERS` beside them."""
-    empty = {f"{part}/__init__.py": "" for parts in LAYERS for part in parts}
+    """Write a package of files by path, with an empty folder of each name in `LAYERS`, and an extension."""
+    empty = {f"{folder}/__init__.py": "" for folder in (*LAYERS, EXTENSIONS, f"{EXTENSIONS}/reference")}
     for name, text in ({"__init__.py": ""} | empty | files).items():
         path = root / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -152,13 +144,19 @@ def write_package(root: Path, files: dict[str, str]) -> Path:
         ("planning/bad.py", "from eai.pddl import x", "eai/planning/bad.py:1: planning must not import pddl"),
         ("results/bad.py", "import eai.studies", "eai/results/bad.py:1: results must not import studies"),
         ("world/bad.py", "from inspect_ai import Task", "eai/world/bad.py:1: only run imports inspect_ai"),
-        ("run/bad.py", "import gymnasium.spaces", "eai/run/bad.py:1: only envs imports gymnasium"),
-        ("envs/bad.py", "import eai.run", "eai/envs/bad.py:1: envs must not import run"),
-        ("report/bad.py", "import eai.run", "eai/report/bad.py:1: report must not import run"),
+        ("run/bad.py", "import gymnasium.spaces", "eai/run/bad.py:1: only agents imports gymnasium"),
+        ("agents/bad.py", "import eai.run", "eai/agents/bad.py:1: agents must not import run"),
+        ("studies/bad.py", "import eai.run", "eai/studies/bad.py:1: studies must not import run"),
         (
             "cli/bad.py",
             "def f():\n    from eai.extensions.reference import protocol",
-            "eai/cli/bad.py:2: reference is found by an entry point, cli must not import it",
+            "eai/cli/bad.py:2: extensions.reference is found by its entry points, cli must not import it",
+        ),
+        (
+            "extensions/other.py",
+            "from eai.extensions.reference import protocol",
+            "eai/extensions/other.py:1: extensions.reference is found by its entry points, "
+            "extensions.other must not import it",
         ),
         ("kitchen.py", "", "eai/kitchen: has no place in LAYERS"),
     ],
@@ -173,7 +171,7 @@ def test_checker_finds(tmp_path: Path, place: str, text: str, found: str) -> Non
         ("world/good.py", "from eai.logic import formula\nfrom . import other\nimport json"),
         ("studies/good.py", "from eai.results import rate"),
         ("run/good.py", "import inspect_ai"),
-        ("envs/good.py", "import gymnasium\nfrom eai.benchmarks import registry"),
+        ("agents/good.py", "import gymnasium\nfrom eai.benchmarks import registry"),
         ("cli/good.py", "from eai import __version__, run, world"),
     ],
 )
@@ -219,7 +217,7 @@ def import_report(folder: Path, names: list[str]) -> list[str]:
 
 
 def test_importing_does_no_work_and_loads_nothing_slow() -> None:
-    names = [name for name, _ in modules(SOURCE) if part_of(name) not in OF_EXTRAS]
+    names = [name for name, _ in modules(SOURCE) if folder_of(name) not in OF_EXTRAS]
     assert import_report(SOURCE, names) == []
 
 

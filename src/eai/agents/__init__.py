@@ -1,1 +1,1 @@
-"""Acting: a task is played one action at a time, and the episode is scored as other answers are."""
+"""Agents that act: observations, the game, environments, sessions, and the server for agents outside."""

@@ -1,1 +1,1 @@
-"""Files of users, the data store, published archives, and entry points."""
+"""Errors, files, the data store, archives, and entry points: nothing here knows of tasks."""

@@ -1,1 +1,1 @@
-"""Benchmarks, the registry in which they are found, and answers without a model: gold, copies, chance."""
+"""Benchmarks: registry, suites, errata, null models; VirtualHome, BEHAVIOR, BEHAVIOR-1K; the generator."""

@@ -1,1 +1,1 @@
-"""From counts to rates, intervals, comparisons and tables; the paper's tables as data; what plots share."""
+"""Records, the scoring of many answers, rewards, rates, intervals, and tables with their writers."""

@@ -1,1 +1,1 @@
-"""Tasks from files: lines of JSON, folders of PDDL, problems in BDDL; where a benchmark gets them from."""
+"""Tasks: their goals, how goals are tested, how both are worded, and files of tasks."""

@@ -142,7 +142,8 @@ class Generator:
         benchmark: whose world they are in.
         spec: what is wanted.
         source: where the data set comes from.
-        is_given_away: whether a task of another split gives one away (`eai.benchmarks.generator.sets.giving_away`).
+        is_given_away: whether a task of another split gives one away
+            (`eai.benchmarks.generator.sets.giving_away`).
 
     Raises:
         InputError: tasks of a difficulty are wanted, and that of the benchmark's is not known.

@@ -2,9 +2,9 @@
 
 How difficult it is expected to be follows from its known plan and its goals, by a ridge regression of the
 difficulties that the public tasks of a household had in action sequencing for nine of the paper's models
-(`eai.extensions.adaptive.difficulties`, logits from their mean ability), which ``tools/task_difficulty.py`` fits. It
-says little of a single task: each estimate has its error, the root of the mean squared difference on titles
-that were left out.
+(`eai.extensions.adaptive.difficulties`, logits from their mean ability), which ``tools/task_difficulty.py``
+fits. It says little of a single task: each estimate has its error, the root of the mean squared difference on
+titles that were left out.
 """
 
 from __future__ import annotations

@@ -150,7 +150,8 @@ class Spec:
             never by their names.
         most_objects: how many objects a scene has at most.
         depth: all plans of so many actions are tried, to bound the length of a plan from below.
-        difficulty: between which expected difficulties tasks are (`eai.benchmarks.generator.measures`); None for any.
+        difficulty: between which expected difficulties tasks are (`eai.benchmarks.generator.measures`); None
+            for any.
         at_least: measures, and how much of each a task has at least.
         split: which part of them.
         held_out: what the parts have nothing of in common.

@@ -5,11 +5,11 @@ tests are forty tasks of a suite that stand for all of it. The other one asks th
 until an ability is known well enough.
 
 The difficulties of tasks are known from nine of the paper's models under ``strict``, by the Rasch model
-(`eai.extensions.adaptive.rasch`): in logits from the mean ability of these models, with the variance of a model's
-ability between names, for action sequencing and subgoal decomposition, whose answers are right or wrong
-without a planner. A task tells most of a model whose chance to solve it is even: its Fisher information is
-p (1 - p). Near copies of a task say less than that, for a model fails or solves them together, so that of the
-tasks whose name was asked least often the most informative comes next.
+(`eai.extensions.adaptive.rasch`): in logits from the mean ability of these models, with the variance of a
+model's ability between names, for action sequencing and subgoal decomposition, whose answers are right or
+wrong without a planner. A task tells most of a model whose chance to solve it is even: its Fisher information
+is p (1 - p). Near copies of a task say less than that, for a model fails or solves them together, so that of
+the tasks whose name was asked least often the most informative comes next.
 """
 
 from __future__ import annotations
@@ -48,7 +48,8 @@ def variance_between_names(domain: str, ability: Ability) -> float:
 @cache
 def _read(file: str) -> dict[str, Any]:
     """A table of the package, by suite."""
-    found: dict[str, Any] = json.loads((resources.files("eai.tasks") / file).read_text(encoding="utf-8"))
+    text = (resources.files("eai.extensions.adaptive") / file).read_text(encoding="utf-8")
+    found: dict[str, Any] = json.loads(text)
     return found
 
 

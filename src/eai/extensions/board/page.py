@@ -258,7 +258,7 @@ def _page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) -> str
     parts.append("<section><h2>Submissions</h2></section>")
     parts += _of_submissions(submissions.values())
     version = f"Scored by eai {__version__}."
-    return build_page("eai.studies.report", "board", (), "\n".join([*parts, f"<footer>{version}</footer>"]))
+    return build_page("eai.extensions.board", "board", (), "\n".join([*parts, f"<footer>{version}</footer>"]))
 
 
 _BEFORE = ("#", "Model")

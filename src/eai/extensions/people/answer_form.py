@@ -53,7 +53,7 @@ def form_html(
         if ability is Ability.TRANSITION_MODELING
         else None,
     }
-    return build_page("eai.studies.report", "form", SCRIPTS, for_script(content))
+    return build_page("eai.extensions.people", "form", SCRIPTS, for_script(content))
 
 
 def goal_pattern(benchmark: Benchmark, source: Source) -> Json:

@@ -1,6 +1,7 @@
 """The page on which a person plays, served to this machine alone.
 
-The page sends one line at a time and shows what it gets as text; what a line means is `eai.extensions.people.person`'s.
+The page sends one line at a time and shows what it gets as text;
+`eai.extensions.people.person` says what a line means.
 A request under the name of another host is refused, and so is a command from the page of another site.
 """
 
@@ -105,7 +106,8 @@ class _Handler(BaseHTTPRequestHandler):
         if self._is_for_us():
             with self.server.lock:
                 data = for_script(self.server.shown)
-            self._send("text/html", build_page("eai.agents", "player", ("player.js",), data, sends=True))
+            page = build_page("eai.extensions.people", "player", ("player.js",), data, sends=True)
+            self._send("text/html", page)
 
     def do_POST(self) -> None:
         """Carry a line out, and send what the page shows then; the last one ends the server."""
