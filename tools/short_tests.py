@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
+from eai.benchmarks import short_tests
 from eai.extensions.adaptive import difficulties as adaptive
 from eai.extensions.adaptive.rasch import fit_rasch, variance_between
 from eai.extensions.adaptive.study import Scores, scores_of
@@ -35,7 +36,9 @@ from eai.results.lines import by_suite
 from eai.results.rate import Rate
 from eai.studies.records import Records
 
-FOLDER = Path(__file__).resolve().parents[1] / "src" / "eai" / "tasks"
+SOURCE = Path(__file__).resolve().parents[1] / "src" / "eai"
+TESTS = SOURCE / "benchmarks" / short_tests.FILE
+DIFFICULTIES = SOURCE / "extensions" / "adaptive" / adaptive.FILE
 
 Matrix: TypeAlias = NDArray[np.float64]
 
@@ -52,8 +55,8 @@ def main() -> None:
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     answers = Records(tuple(map(Path, sys.argv[1:]))).tables().answers
-    tests: dict[str, list[str]] = _read(adaptive.SHORT_TESTS)
-    difficulties: dict[str, dict[str, Any]] = _read(adaptive.FILE)
+    tests: dict[str, list[str]] = _read(TESTS)
+    difficulties: dict[str, dict[str, Any]] = _read(DIFFICULTIES)
     for suite, of_suite in by_suite(answers).items():
         if suite.protocol != DEFAULT_PROTOCOL.value:
             sys.exit(f"expected records under {DEFAULT_PROTOCOL.value}, not {suite.protocol}")
@@ -68,9 +71,9 @@ def main() -> None:
             f"{each.ordered.percent:.1f} {each.distance:.1f}" for each in (found.chosen, found.drawn)
         )
         print(f"{name:40} {models}  chosen {chosen}  drawn {drawn}", flush=True)
-    for file, content in ((adaptive.SHORT_TESTS, tests), (adaptive.FILE, difficulties)):
+    for file, content in ((TESTS, tests), (DIFFICULTIES, difficulties)):
         text = json.dumps(dict(sorted(content.items())), indent=1)
-        (FOLDER / file).write_text(text + "\n", encoding="utf-8")
+        file.write_text(text + "\n", encoding="utf-8")
 
 
 def difficulties_of(scores: Scores) -> dict[str, Any]:
@@ -85,8 +88,7 @@ def difficulties_of(scores: Scores) -> dict[str, Any]:
     }
 
 
-def _read(file: str) -> Any:
-    path = FOLDER / file
+def _read(path: Path) -> Any:
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 

@@ -12,7 +12,7 @@ from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import FOUR, Ability
 from eai.base.store import Store
-from eai.extensions.adaptive.difficulties import short_test
+from eai.benchmarks.short_tests import short_test
 from processes import Outcome, eai
 from run.server import Reply, serve
 from suites import answer_book, official_prompts

@@ -6,7 +6,7 @@ import string
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gymnasium
 from gymnasium.error import ResetNeeded
@@ -18,17 +18,12 @@ from eai.agents.observation import manual
 from eai.agents.reference import staged
 from eai.agents.rules import Rules
 from eai.agents.stage import Stage
+from eai.base.entry_points import offered
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.scenes.rendered import camera_of
-from eai.studies.perception.picture import pixels
 from eai.tasks.source import Source
 from eai.tasks.task import Task
-
-if TYPE_CHECKING:
-    from eai.extensions.scenes.camera import Camera
-
 
 MAX_OBSERVATION = 1 << 16
 """How long an observation may be, in characters."""
@@ -115,7 +110,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         self.task_ids = tuple(task_ids)
         self._game: Game | None = None
         self._epoch = -1
-        self._camera: Camera | None = None
+        self._camera: Any = None
 
     @cached_property
     def manual(self) -> str:
@@ -182,6 +177,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
             camera.scene.show(self.game.state)
             return camera.colours("near")
         observation = self.game.memory.observation
+        pixels = offered("diagrams", f"render_mode {RENDER_MODE}").pixels
         return pixels(self.game.task, self.benchmark, observation.state, observation.visible)
 
     def close(self) -> None:
@@ -190,11 +186,11 @@ class TextEnvironment(gymnasium.Env[str, str]):
             self._camera.close()
             self._camera = None
 
-    def _watching(self) -> Camera:
+    def _watching(self) -> Any:
         """The camera in the scene of the task that is played."""
         if self._camera is None or self._camera.scene.task is not self.game.task:
             self.close()
-            self._camera = camera_of(self.game.task)
+            self._camera = offered("rendered_pictures", f"render_mode {CAMERA}").camera_of(self.game.task)
         return self._camera
 
     def _chosen(self) -> str:

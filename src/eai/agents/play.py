@@ -21,11 +21,11 @@ from eai.agents.reference import staged
 from eai.agents.rules import Rules
 from eai.agents.setting import AGENT, REACT, STANDARD, TEXT, Setting
 from eai.agents.stage import Stage
+from eai.base.entry_points import offered
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import loaded
 from eai.benchmarks.suite import Suite
-from eai.extensions.scenes.rendered import VIEWS, photographs_of
 from eai.results.codec import sha256_of
 from eai.tasks.options import misfit
 from eai.tasks.prompts.prompt import Image, Prompt
@@ -298,7 +298,9 @@ class Play(Game):
         """
         if self.stage.rules.feedback != "pictures" or self.over:
             return ()
-        return photographs_of(self.task, VIEWS[:2], state=self.state)
+        rendered = offered("rendered_pictures", "feedback pictures")
+        images: tuple[Image, ...] = rendered.photographs_of(self.task, rendered.VIEWS[:2], state=self.state)
+        return images
 
     def text(self, ended: str) -> str:
         """The episode as an answer."""

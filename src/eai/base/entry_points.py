@@ -56,6 +56,22 @@ def entry_points_of(group: str, first: Sequence[str] = ()) -> Mapping[str, Entry
     return {name: declared[name] for name in names_of(group, first) if is_there(declared[name].module)}
 
 
+def offered(name: str, needed_by: str) -> Any:
+    """Import an object that an extension offers to folders which do not know the extension.
+
+    Args:
+        name: the name of its entry point in the group ``eai.offers``.
+        needed_by: the option or the value that the user gave; a message begins with it.
+
+    Raises:
+        InputError: no installed extension offers it.
+    """
+    points = entry_points_of("eai.offers")
+    if name not in points:
+        raise InputError(f"{needed_by}: no installed extension offers {name!r}")
+    return points[name].load()
+
+
 def names_of(group: str, first: Sequence[str] = ()) -> list[str]:
     """Return the names of the entry points of a group, also those whose module is absent.
 

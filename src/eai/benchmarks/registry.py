@@ -33,8 +33,8 @@ GROUP = "eai.benchmarks"
 PDDL = "pddl"
 """The word before the colon in a reference to PDDL files."""
 
-ALFWORLD = "alfworld"
-"""The word before the colon in a reference to a folder with games of ALFWorld."""
+OPENERS = "eai.openers"
+"""The group of entry points of functions that open the rest of a reference ``word:rest``, by the word."""
 
 REFERENCES = (
     "virtualhome, behavior, behavior-1k, another one by its name, module:object, pddl:DIR, pddl:FILE,DIR, "
@@ -117,8 +117,9 @@ def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchma
     if reference in _entry_points():
         return _as_benchmark(_entry_points()[reference].load(), reference)
     module, separator, name = reference.partition(":")
-    if module in _OPENERS:
-        return replace(_OPENERS[module](name), reference=reference)
+    if _has_opener(reference):
+        opener: Callable[[str], Benchmark] = entry_points_of(OPENERS)[module].load()
+        return replace(opener(name), reference=reference)
     if is_task_files(reference):
         own = None if Path(reference).is_dir() else _open_own(Path(reference))
         return replace(own or _open_tasks(Path(reference)), reference=reference)
@@ -135,24 +136,31 @@ def is_task_files(reference: str) -> bool:
     """Whether a reference is the path of a task file, or of a folder of them."""
     from eai.tasks.task_files import ENDINGS
 
-    if reference.partition(":")[0] in _OPENERS and ":" in reference:
+    if _has_opener(reference):
         return False
     return reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()
 
 
-def _open_obfuscated(name: str) -> Benchmark:
+def _has_opener(reference: str) -> bool:
+    word, separator, _ = reference.partition(":")
+    return bool(separator) and word in entry_points_of(OPENERS)
+
+
+def open_obfuscated(name: str) -> Benchmark:
+    """Open the twin of a benchmark whose words mean other things."""
     from eai.benchmarks.obfuscated import obfuscated
 
     return obfuscated(find_benchmark(name))
 
 
-def _open_with_rules(name: str) -> Benchmark:
+def open_with_rules(name: str) -> Benchmark:
+    """Open a benchmark in its own words, with the rules of its twin."""
     from eai.benchmarks.obfuscated import with_rules
 
     return with_rules(find_benchmark(name))
 
 
-def _open_pddl(files: str) -> Benchmark:
+def open_pddl(files: str) -> Benchmark:
     """The benchmark of ``DOMAIN,PROBLEMS``, a file and a file or a folder, or of a folder that has both."""
     domain, separator, problems = files.partition(",")
     if not separator and not Path(domain).is_dir():
@@ -160,40 +168,14 @@ def _open_pddl(files: str) -> Benchmark:
         raise InputError(f"{PDDL}:{files}: expected {expected}")
     from eai.abilities.notation.plans import PddlPlans
     from eai.benchmarks.benchmark import Benchmark
-    from eai.tasks.problem_world import open_folder, open_pddl
+    from eai.tasks import problem_world
 
     paths = Path(domain), Path(problems)
-    declared, tasks = open_pddl(*paths) if separator else open_folder(paths[0])
+    declared, tasks = problem_world.open_pddl(*paths) if separator else problem_world.open_folder(paths[0])
     copied = {
         Ability.GOAL_INTERPRETATION: "its instructions are the goals in PDDL, which need only be copied"
     }
     return Benchmark(declared.name, declared, lambda source: tasks, plans=PddlPlans(), only_by_name=copied)
-
-
-def _open_alfworld(folder: str) -> Benchmark:
-    """The benchmark of the games of ALFWorld in a folder."""
-    from eai.benchmarks.benchmark import Benchmark
-    from eai.extensions.alfworld.games import open_games
-
-    domain, tasks, plans, written = open_games(Path(folder))
-    return Benchmark(
-        ALFWORLD,
-        domain,
-        lambda source: tasks,
-        title="ALFWorld",
-        plans=plans,
-        formats={Ability.ACTION_SEQUENCING: written},
-        role="a household robot",
-    )
-
-
-_OPENERS: Mapping[str, Callable[[str], Benchmark]] = {
-    OBFUSCATED: _open_obfuscated,
-    RULES: _open_with_rules,
-    PDDL: _open_pddl,
-    ALFWORLD: _open_alfworld,
-}
-"""The word before the colon in a reference, and what opens the rest."""
 
 
 def _open_own(path: Path) -> Benchmark | None:

@@ -14,10 +14,10 @@ from eai.base.files import write_whole
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.short_tests import SHORT, short_test
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import counted, tell
 from eai.cli.options import flag, listed, opened_source
-from eai.extensions.adaptive.difficulties import SHORT, short_test
 from eai.extensions.people.answer_form import form_html
 from eai.tasks.prompts.prompt import Prompt, PromptFiles, PromptSet
 

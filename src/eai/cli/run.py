@@ -5,7 +5,6 @@ With ``--adaptive``, tasks are chosen as answers come, until the ability is know
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,10 +14,10 @@ from typing import Annotated
 import typer
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
-from eai.abilities.verdict import PlanVerdict
+from eai.abilities.protocol import Ability, Protocol
 from eai.agents.setting import ACTING, STANDARD
 from eai.agents.verdict import ActingVerdict
+from eai.base.entry_points import offered
 from eai.base.errors import InputError
 from eai.base.files import file_name, sole_run
 from eai.benchmarks.prompt_library import Library
@@ -30,20 +29,11 @@ from eai.cli.options import OUTPUT, SCORING, AsJson, DataFolder, Wide, flag
 from eai.cli.progress import resumable, run_progress, scoring_progress
 from eai.cli.prompts import tasks_of
 from eai.cli.table import print_results, result_json
-from eai.extensions.adaptive.difficulties import (
-    ability_of,
-    item_difficulties,
-    next_tasks,
-    variance_between_names,
-)
 from eai.pddl.planning import PlannerChoice
 from eai.results.epochs import SuiteResult, settle
 from eai.results.repeats import passes_table
-from eai.results.runs import read_runs, write_log_place
-from eai.results.table_files import write_files
+from eai.results.runs import write_log_place
 from eai.results.terminal import print_table
-from eai.results.tidy import Tables
-from eai.results.totals import Totals
 from eai.run.job import Job, answers
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save
@@ -53,11 +43,6 @@ from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
 
 LOGS = "logs"
 SHOWN_TASKS = 5
-
-ROUND = 5
-"""How many tasks an adaptive run asks at a time, which costs hardly a task more than one by one."""
-
-ADAPTIVE_FILE = "adaptive.json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +142,8 @@ def run(
             )
         ]
         if target is not None:
-            suites = _adaptive_suites(suites, spec.tasks.ability, spec.tasks.calibration)
+            runs = offered("adaptive_runs", "--adaptive")
+            suites = runs.calibrated(suites, spec.tasks.ability, spec.tasks.calibration)
         library = Library(spec.prompts.set, spec.prompts.folder, source)
         order = _Order(spec, library, out, quiet or as_json)
         chosen = []
@@ -176,7 +162,7 @@ def run(
         of_suite = [
             _obtain_and_score(order, endpoint, asked, suite, experiment, first)
             if target is None
-            else _obtain_adaptively(order, endpoint, asked, suite, target)
+            else _obtain_adaptively(order, endpoint, asked, suite)
             for endpoint in endpoints
             if answers(endpoint.model, suite.ability)
         ]
@@ -323,96 +309,14 @@ def _effort(outcome: SuiteResult) -> str:
     return f"{', '.join(parts)}; records in {outcome.folder}"
 
 
-def _adaptive_suites(
-    suites: Sequence[Suite], named: Sequence[Ability] | None, folder: Path | None
-) -> list[Suite]:
-    """The suites whose tasks have known difficulties.
-
-    Args:
-        suites: those that are asked for.
-        named: the abilities that the user named, if any.
-        folder: runs that tell them; the published ones if None.
-
-    Raises:
-        InputError: one that was named has none, or none has any.
-    """
-    if folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
-        raise InputError(f"--adaptive: difficulties are known under {DEFAULT_PROTOCOL.value} alone")
-    known = [suite for suite in suites if suite.has_plans and _difficulties(suite, folder)[0]]
-    unknown = [suite for suite in suites if suite not in known]
-    if unknown and (named or not known):
-        asked = f"{unknown[0].domain} {unknown[0].ability.value}"
-        hint = "; --with tasks.calibration=DIR takes them from runs of several models"
-        raise InputError(f"--adaptive: the tasks of {asked} have no known difficulties{hint}")
-    return known
-
-
-def _difficulties(suite: Suite, folder: Path | None) -> tuple[Mapping[str, float], float, str]:
-    """The difficulties of the tasks of a suite: the published ones, or by whole runs in a folder.
-
-    Returns:
-        By task how difficult it is, in logits from the mean ability of some models, empty where that is not
-        known; how much a model's ability varies from name to name, in squared logits; which models these are.
-
-    Raises:
-        InputError: too few runs of the suite are there.
-    """
-    if folder is None:
-        of = suite.domain, suite.ability
-        return item_difficulties(*of), variance_between_names(*of), "nine models of 2024"
-    from eai.extensions.adaptive.rasch import fit_rasch, variance_between
-    from eai.extensions.adaptive.study import FEWEST_MODELS, scores_of
-
-    tables, place = Tables(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
-    for run in read_runs([folder]):
-        if run.key[:3] == place and run.key.is_plain and Totals.of(run.records).coverage.ranked:
-            tables.add(run.records)
-    scores = scores_of(tables.answers)
-    if len(scores.models) < FEWEST_MODELS:
-        wanted = f"{FEWEST_MODELS} models in {suite.domain} {suite.ability.value}, {suite.protocol.value}"
-        raise InputError(f"{folder}: expected whole runs of {wanted}; found {len(scores.models)}")
-    fitted = fit_rasch(scores.matrix)
-    values = map(float, fitted.difficulties - fitted.abilities.mean())
-    of_tasks = dict(zip(scores.tasks, values, strict=True))
-    variance = variance_between(scores.matrix, fitted, scores.names)
-    return of_tasks, variance, f"the {len(scores.models)} models in {folder}"
-
-
 def _obtain_adaptively(
-    order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, target: float
+    order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite
 ) -> SuiteResult:
-    """Ask the most informative tasks, until the standard error of the ability is at most the target.
-
-    Every round is a run of all tasks so far, of which what is answered is not asked again, so that a run that
-    was interrupted resumes. It ends early where a task cannot be answered, and where there is none left.
-    """
-    known, variance, models = _difficulties(suite, order.spec.tasks.calibration)
-    difficulties = {task_id: known[task_id] for task_id in prompts if task_id in known}
-    tasks = suite.benchmark.tasks(suite.source)
-    names = {task_id: tasks[task_id].title for task_id in difficulties}
-    chosen: list[str] = []
-    scores: dict[str, float] = {}
-    while True:
-        left = {task: difficulties[task] for task in difficulties if task in scores or task not in chosen}
-        chosen += next_tasks(ROUND, scores, left, names)
-        asked = {task_id: prompts[task_id] for task_id in prompts if task_id in chosen}
-        result = _obtain_and_score(order, endpoint, asked, suite)
-        scores = {
-            record.task_id: float(bool(record.verdict.success))
-            for record in result.records
-            if isinstance(record.verdict, PlanVerdict) and record.unanswered is None
-            if record.verdict.excluded is None
-        }
-        ability, error = ability_of(scores, difficulties, names, variance)
-        if error <= target or result.failures or len(chosen) == len(difficulties):
-            break
-    content = {"ability": ability, "error": error, "target": target, "tasks": chosen, "zero": models}
-    write_files(result.folder, {ADAPTIVE_FILE: json.dumps(content, indent=1) + "\n"})
+    """Ask tasks in rounds until the ability is known well enough, and say how well it is known."""
+    ask, tasks = partial(_obtain_and_score, order, endpoint, suite=suite), order.spec.tasks
+    obtain = offered("adaptive_runs", "--adaptive").obtain
+    result: SuiteResult
+    result, remark = obtain(ask, prompts, suite, tasks.adaptive, tasks.calibration)
     if not order.quiet:
-        console.say(
-            f"{result.model}, {suite.domain} {suite.ability.value}: ability {ability:+.2f} logits, "
-            f"standard error {error:.2f}, from {len(chosen)} of {len(suite.task_ids)} tasks. 0 is the mean "
-            f"of {models}; percentages are of tasks that were chosen to be neither easy nor hard for this "
-            "model."
-        )
+        console.say(remark)
     return result

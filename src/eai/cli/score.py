@@ -15,6 +15,7 @@ import typer
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
+from eai.base.entry_points import offered
 from eai.base.errors import InputError, InterruptError, needing
 from eai.base.files import sole_run
 from eai.base.json_value import Json
@@ -188,8 +189,8 @@ def _opened(workers: int, ray: str | None) -> Scoring:
     if ray is None:
         return Scoring(workers)
     with needing("ray", "--ray needs"):
-        from eai.extensions.distributed.ray_scoring import RayScoring
-    return RayScoring(ray, workers)
+        on_cluster: Callable[[str, int], Scoring] = offered("scoring_on_ray", "--ray")
+    return on_cluster(ray, workers)
 
 
 def _score_all(

@@ -1,15 +1,12 @@
-"""A test that chooses its tasks as it goes, and short tests, the same for everybody.
+"""The difficulties of tasks, a model's ability, and the tasks that would tell most about it.
 
-Both are made by ``tools/short_tests.py`` from answers of nine of the paper's models under ``strict``. Short
-tests are forty tasks of a suite that stand for all of it. The other one asks the most informative task next,
-until an ability is known well enough.
-
-The difficulties of tasks are known from nine of the paper's models under ``strict``, by the Rasch model
+The difficulties are known from nine of the paper's models under ``strict``, by the Rasch model
 (`eai.extensions.adaptive.rasch`): in logits from the mean ability of these models, with the variance of a
-model's ability between names, for action sequencing and subgoal decomposition, whose answers are right or
-wrong without a planner. A task tells most of a model whose chance to solve it is even: its Fisher information
-is p (1 - p). Near copies of a task say less than that, for a model fails or solves them together, so that of
-the tasks whose name was asked least often the most informative comes next.
+model's ability between names. ``tools/short_tests.py`` computes them for action sequencing and subgoal
+decomposition, whose answers are right or wrong without a planner. A task tells most of a model whose chance
+to solve it is even: its Fisher information is p (1 - p). Near copies of a task say less than that, for a
+model fails or solves them together. So the most informative comes next of the tasks whose name was asked
+least often.
 """
 
 from __future__ import annotations
@@ -25,10 +22,6 @@ from typing import Any, NamedTuple
 from eai.abilities.protocol import Ability
 
 FILE = "item_difficulties.json"
-SHORT_TESTS = "short_tests.json"
-SHORT = "short"
-"""The name of short tests on the command line."""
-
 _STEPS = 100
 
 _SMALL = 1e-9
@@ -36,21 +29,20 @@ _SMALL = 1e-9
 
 def item_difficulties(domain: str, ability: Ability) -> Mapping[str, float]:
     """The difficulty of each task of a suite, in the order of the data set; none if they are not known."""
-    found: Mapping[str, float] = _read(FILE).get(f"{domain}/{ability.value}", {}).get("difficulties", {})
+    found: Mapping[str, float] = _tables().get(f"{domain}/{ability.value}", {}).get("difficulties", {})
     return found
 
 
 def variance_between_names(domain: str, ability: Ability) -> float:
     """How much a model's ability varies from name to name of a suite, in squared logits; 0 if unknown."""
-    return float(_read(FILE).get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0))
+    return float(_tables().get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0))
 
 
 @cache
-def _read(file: str) -> dict[str, Any]:
-    """A table of the package, by suite."""
-    text = (resources.files("eai.extensions.adaptive") / file).read_text(encoding="utf-8")
-    found: dict[str, Any] = json.loads(text)
-    return found
+def _tables() -> dict[str, Any]:
+    text = (resources.files("eai.extensions.adaptive") / FILE).read_text(encoding="utf-8")
+    by_suite: dict[str, Any] = json.loads(text)
+    return by_suite
 
 
 class _Ability(NamedTuple):
@@ -131,8 +123,3 @@ def next_tasks(
 
 def _chance(ability: float, difficulty: float) -> float:
     return 1 / (1 + math.exp(difficulty - ability))
-
-
-def short_test(domain: str, ability: Ability) -> tuple[str, ...]:
-    """The ids of the tasks of a suite's short test, in the order of the data set; none if it has none."""
-    return tuple(_read(SHORT_TESTS).get(f"{domain}/{ability.value}", ()))

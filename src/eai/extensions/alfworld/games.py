@@ -19,9 +19,11 @@ from typing import Any, NamedTuple
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.abilities.notation.plan_form import WrittenStep
-from eai.abilities.notation.plans import PddlPlans, PlanNotation
+from eai.abilities.notation.plans import PddlPlans
+from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import content_of
+from eai.benchmarks.benchmark import Benchmark
 from eai.logic.rewriting import rename_objects, substitute, with_terms
 from eai.logic.traversal import free_variables, objects, with_parts
 from eai.pddl.declaration import DeclaredDomain, conjuncts
@@ -51,15 +53,15 @@ _KINDS = "cancontain"
 """The predicate of what may be put where by its kind, of all kinds there are."""
 
 
-def open_games(folder: Path) -> tuple[Domain, TaskSet[Task], PlanNotation, str]:
-    """The games below a folder, but those that ALFWorld itself found to be unsolvable.
+def open_games(place: str) -> Benchmark:
+    """Open the benchmark of the games below a folder, without those that ALFWorld itself found unsolvable.
 
-    Returns their world, the tasks, how plans are written, and that in words. A task is known by the path of
-    its game in the folder, with dots for slashes.
+    The id of a task is the path of its game in the folder, with dots for slashes.
 
     Raises:
-        InputError: there is none, one cannot be read, or two are of different domains.
+        InputError: there is no game, a game cannot be read, or two games are of different domains.
     """
+    folder = Path(place)
     games = {path: _read(path) for path in sorted(folder.rglob(FILE))}
     games = {path: game for path, game in games.items() if game.get("solvable") is not False}
     if not games:
@@ -78,7 +80,15 @@ def open_games(folder: Path) -> tuple[Domain, TaskSet[Task], PlanNotation, str]:
 
     plans = _CommandPlans(commands)
     tasks = TaskSet(ids, build, digest)
-    return declaration.domain, tasks, plans, plans.explained(declaration.domain)
+    return Benchmark(
+        "alfworld",
+        declaration.domain,
+        lambda source: tasks,
+        title="ALFWorld",
+        plans=plans,
+        formats={Ability.ACTION_SEQUENCING: plans.explained(declaration.domain)},
+        role="a household robot",
+    )
 
 
 def _read(path: Path) -> Mapping[str, Any]:

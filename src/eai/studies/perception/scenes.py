@@ -10,11 +10,11 @@ from typing import Any
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import SCENE_GRAPH
+from eai.base.entry_points import offered
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
-from eai.extensions.scenes.rendered import photographed, places_of
 from eai.results.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
 from eai.studies.perception.choice import Perception, Showing
@@ -146,9 +146,13 @@ def _said(scene: Showing, task: Task, benchmark: Benchmark, templates: Templates
         return f"{text}\n{', '.join([f'{number} {names[number]}' for number in subjects(task)])}"
     if scene != "pointed":
         return text
-    where = places_of(task)
+    where: Mapping[int, tuple[int, int, int]] = _rendered(scene).places_of(task)
     lines = [f"{names[i]}: {'picture {}, ({}, {})'.format(*where[i])}" for i in subjects(task) if i in where]
     return "\n".join([text, *lines])
+
+
+def _rendered(scene: Showing) -> Any:
+    return offered("rendered_pictures", f"perception.scene {scene}")
 
 
 def _pictures(
@@ -157,7 +161,9 @@ def _pictures(
     if choice.images is not None:
         return images_in(choice.images, tasks)
     if choice.scene in ("rendered", "numbered", "pointed"):
-        return photographed(tasks, numbered=choice.scene == "numbered")
+        images: Mapping[str, tuple[Image, ...]]
+        images = _rendered(choice.scene).photographed(tasks, numbered=choice.scene == "numbered")
+        return images
     return drawn_images(benchmark, tasks, choice.clutter or "none")
 
 

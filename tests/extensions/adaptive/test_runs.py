@@ -9,7 +9,6 @@ from typing import Any, cast
 
 import pytest
 
-import eai.cli.run
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
@@ -17,13 +16,11 @@ from eai.agents.play import Arena
 from eai.agents.setting import ACTING
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
-from eai.cli.run import _Order
+from eai.extensions.adaptive import runs as runs_module
 from eai.extensions.adaptive.difficulties import item_difficulties
+from eai.extensions.adaptive.runs import calibrated, obtain
 from eai.results.record import Record
-from eai.run.spec import RunSpec
-from eai.studies.variation import Endpoint
 from eai.tasks.source import Source
 from results.verdicts import SUCCEEDED, record
 
@@ -43,24 +40,21 @@ class Result:
 
 @pytest.mark.parametrize("excluded", [True, False])
 def test_what_does_not_count_is_asked_once_and_says_nothing(
-    data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, excluded: bool
+    data_store: Store, tmp_path: Path, *, excluded: bool
 ) -> None:
     """A task that is left out of statistics, and one that cannot be answered, which ends the run."""
     suite = open_suite(*SUITE, source=Source(data_store))
     odd = min(known := item_difficulties(*SUITE), key=lambda task: (abs(known[task]), task))
     rounds: list[list[str]] = []
 
-    def obtained(_: _Order, endpoint: Endpoint, prompts: Mapping[str, Any], of: Suite) -> Result:
+    def ask(prompts: Mapping[str, Any]) -> Any:
         rounds.append(list(prompts))
-        records = [record(task, SUCCEEDED, domain=of.domain) for task in prompts]
+        records = [record(task, SUCCEEDED, domain=suite.domain) for task in prompts]
         changes = {"verdict": PlanVerdict(excluded="no solution")} if excluded else {"unanswered": "timeout"}
         records = [replace(each, **changes) if each.task_id == odd else each for each in records]
-        return Result(tmp_path, of, records, {} if excluded else {"timeout": [odd]})
+        return Result(tmp_path, suite, records, {} if excluded else {"timeout": [odd]})
 
-    monkeypatch.setattr(eai.cli.run, "_obtain_and_score", obtained)
-    prompts = dict.fromkeys(suite.task_ids)
-    run = _Order(RunSpec(), Library("eai"), tmp_path, quiet=True)
-    eai.cli.run._obtain_adaptively(run, cast(Any, None), cast(Any, prompts), suite, 0.6)
+    obtain(ask, cast(Any, dict.fromkeys(suite.task_ids)), suite, 0.6, None)
     assert odd in rounds[0]
     sizes = [len(asked) for asked in rounds]
     assert sizes == [5 * number for number in range(1, len(rounds) + 1)]
@@ -92,14 +86,14 @@ def answer_of(suite: Suite, task_id: str) -> str:
 
 def test_runs_of_several_models_tell_how_difficult_tasks_are(runs: Path, tmp_path: Path) -> None:
     suite = open_suite("agents.switches:SWITCHES", ACTING)
-    assert eai.cli.run._adaptive_suites([suite], [ACTING], runs) == [suite]
-    known, _, models = eai.cli.run._difficulties(suite, runs)
+    assert calibrated([suite], [ACTING], runs) == [suite]
+    known, _, models = runs_module._difficulties(suite, runs)
     assert models == f"the 3 models in {runs}"
     easy, hard = known["both"], known["half"]
     assert [*known] == [task_id for task_id in suite.task_ids if task_id != "none"]
     assert easy == known["greet"] < hard
     rmtree(runs / "fair")
     with pytest.raises(InputError, match="whole runs of 3 models in switches acting, strict; found 2"):
-        eai.cli.run._adaptive_suites([suite], [ACTING], runs)
+        calibrated([suite], [ACTING], runs)
     with pytest.raises(InputError, match="acting have no known difficulties; --with tasks"):
-        eai.cli.run._adaptive_suites([suite], [ACTING], None)
+        calibrated([suite], [ACTING], None)

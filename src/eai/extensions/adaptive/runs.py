@@ -1,0 +1,134 @@
+"""Adaptive runs: the most informative tasks are asked, until a model's ability is known well enough."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
+from eai.abilities.verdict import PlanVerdict
+from eai.base.errors import InputError
+from eai.benchmarks.suite import Suite
+from eai.extensions.adaptive.difficulties import (
+    ability_of,
+    item_difficulties,
+    next_tasks,
+    variance_between_names,
+)
+from eai.results.epochs import SuiteResult
+from eai.results.runs import read_runs
+from eai.results.table_files import write_files
+from eai.results.tidy import Tables
+from eai.results.totals import Totals
+from eai.tasks.prompts.prompt import Prompt
+
+_TASKS_A_ROUND = 5
+"""How many tasks are asked at a time. One by one would need hardly fewer tasks."""
+
+_FILE = "adaptive.json"
+
+
+def calibrated(suites: Sequence[Suite], named: Sequence[Ability], folder: Path | None) -> list[Suite]:
+    """Return the suites whose tasks have known difficulties.
+
+    Args:
+        suites: the suites that the user asks for.
+        named: the abilities that the user named, if any.
+        folder: runs from which difficulties are estimated; the published difficulties if None.
+
+    Raises:
+        InputError: a named suite has no difficulties, or no suite has.
+    """
+    if folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
+        raise InputError(f"--adaptive: difficulties are known under {DEFAULT_PROTOCOL.value} alone")
+    known = [suite for suite in suites if suite.has_plans and _difficulties(suite, folder)[0]]
+    unknown = [suite for suite in suites if suite not in known]
+    if unknown and (named or not known):
+        asked = f"{unknown[0].domain} {unknown[0].ability.value}"
+        hint = "; --with tasks.calibration=DIR takes them from runs of several models"
+        raise InputError(f"--adaptive: the tasks of {asked} have no known difficulties{hint}")
+    return known
+
+
+def _difficulties(suite: Suite, folder: Path | None) -> tuple[Mapping[str, float], float, str]:
+    """Return the difficulties of a suite's tasks: the published ones, or by whole runs in a folder.
+
+    Returns:
+        the difficulty by task, in logits from the mean ability of some models, empty if unknown; the variance
+        of a model's ability between names, in squared logits; a phrase that tells which models these are.
+
+    Raises:
+        InputError: the folder has too few runs of the suite.
+    """
+    if folder is None:
+        place = suite.domain, suite.ability
+        return item_difficulties(*place), variance_between_names(*place), "nine models of 2024"
+    from eai.extensions.adaptive.rasch import fit_rasch, variance_between  # takes numpy
+    from eai.extensions.adaptive.study import FEWEST_MODELS, scores_of
+
+    tables, of_suite = Tables(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
+    for run in read_runs([folder]):
+        if run.key[:3] == of_suite and run.key.is_plain and Totals.of(run.records).coverage.ranked:
+            tables.add(run.records)
+    scores = scores_of(tables.answers)
+    if len(scores.models) < FEWEST_MODELS:
+        wanted = f"{FEWEST_MODELS} models in {suite.domain} {suite.ability.value}, {suite.protocol.value}"
+        raise InputError(f"{folder}: expected whole runs of {wanted}; found {len(scores.models)}")
+    fitted = fit_rasch(scores.matrix)
+    values = map(float, fitted.difficulties - fitted.abilities.mean())
+    by_task = dict(zip(scores.tasks, values, strict=True))
+    variance = variance_between(scores.matrix, fitted, scores.names)
+    return by_task, variance, f"the {len(scores.models)} models in {folder}"
+
+
+def obtain(
+    ask: Callable[[Mapping[str, Prompt]], SuiteResult],
+    prompts: Mapping[str, Prompt],
+    suite: Suite,
+    target: float,
+    folder: Path | None,
+) -> tuple[SuiteResult, str]:
+    """Ask the most informative tasks, until the standard error of the ability is at most the target.
+
+    Every round is a run of all tasks so far. Tasks that are answered are not asked again, so that an
+    interrupted run resumes. It ends early if a task cannot be answered, and if no task is left.
+
+    Args:
+        ask: asks questions by task, and scores the answers.
+        prompts: the questions of all tasks that may be asked.
+        suite: the suite.
+        target: the standard error, in logits.
+        folder: as in `calibrated`.
+
+    Returns:
+        the result of the last round, and a remark on the ability.
+    """
+    known, variance, models = _difficulties(suite, folder)
+    difficulties = {task_id: known[task_id] for task_id in prompts if task_id in known}
+    tasks = suite.benchmark.tasks(suite.source)
+    names = {task_id: tasks[task_id].title for task_id in difficulties}
+    chosen: list[str] = []
+    scores: dict[str, float] = {}
+    while True:
+        left = {task: difficulties[task] for task in difficulties if task in scores or task not in chosen}
+        chosen += next_tasks(_TASKS_A_ROUND, scores, left, names)
+        result = ask({task_id: prompts[task_id] for task_id in prompts if task_id in chosen})
+        scores = {
+            record.task_id: float(bool(record.verdict.success))
+            for record in result.records
+            if isinstance(record.verdict, PlanVerdict) and record.unanswered is None
+            if record.verdict.excluded is None
+        }
+        ability, error = ability_of(scores, difficulties, names, variance)
+        if error <= target or result.failures or len(chosen) == len(difficulties):
+            break
+    content = {"ability": ability, "error": error, "target": target, "tasks": chosen, "zero": models}
+    write_files(result.folder, {_FILE: json.dumps(content, indent=1) + "\n"})
+    remark = (
+        f"{result.model}, {suite.domain} {suite.ability.value}: ability {ability:+.2f} logits, "
+        f"standard error {error:.2f}, from {len(chosen)} of {len(suite.task_ids)} tasks. 0 is the mean "
+        f"of {models}; percentages are of tasks that were chosen to be neither easy nor hard for this "
+        "model."
+    )
+    return result, remark
