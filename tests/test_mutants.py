@@ -47,7 +47,7 @@ def test_the_tests_of_a_module_are_those_that_may_meet_it_nearest_first(tool: Mo
         return [[each.relative_to(ROOT / "tests").as_posix() for each in some] for some in tests]
 
     own, package, elsewhere, last = names("results/tidy.py")
-    assert (own, package, last) == (["results/test_tidy.py"], ["results"], ["households"])
+    assert (own, package, last) == (["results/test_tidy.py"], ["results"], ["benchmarks"])
     assert "studies/test_error_leaves.py" in elsewhere
     own, package, *_ = names("abilities/subgoal_decomposition/__init__.py")
     assert (own, package) == ([], ["abilities/subgoal_decomposition"])

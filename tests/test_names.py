@@ -1,4 +1,4 @@
-"""What is known in two folders alone: the names of households, and which protocol is in force."""
+"""Names that few folders may use: those of households, and of the protocol that is in force."""
 
 from __future__ import annotations
 
@@ -10,21 +10,18 @@ import pytest
 import eai
 
 SOURCE = Path(eai.__file__).parent
-HOMES = ("households", "reference")
+HOMES = ("benchmarks", "extensions")
+"""The folders that may name a household."""
+
 HOUSEHOLD = re.compile(r"virtualhome|\bbehavior\b", re.IGNORECASE)
 PROTOCOL = re.compile(r"\bProtocol(\.[A-Z]|\([\"'])")
 
 EXAMPLES = frozenset(
     {
         "__init__.py",
-        "benchmark/names.py",
-        "benchmark/registry.py",
-        "benchmark/suite.py",
-        "cli/annotate.py",
         "cli/console.py",
         "cli/export.py",
         "cli/generate.py",
-        "cli/play.py",
         "cli/demo.py",
         "cli/run.py",
         "cli/score.py",
@@ -33,17 +30,17 @@ EXAMPLES = frozenset(
 )
 """Where households are named as examples in help, or to stand in the order of the paper."""
 
-DEFAULTS = frozenset({"abilities/protocol.py", "benchmark/suite.py", "cli/score.py", "cli/run.py"})
+DEFAULTS = frozenset({"abilities/protocol.py", "benchmarks/suite.py", "cli/score.py", "cli/run.py"})
 """Where it is said which protocol is the default."""
 
 
-def mentions(pattern: re.Pattern[str], allowed: frozenset[str]) -> list[str]:
-    """Every line outside the households and the reference's protocol that a pattern is found in."""
+def mentions(pattern: re.Pattern[str], allowed: frozenset[str], homes: tuple[str, ...] = HOMES) -> list[str]:
+    """List every line outside some folders that a pattern is found in."""
     return [
         f"{place}:{number}: {line.strip()}"
         for path in sorted(SOURCE.rglob("*"))
         if path.suffix in (".py", ".js", ".html")
-        and (place := path.relative_to(SOURCE).as_posix()).partition("/")[0] not in HOMES
+        and (place := path.relative_to(SOURCE).as_posix()).partition("/")[0] not in homes
         and place not in allowed
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
         if pattern.search(line)
@@ -55,7 +52,7 @@ def test_households_are_named_at_home_alone() -> None:
 
 
 def test_nobody_else_asks_which_protocol_is_in_force() -> None:
-    assert mentions(PROTOCOL, DEFAULTS) == []
+    assert mentions(PROTOCOL, DEFAULTS, ("extensions",)) == []
 
 
 @pytest.mark.parametrize("pattern", [HOUSEHOLD, PROTOCOL])
@@ -69,4 +66,4 @@ def test_the_patterns_find_what_they_look_for(pattern: re.Pattern[str]) -> None:
 
 def test_no_docstring_begins_with_what() -> None:
     """A docstring says what a thing is or does; its first word is a noun, a verb or a number."""
-    assert mentions(re.compile(r'^\s*r?"""What\b'), frozenset()) == []
+    assert mentions(re.compile(r'^\s*r?"""What\b'), frozenset(), ()) == []

@@ -72,8 +72,8 @@ OTHER: dict[type[ast.AST], type[ast.AST]] = {**dict(_SWAPPED), **{b: a for a, b 
 EQUIVALENT: dict[str, str] = {
     "abilities/subgoal_decomposition/uniform_cost.py: 0 is 1 in `self._pushed = 0`": "only the order of "
     "numbers counts",
-    "generator/scene.py: 1 is 2 in `ranked[category] = ranked.get(category, -1) + 1`, place 2": "only the "
-    "order of ranks counts",
+    "benchmarks/generator/scene.py: 1 is 2 in `ranked[category] = ranked.get(category, -1) + 1`, place 2": ""
+    "only the order of ranks counts",
     "abilities/mending.py: 1 is 2 in `place = names.index(action.operator) if action is not None else -1`": ""
     "it comes before all places",
     "logic/choice.py: Lt is LtE in `if weight and not taken >> place & 1 and taken.bit_count() < count:`": ""
@@ -83,9 +83,9 @@ EQUIVALENT: dict[str, str] = {
     "results/certainty.py: 0 is 1 in `if len(known[0]) < len(parts):`": "what is of no task is of no name",
     "results/comparison.py: GtE is Gt in `extreme += _distance(one, other) >= observed - _ROUNDING`": "no "
     "distance is less than the observed one by just this rounding",
-    "questions/shortcuts.py: 0 is 1 in `if step <= 0:`": "what a question adds to a balance is a multiple of "
-    "four, and so is the square",
-    "abilities/rules.py: without if isinstance(each, Add | Delete) in `atoms = [each.atom for each in run "
+    "extensions/questions/shortcuts.py: 0 is 1 in `if step <= 0:`": "what a question adds to a "
+    "balance is a multiple of four, and so is the square",
+    "tasks/rules.py: without if isinstance(each, Add | Delete) in `atoms = [each.atom for each in run "
     "if isinstance(each, Add | Delete)]`": "a run is of one type, and the condition says so to the type "
     "checker",
 }
@@ -259,7 +259,7 @@ def _tests_of(path: Path) -> Iterator[list[Path]]:
         for file in sorted(tests.rglob("test_*.py"))
         if near not in file.parents and re.search(rf"\b{name}\b", file.read_text(encoding="utf-8"))
     ]
-    yield [tests / "households"]
+    yield [tests / "benchmarks"]
 
 
 def main() -> int:

@@ -20,7 +20,7 @@ X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
 def _chain(state: State, supports: Sequence[str], thing: int) -> Mapping[int, bool]:
-    """What carries a thing, each as a mask, its own support first: whether by the first of the relations."""
+    """Return all supports of a thing, each as a mask, its own first, and whether the first relation holds."""
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
     chain: dict[int, bool] = {}
     while True:
@@ -37,7 +37,7 @@ def _chain(state: State, supports: Sequence[str], thing: int) -> Mapping[int, bo
 
 
 def carrying(supports: Sequence[Predicate]) -> tuple[Defined, Defined, Defined]:
-    """What carries what by these stored relations: directly, or at all; and what is within what."""
+    """Return, by these relations, what carries a thing, what it is carried by at all, what it is within."""
     names = [relation.name for relation in supports]
 
     def carriers(state: State, arguments: tuple[int, ...]) -> int:

@@ -22,6 +22,7 @@ from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
 from eai.agents.verdict import ActingVerdict, outlook_text
+from eai.base.entry_points import offered
 from eai.base.errors import EaiError, InputError, did_you_mean, member
 from eai.base.files import write_whole
 from eai.base.store import Store
@@ -32,7 +33,6 @@ from eai.benchmarks.registry import registered
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import counted, output, print_json, say
 from eai.cli.options import AsJson, DataFolder, flag, store
-from eai.extensions.scenes.rendered import film_of
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.results.answer_files import benchmarks_of_runs
@@ -172,7 +172,8 @@ def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> 
     found = states_of(record, _suite(record, benchmark, store))
     if found is None:
         raise InputError(f"--film: the course of the answer to {record.task_id} is not known")
-    write_whole({file / film_name(record) if file.is_dir() else file: film_of(*found)})
+    film: bytes = offered("rendered_pictures", "--film").film_of(*found)
+    write_whole({file / film_name(record) if file.is_dir() else file: film})
 
 
 def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:

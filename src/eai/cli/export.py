@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Annotated, Literal, TypeAlias
 import typer
 
 from eai.abilities.protocol import FOUR, Ability
+from eai.base.entry_points import offered
 from eai.base.errors import InputError
 from eai.base.files import Content, write_whole
 from eai.base.grouping import grouped
@@ -22,11 +23,9 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.suite import open_suite
 from eai.cli import options
-from eai.cli.console import DOMAIN_HELP, asked_by_default, counted, say, tell, tell_findings
+from eai.cli.console import DOMAIN_HELP, asked_by_default, counted, tell
 from eai.cli.options import AsJson, DataFolder, flag, opened_source
-from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn, is_list, tasks_of, write_prompts
-from eai.extensions.board.submission import build_submission, check_submission
-from eai.extensions.scenes.rendered import VIEWS, film_of, photographs_of
+from eai.cli.prompts import OfSet, drawn, is_list, tasks_of, write_prompts
 from eai.pddl.planning import PlannerChoice
 from eai.results import training_data
 from eai.results.records import read_records
@@ -41,6 +40,7 @@ from eai.tasks.task import Task
 from eai.tasks.task_files import task_files_in
 from eai.world.domain import Domain
 from eai.world.execution import execute
+from eai.world.state import State
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -326,92 +326,10 @@ def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> 
         case "svg":
             return {".svg": svg(drawing)}
         case "rendered":
-            taken = zip(VIEWS, photographs_of(task), strict=True)
+            rendered = offered("rendered_pictures", f"--format {form}")
+            taken = zip(rendered.VIEWS, rendered.photographs_of(task), strict=True)
             return {f"_{view}.png": image.data for view, image in taken}
         case "gif":
+            film_of: Callable[[Task, Sequence[State]], bytes]
+            film_of = offered("rendered_pictures", f"--format {form}").film_of
             return {".gif": film_of(task, execute(domain, task.initial, task.script).states)}
-
-
-def harbor(
-    domain: options.OfDomain,
-    ability: options.OfAbility,
-    out: Annotated[Path, flag(metavar="DIR")],
-    tasks: TaskIds = "",
-    sample: Sample = None,
-    seed: SampleSeed = 0,
-    wheel: Annotated[list[Path] | None, flag(metavar="FILE")] = None,
-    verifier_image: Annotated[str | None, flag(metavar="REF")] = None,
-    image: Annotated[str | None, flag(metavar="REF")] = None,
-    shared: bool = False,
-    prompt_set: OfSet = "official",
-    as_json: AsJson = False,
-    data: DataFolder = None,
-) -> None:
-    """Write tasks as folders for Harbor and what reads its format, and the image that scores them.
-
-    An agent writes its answer to a file; in acting it calls tools, or the command act. Before the first run:
-    docker build -t eai-worlds:VERSION DIR/image. docs/acting.md says which reader can do what.
-
-    Example: eai export harbor --domain virtualhome --ability acting --sample 20 --out harbor
-
-    Options:
-        out: The folder to write to, a new one.
-        wheel: Install eai, and a benchmark's package, from these.
-        verifier_image: The image built from DIR/image, for readers that build none.
-        image: The image of the agent's box, for readers that build none.
-        shared: Score in the agent's box, for readers that know no other way.
-    """
-    from eai.extensions.harbor.folders import IMAGE, write_task_folders  # which load what games need
-
-    with opened_source(data) as source:
-        suite = open_suite(domain, ability, source=source)
-        prompts = Library(prompt_set, None, source).open(suite.benchmark, ability)
-        asked = drawn(prompts, tasks, sample, seed, f"{suite.domain} {ability}")
-        written, left_out = write_task_folders(
-            suite,
-            asked,
-            out,
-            wheels=wheel or (),
-            image=image,
-            verifier_image=verifier_image,
-            is_shared=shared,
-        )
-    lines = [f"left out: {counted(n, 'task')} {why}" for why, n in left_out.items()]
-    if not shared:
-        lines.append(f"the image that scores them is built from {out / IMAGE}")
-    made: dict[str, Json] = {"path": str(out), "tasks": written}
-    made["left_out"] = {**left_out}
-    tell(f"{counted(written, 'task')} written to {out}", *lines, value=made, as_json=as_json)
-
-
-def submission(
-    run: Path,
-    out: Annotated[Path, flag(metavar="FILE")] = Path("submission.zip"),
-    model: str | None = None,
-    folder: Annotated[str | None, flag(metavar="NAME")] = None,
-    prompts: Path | None = None,
-    as_json: AsJson = False,
-    data: DataFolder = None,
-) -> None:
-    """Put a model's answers to all suites into the zip of the challenge, and check it.
-
-    Every missing, repeated, unknown or empty row is named; exit status 2 if there is one.
-
-    Example: eai export submission runs --out submission.zip
-
-    Options:
-        run: The folder of a run, as eai run writes it; or a zip, which is only checked.
-        out: The zip to write.
-        model: The model's folder in the run, where there are several.
-        folder: A folder for the files in the zip.
-        prompts: The prompts of a phase (llm_prompts/ of its starter kit), instead of the data set's.
-    """
-    path = run
-    if run.is_dir():
-        build_submission(run, out, options.store(data), model=model, folder=folder, prompts=prompts)
-        path = out
-        if not as_json:
-            say(f"written to {out}")
-    tell_findings(
-        check_submission(path, options.store(data), prompts), "the submission is complete", as_json=as_json
-    )

@@ -9,6 +9,7 @@ from typing import Annotated, TypeVar
 
 from eai.abilities.protocol import Ability
 from eai.agents.setting import ACTING
+from eai.base.entry_points import offered
 from eai.base.errors import InputError, did_you_mean
 from eai.base.files import write_whole
 from eai.base.json_value import Json
@@ -18,7 +19,6 @@ from eai.benchmarks.short_tests import SHORT, short_test
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import counted, tell
 from eai.cli.options import flag, listed, opened_source
-from eai.extensions.people.answer_form import form_html
 from eai.tasks.prompts.prompt import Prompt, PromptFiles, PromptSet
 
 OfSet = Annotated[PromptSet, flag("--set", help="The data set's prompts, or ours (in three wordings).")]
@@ -69,7 +69,8 @@ def write_prompts(
         asked = _opened(library, benchmark, ability, goals)
         asked = chosen(asked, of=f"{benchmark.name} {ability.value}") if chosen else asked
         if is_page:
-            write_whole({out: form_html(benchmark, ability, asked, source)})
+            page: str = offered("answer_form", f"--out {out}")(benchmark, ability, asked, source)
+            write_whole({out: page})
             made: Json = {"file": str(out), "questions": len(asked)}
             tell(f"{counted(len(asked), 'question')}; written to {out}", value=made, as_json=as_json)
             return

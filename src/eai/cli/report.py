@@ -14,6 +14,7 @@ import typer
 
 from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.protocol import FOUR
+from eai.base.entry_points import offered
 from eai.base.errors import EaiError, InputError
 from eai.base.files import write_whole, writing_to
 from eai.base.json_value import Json
@@ -25,8 +26,6 @@ from eai.benchmarks.registry import find_benchmark, registered, title_of
 from eai.cli.console import counted, note, output, say, tell
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, listed, opened_source, store
 from eai.cli.progress import scoring_progress
-from eai.extensions.board.page import board_html
-from eai.extensions.board.publication import published_files
 from eai.results.answer_files import benchmarks_of_runs
 from eai.results.cost import PriceList
 from eai.results.plots import FORMATS
@@ -117,7 +116,7 @@ def report(
             explorer.add(run)
             watch(min(number, files))
     summaries.sort(key=lambda item: item.key.order)
-    publication = {} if publish is None else published_files(publish, summaries)
+    publication = {} if publish is None else offered("publication", "--publish")(publish, summaries)
     plain = plain_runs(summaries)
     tables = rankings(plain, with_paper=paper)
     with writing_to(out):
@@ -145,6 +144,7 @@ def _write_board(paths: Sequence[Path], out: Path | None, data: Path | None, *, 
     if out is None:
         raise InputError("--board: expected --out, the folder of the page")
     with opened_source(data) as source:
+        board_html = offered("board_page", "--board")
         page, number = board_html(paths, source, told=lambda name: note(f"scoring {name}"))
     with writing_to(out):
         write_whole({out / BOARD: page})

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from eai.base.entry_points import offered
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmarks.check import check_benchmark
@@ -18,7 +19,6 @@ from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_task_fi
 from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, flag, opened_source
 from eai.cli.progress import scoring_progress
-from eai.extensions.board.croissant import write_croissant
 from eai.planning.search import SearchEnd
 from eai.tasks.source import Finding
 from eai.tasks.task import Task
@@ -142,6 +142,7 @@ def tasks(
 
 def _write_croissant(names: Sequence[str], out: Path, data: Path | None, *, as_json: bool) -> None:
     with opened_source(data) as source:
+        write_croissant = offered("croissant", "--croissant")
         files = write_croissant([find_benchmark(name) for name in names], source, out)
     made: Json = {"folder": str(out), "files": [*map(str, files)]}
     tell(f"{counted(len(files), 'file')} written to {out}", value=made, as_json=as_json)

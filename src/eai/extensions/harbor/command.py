@@ -1,0 +1,66 @@
+"""``eai export harbor``: write tasks as folders for Harbor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from eai.base.json_value import Json
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import open_suite
+from eai.cli import options
+from eai.cli.console import counted, tell
+from eai.cli.options import AsJson, DataFolder, flag, opened_source
+from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn
+
+
+def harbor(
+    domain: options.OfDomain,
+    ability: options.OfAbility,
+    out: Annotated[Path, flag(metavar="DIR")],
+    tasks: TaskIds = "",
+    sample: Sample = None,
+    seed: SampleSeed = 0,
+    wheel: Annotated[list[Path] | None, flag(metavar="FILE")] = None,
+    verifier_image: Annotated[str | None, flag(metavar="REF")] = None,
+    image: Annotated[str | None, flag(metavar="REF")] = None,
+    shared: bool = False,
+    prompt_set: OfSet = "official",
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Write tasks as folders for Harbor and what reads its format, and the image that scores them.
+
+    An agent writes its answer to a file; in acting it calls tools, or the command act. Before the first run:
+    docker build -t eai-worlds:VERSION DIR/image. docs/acting.md says which reader can do what.
+
+    Example: eai export harbor --domain virtualhome --ability acting --sample 20 --out harbor
+
+    Options:
+        out: The folder to write to, a new one.
+        wheel: Install eai, and a benchmark's package, from these.
+        verifier_image: The image built from DIR/image, for readers that build none.
+        image: The image of the agent's box, for readers that build none.
+        shared: Score in the agent's box, for readers that know no other way.
+    """
+    from eai.extensions.harbor.folders import IMAGE, write_task_folders  # which load what games need
+
+    with opened_source(data) as source:
+        suite = open_suite(domain, ability, source=source)
+        prompts = Library(prompt_set, None, source).open(suite.benchmark, ability)
+        asked = drawn(prompts, tasks, sample, seed, f"{suite.domain} {ability}")
+        written, left_out = write_task_folders(
+            suite,
+            asked,
+            out,
+            wheels=wheel or (),
+            image=image,
+            verifier_image=verifier_image,
+            is_shared=shared,
+        )
+    lines = [f"left out: {counted(n, 'task')} {why}" for why, n in left_out.items()]
+    if not shared:
+        lines.append(f"the image that scores them is built from {out / IMAGE}")
+    made: dict[str, Json] = {"path": str(out), "tasks": written}
+    made["left_out"] = {**left_out}
+    tell(f"{counted(written, 'task')} written to {out}", *lines, value=made, as_json=as_json)
