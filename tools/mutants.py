@@ -1,7 +1,7 @@
 """Do the tests notice when the core is wrong? A seeded sample of mutants, each tested by its module's tests.
 
     python tools/mutants.py --number 50 --seed 3
-    python tools/mutants.py --only world/past --only questions/
+    python tools/mutants.py --only world/past --only extensions/questions/
 
 A mutant is a module with one small change: a comparison, an operator or a connective is another one, a number
 is one more, a condition is negated. Left alone are annotations, decorators, which say whether instances have
