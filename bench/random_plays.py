@@ -99,7 +99,7 @@ def as_calls(play: Play) -> list[tuple[str, Mapping[str, Any]]]:
 
 async def through_inspect(domain: str, play: Play) -> tuple[Told, str]:
     """What Inspect's tools tell of the calls, and the episode in the store."""
-    about = {"domain": domain, AGENT: STANDARD.model_dump_json()}
+    about = {"domain": domain, "ability": ACTING.value, AGENT: STANDARD.model_dump_json()}
     messages: list[Any] = [ChatMessageUser(content="")]
     task_id = play.task.id
     state = TaskState(ModelName("mockllm/model"), task_id, 1, "", messages, metadata=about)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from eai.abilities.declaration import (
     AbilityDeclaration,
     AnswerOutcome,
+    Asked,
     AskedWorld,
     MetricColumn,
     Posed,
-    SingleTurn,
 )
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
@@ -45,7 +45,7 @@ def pose(world: AskedWorld, task: Task) -> Posed:
 
 COUNTING = AbilityDeclaration(
     ability=Ability("counting"),
-    asked=SingleTurn(lambda world: CountScorer, pose),
+    asked=Asked(lambda world: CountScorer, pose),
     title="Counting",
     short="count",
     verdict=CountVerdict,

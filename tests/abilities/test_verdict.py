@@ -40,7 +40,7 @@ def test_verdicts_of_every_class_come_back_from_workers_as_they_are(verdict: Ver
 EXCLUDING = {
     "tasks/task.py": "a task that is left out, whatever is answered",
     "results/record.py": "a task without an answer, if the user asks for it; the run is not ranked",
-    "extensions/reference/operator_rules.py": "the one rule of a published package that excludes by the answer",
+    "extensions/reference/operator_rules.py": "the rule of a published package that excludes by answer",
 }
 """The modules that make a reason for excluding a task."""
 

@@ -78,11 +78,6 @@ class MetricColumn:
     ability: Ability | None = None
 
 
-def made_without_game(answer: str) -> Experiment | None:
-    """Return that a single answer to a question is made in no harness and by no rules."""
-    return Experiment()
-
-
 @dataclass(frozen=True, slots=True)
 class AskedWorld:
     """The world of a benchmark as abilities see it: its declaration, and how its answers are written.
@@ -137,8 +132,8 @@ Form: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
 
 
 @dataclass(frozen=True, slots=True)
-class SingleTurn:
-    """How an ability is asked that takes one question and one answer a task; all parts are pure functions.
+class Asked:
+    """How an ability is asked: one question and one answer a task. All parts are pure functions.
 
     Of several answers to a task one may count that means what most do. Prose around JSON, white space and the
     order of keys make no difference then, unless the last attributes say otherwise.
@@ -172,12 +167,24 @@ class SingleTurn:
 
 
 @dataclass(frozen=True, slots=True)
+class TakesTurns(Asked):
+    """How an ability is asked whose answers are episodes: the question of a game, and commands in turns.
+
+    Attributes:
+        made_by: reads from an episode its harness and the rules of its game; None if the episode is empty or
+            unreadable, and so fails by any rules.
+    """
+
+    made_by: Callable[[str], Experiment | None] = field(kw_only=True)
+
+
+@dataclass(frozen=True, slots=True)
 class AbilityDeclaration(Generic[V]):
     """An ability: how it is asked, and how records, metrics and tables know it.
 
     Attributes:
         ability: its name.
-        asked: how it is asked. One that takes turns will say so by another class here.
+        asked: how it is asked; `TakesTurns` if its answers are episodes of games.
         title: its name for readers.
         short: its name where there is little room.
         verdict: the class of its verdicts, whose `merit` says what `eai.Reward` pays for.
@@ -193,12 +200,10 @@ class AbilityDeclaration(Generic[V]):
             answer counts for all, which says what most of them say.
         void: the metrics of which a run has nothing at all, as this one of its verdicts says.
         alike: whether two verdicts on tasks of one id are on the same task; always by default.
-        made_by: reads from an answer in which harness and by which rules of the game it was made; None if the
-            answer is empty or unreadable, and so fails by any rules.
     """
 
     ability: Ability
-    asked: SingleTurn
+    asked: Asked
     title: str
     short: str
     verdict: type[V]
@@ -213,7 +218,18 @@ class AbilityDeclaration(Generic[V]):
     of_epochs: Callable[[Sequence[V]], V] | None = None
     void: Callable[[V], Collection[str]] = lambda verdict: ()
     alike: Callable[[V, V], bool] = lambda one, other: True
-    made_by: Callable[[str], Experiment | None] = field(default=made_without_game)
+
+    @property
+    def takes_turns(self) -> bool:
+        """Whether its answers are episodes of games."""
+        return isinstance(self.asked, TakesTurns)
+
+    def made_by(self, answer: str) -> Experiment | None:
+        """Return the harness and rules of an episode, and no choices for an answer that is not one.
+
+        None if the episode is empty or unreadable, and so fails by any rules.
+        """
+        return self.asked.made_by(answer) if isinstance(self.asked, TakesTurns) else Experiment()
 
     @property
     def has_plans(self) -> bool:
@@ -320,7 +336,7 @@ P = TypeVar("P", bound=PlanVerdict)
 
 def on_trajectories(
     ability: Ability,
-    asked: SingleTurn,
+    asked: Asked,
     title: str,
     short: str,
     verdict: type[P],

@@ -20,7 +20,7 @@ from eai.abilities.declaration import (
     AskedWorld,
     MetricColumn,
     Posed,
-    SingleTurn,
+    TakesTurns,
     goal_shares,
     label_of,
     plan_outcome,
@@ -120,7 +120,7 @@ _WITHIN = tuple(MetricColumn(name, "Success within", f"{most:g}x shortest") for 
 
 ACTING = AbilityDeclaration(
     ability=Ability("acting"),
-    asked=SingleTurn(_scorers, _pose),
+    asked=TakesTurns(_scorers, _pose, made_by=_made_by),
     title="Acting",
     short="acting",
     verdict=ActingVerdict,
@@ -151,5 +151,4 @@ ACTING = AbilityDeclaration(
     averaged=(),
     yes_no=frozenset({"success", *WITHIN, "undeclared", "declared_early", UNREPLAYABLE, "lost_for_good"}),
     of_epochs=averaged,
-    made_by=_made_by,
 )

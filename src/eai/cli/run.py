@@ -13,9 +13,10 @@ from typing import Annotated
 
 import typer
 
+from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
-from eai.agents.setting import ACTING, STANDARD
+from eai.agents.setting import STANDARD
 from eai.agents.verdict import ActingVerdict
 from eai.base.entry_points import offered
 from eai.base.errors import InputError
@@ -228,7 +229,7 @@ def _obtain_and_score(
     about = {} if believed is None else believed.about
     prompt_name, harness, effort = spec.prompts.label, None, spec.generation.reasoning_effort
     rules: str | None = None
-    if suite.ability is ACTING:
+    if declaration_of(suite.ability).takes_turns:
         from eai.agents.play import in_setting
 
         asked, about = in_setting(spec.agent, asked, suite)

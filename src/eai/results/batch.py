@@ -10,7 +10,7 @@ from itertools import chain, tee
 from operator import length_hint
 from typing import TYPE_CHECKING, TypeAlias
 
-from eai.abilities.declaration import declaration_of, made_without_game
+from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
@@ -205,9 +205,10 @@ def by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, Respon
     Answers by the standard rules, whose key is None, come first. Empty and unreadable answers, which fail by
     any rules, are with them, or with the most frequent rules if no answer is by the standard rules.
     """
-    made_by = declaration_of(ability).made_by
-    if made_by is made_without_game:
+    declared = declaration_of(ability)
+    if not declared.takes_turns:
         return {None: answers}
+    made_by = declared.made_by
     epochs = (replace(answers, further=()), *answers.further)
     made = (made_by(response.text) for epoch in epochs for response in epoch.responses)
     times = Counter(each.rules for each in made if each is not None)
@@ -229,11 +230,11 @@ def by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, Respon
 
 def _made_by(ability: Ability, answers: ResponseFile) -> Experiment:
     """Return the first harness that answers name, and the rules of the first answer that can be read."""
-    made_by = declaration_of(ability).made_by
+    declared = declaration_of(ability)
     first: Experiment | None = None
-    if made_by is made_without_game:
+    if not declared.takes_turns:
         return Experiment()
-    for each in filter(None, (made_by(response.text) for response in answers.responses)):
+    for each in filter(None, (declared.made_by(response.text) for response in answers.responses)):
         first = first or each
         if each.harness is not None:
             return replace(first, harness=each.harness)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from eai.abilities.answer_text import ANY_VALUE, Pairs, Reading, read_json
 from eai.abilities.attempt import Attempt, Usage
-from eai.abilities.declaration import SingleTurn, declaration_of
+from eai.abilities.declaration import Asked, declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.feedback import Look
 from eai.abilities.protocol import Ability
@@ -55,7 +55,7 @@ def majority(answers: Sequence[str], ability: Ability) -> int:
 def meaning(text: str, ability: Ability) -> str | None:
     """An answer without what does not matter, so that equal answers are equal texts; None if unreadable.
 
-    What does not matter is declared by the ability (`SingleTurn`).
+    What does not matter is declared by the ability (`Asked`).
     """
     asked = declaration_of(ability).asked
     reading = read_json(text, ANY_VALUE)
@@ -65,7 +65,7 @@ def meaning(text: str, ability: Ability) -> str | None:
     return _spaced(text[start:]) if start >= 0 else None
 
 
-def _text(value: object, asked: SingleTurn) -> str:
+def _text(value: object, asked: Asked) -> str:
     if isinstance(value, Pairs):
         members = [f"{json.dumps(key)}:{_text(each, asked)}" for key, each in value.members]
         return "{" + ",".join(members if asked.keys_in_order else sorted(members)) + "}"

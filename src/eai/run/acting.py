@@ -21,9 +21,10 @@ from inspect_ai.util import StoreModel, apply_limits, registry_info, time_limit,
 from pydantic import Field
 
 from eai.abilities.attempt import Usage
+from eai.abilities.protocol import Ability
 from eai.agents.command import DONE
 from eai.agents.play import Arena, Play
-from eai.agents.setting import ACTING, REACT, TEXT, Setting
+from eai.agents.setting import REACT, TEXT, Setting
 from eai.agents.tools import command_of, tools_of
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark, loaded
@@ -57,19 +58,19 @@ def episode_text(state: TaskState | EvalSample) -> str:
 
 
 @cache
-def _tasks(benchmark: Benchmark, errata: ErrataChoice) -> Mapping[str, Task]:
-    return open_suite(benchmark, ACTING, source=Source(errata=errata)).tasks
+def _tasks(benchmark: Benchmark, ability: Ability, errata: ErrataChoice) -> Mapping[str, Task]:
+    return open_suite(benchmark, ability, source=Source(errata=errata)).tasks
 
 
 def _begin(state: TaskState) -> Play | None:
     """The episode of a sample, which resumes from the store; None of a task that is not played."""
     about = state.metadata
     errata = errata_choice(about.get(ERRATA, ErrataChoice.CURRENT))
-    where = find_benchmark(str(about["domain"])), errata
-    task = _tasks(*where)[str(state.sample_id)]
+    benchmark = find_benchmark(str(about["domain"]))
+    task = _tasks(benchmark, Ability(about["ability"]), errata)[str(state.sample_id)]
     if task.left_out is not None:
         return None
-    play = Arena(where[0], Setting.of_question(about)).play(task, state.epoch, int(about.get(BEGUN, 1)))
+    play = Arena(benchmark, Setting.of_question(about)).play(task, state.epoch, int(about.get(BEGUN, 1)))
     for turn in state.store_as(_Acted).episode.get("turns", ()):
         play.say(turn["said"], turn.get("thought", ""))
     return play

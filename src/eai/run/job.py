@@ -11,9 +11,10 @@ from typing import Literal, TypeAlias
 from pydantic import Field
 
 from eai.abilities.answer_schema import Schema
+from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
-from eai.agents.setting import ACTING, AGENT
+from eai.agents.setting import AGENT
 from eai.base.errors import InputError, did_you_mean
 from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import answer_form
@@ -44,18 +45,22 @@ MODELS = (
 """The built-in models."""
 
 _ONLY: Mapping[str, Collection[Ability]] = {
-    "planner": (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION, ACTING),
-    **dict.fromkeys(("lookup", "copy", "empty", "random"), (*FOUR, ACTING, Ability.ACTION_SEQUENCING)),
+    "planner": (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION),
+    **dict.fromkeys(("lookup", "copy", "empty", "random"), (*FOUR, Ability.ACTION_SEQUENCING)),
     CAPTIONER: (SCENE_GRAPH,),
-    **dict.fromkeys(EXPLORERS, (ACTING,)),
+    **dict.fromkeys(EXPLORERS, ()),
 }
-"""The abilities that a built-in model answers, where these are not all; it acts as its plans say."""
+"""The abilities without turns that a built-in model answers, if it does not answer all."""
 
 
 def answers(name: str, ability: Ability) -> bool:
-    """Whether a model answers an ability; every model that is not built in does."""
+    """Whether a model answers an ability. Other models than built-in ones answer all."""
     provider, _, model = name.partition("/")
-    return provider != PROVIDER or ability in _ONLY.get(model, (ability,))
+    if provider != PROVIDER:
+        return True
+    if declaration_of(ability).takes_turns:
+        return model != CAPTIONER
+    return ability in _ONLY.get(model, (ability,))
 
 
 def check_model(name: str) -> None:

@@ -18,11 +18,12 @@ from inspect_ai.model import ChatMessage, GenerateConfig, ModelAPI, ModelOutput,
 from inspect_ai.tool import ToolChoice, ToolInfo
 from pydantic import Field
 
+from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.agents.agents import AGENTS
 from eai.agents.command import DONE
 from eai.agents.play import Arena, commands_of
-from eai.agents.setting import ACTING, STANDARD, Setting
+from eai.agents.setting import STANDARD, Setting
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
@@ -165,7 +166,8 @@ class _BuiltInModel(ModelAPI):
         """Answer the last question; where actions are asked for, take the next one of the answer."""
         known = [n for n, message in enumerate(input) if (message.metadata or {}).keys() >= _NEEDED]
         about = (input[known[-1]].metadata or {}) if known else {}
-        if not known or (about["ability"] != ACTING and known[-1] != len(input) - 1):
+        takes_turns = bool(known) and declaration_of(Ability(about["ability"])).takes_turns
+        if not known or (not takes_turns and known[-1] != len(input) - 1):
             raise InputError(f"eai/{self.model_name} can only answer the questions of eai's own tasks")
         question = _Question(
             find_benchmark(str(about["domain"])),
@@ -180,7 +182,7 @@ class _BuiltInModel(ModelAPI):
             Source(errata=errata_choice(about.get(ERRATA, ErrataChoice.CURRENT))),
             Setting.of_question(about),
         )
-        if question.ability is ACTING:
+        if takes_turns:
             commands = await _off_the_loop(partial(self._played, question._replace(text="")))
             taken = sum(message.role == "assistant" for message in input[known[-1] :])
             return self._output(input, commands[taken] if taken < len(commands) else DONE, tools)

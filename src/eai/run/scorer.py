@@ -34,7 +34,6 @@ from eai.abilities.experiment import RULES_SEPARATOR, Experiment
 from eai.abilities.explanation import Explanation, PartReport, StepReport
 from eai.abilities.protocol import Ability, Protocol, registered_abilities
 from eai.abilities.verdict import Verdict
-from eai.agents.setting import ACTING
 from eai.base.files import file_name
 from eai.base.grouping import grouped
 from eai.benchmarks.benchmark import Benchmark
@@ -160,7 +159,7 @@ SCORERS = {ability: _register(ability) for ability in registered_abilities()}
 def _record_of(state: TaskState, suite: Suite) -> Record:
     model, task_id = file_name(str(state.model)), str(state.sample_id)
     if state.output.choices:
-        text = episode_text(state) if suite.ability is ACTING else state.output.completion
+        text = episode_text(state) if declaration_of(suite.ability).takes_turns else state.output.completion
         answer = Response(task_id, text)
     else:  # the request failed, and Inspect scores all the same
         answer = Response(task_id, "", unanswered="the request failed")

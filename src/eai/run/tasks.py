@@ -33,7 +33,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.agents.play import in_setting
-from eai.agents.setting import ACTING, AGENT, Setting
+from eai.agents.setting import AGENT, Setting
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import file_name, require_file, writing_to
 from eai.base.grouping import grouped
@@ -131,6 +131,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         tasks: str | int | Sequence[str] | None = None,
         **studies: Any,
     ) -> inspect_ai.Task:
+        takes_turns = declaration_of(ability).takes_turns
         with refusing():
             spec = read_spec(
                 {
@@ -148,7 +149,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
             about: Mapping[str, Mapping[str, str]] = {}
             solver = ask_as_published(None)
             stage = spec.variation.stage(library, {suite.domain: asked}, _ask_nobody)
-            if ability is ACTING:
+            if takes_turns:
                 asked, about = in_setting(spec.agent, asked, suite)
                 experiment, solver = None, player()
             elif spec.variation.choice:
@@ -160,12 +161,12 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
                 trials = trials_of(experiment, library, suite, asked, believed)
                 solver = ask_as_published(trials)
                 experiment = experiment_of([experiment, None if believed is None else believed.experiment])
-            if ability is not ACTING:
+            if not takes_turns:
                 experiment = experiment_of([experiment, Experiment(prompt_name=spec.prompts.label)])
         task = build_task(suite, asked, solver, experiment=experiment, about=about)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
-        task.setup = enter() if ability is ACTING else None
+        task.setup = enter() if takes_turns else None
         return task
 
     name = suite_name(reference, ability).lstrip("_")
@@ -214,7 +215,7 @@ def _of_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, di
     """
     tables: dict[str, dict[str, Any]] = {}
     for name, value in arguments.items():
-        if ability is ACTING and name in Setting.model_fields:
+        if declaration_of(ability).takes_turns and name in Setting.model_fields:
             tables.setdefault(AGENT, {})[name] = value
             continue
         if name.startswith("scene_") or (name, value) == ("scene", "predicted"):
@@ -416,7 +417,7 @@ def _task(job: Job, desk: Desk) -> inspect_ai.Task:
     return build_task(
         job.suite,
         job.prompts,
-        act(desk) if job.suite.ability is ACTING else ask(desk),
+        act(desk) if declaration_of(job.suite.ability).takes_turns else ask(desk),
         metadata={JOB: job.sha256},
         experiment=job.experiment,
         about=job.about,

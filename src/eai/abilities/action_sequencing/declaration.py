@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     ENDING_FAULTS,
+    Asked,
     AskedWorld,
     Form,
-    SingleTurn,
     goal_shares,
     on_trajectories,
     times,
@@ -54,7 +54,7 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
 
 ACTION_SEQUENCING = on_trajectories(
     Ability.ACTION_SEQUENCING,
-    SingleTurn(_scorers, form=_form, keys_in_order=True, bare=None),
+    Asked(_scorers, form=_form, keys_in_order=True, bare=None),
     "Action sequencing",
     "actions",
     PlanVerdict,

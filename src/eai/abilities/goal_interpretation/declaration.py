@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from eai.abilities.declaration import (
     AbilityDeclaration,
     AnswerOutcome,
+    Asked,
     AskedWorld,
     Form,
     MetricColumn,
-    SingleTurn,
     counts_outcome,
     error_outcome,
     score_columns,
@@ -81,7 +81,7 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
 
 GOAL_INTERPRETATION = AbilityDeclaration(
     ability=Ability.GOAL_INTERPRETATION,
-    asked=SingleTurn(_scorers, form=_form, lists_are_sets=True, bare=None),
+    asked=Asked(_scorers, form=_form, lists_are_sets=True, bare=None),
     title="Goal interpretation",
     short="goals",
     verdict=GoalVerdict,

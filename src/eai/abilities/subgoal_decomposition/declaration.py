@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     COLUMNS,
+    Asked,
     AskedWorld,
     Form,
     MetricColumn,
-    SingleTurn,
     goal_shares,
     on_trajectories,
     times,
@@ -78,7 +78,7 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
 SUBGOAL_DECOMPOSITION = replace(
     on_trajectories(
         Ability.SUBGOAL_DECOMPOSITION,
-        SingleTurn(_scorers, form=_form, bare=None),
+        Asked(_scorers, form=_form, bare=None),
         "Subgoal decomposition",
         "subgoals",
         SubgoalVerdict,

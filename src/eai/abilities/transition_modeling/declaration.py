@@ -11,10 +11,10 @@ from eai.abilities.declaration import (
     PLANNER,
     AbilityDeclaration,
     AnswerOutcome,
+    Asked,
     AskedWorld,
     Form,
     MetricColumn,
-    SingleTurn,
     counts_outcome,
     error_outcome,
     label_of,
@@ -102,7 +102,7 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
 
 TRANSITION_MODELING = AbilityDeclaration(
     ability=Ability.TRANSITION_MODELING,
-    asked=SingleTurn(_scorers, form=_form, of_operators=True, bare="(:action"),
+    asked=Asked(_scorers, form=_form, of_operators=True, bare="(:action"),
     title="Transition modeling",
     short="operators",
     verdict=OperatorVerdict,

@@ -13,8 +13,8 @@ from string import Template
 from typing import TypeAlias
 
 from eai import __version__
+from eai.abilities.declaration import declaration_of
 from eai.agents.command import DONE
-from eai.agents.setting import ACTING
 from eai.base.errors import InputError
 from eai.base.files import content_of, files_below, write_whole
 from eai.benchmarks.gold_answers import open_answer_book
@@ -81,7 +81,7 @@ def write_task_folders(
     """
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError(f"{out}: expected a new or an empty folder")
-    if is_shared and suite.ability is ACTING:
+    if is_shared and declaration_of(suite.ability).takes_turns:
         raise InputError(f"--shared: {suite.ability} is scored where the agent cannot write")
     contents: _Files = {wheel.name: content_of(wheel) for wheel in wheels}
     exporter = _Exporter(suite, contents, image, verifier_image, is_shared)
@@ -133,7 +133,7 @@ class _Exporter:
     @property
     def acts(self) -> bool:
         """Whether answers are episodes, in a world of their own."""
-        return self.suite.ability is ACTING
+        return declaration_of(self.suite.ability).takes_turns
 
     def task_folder(self, slug: str, task_id: str, prompt: Prompt, solution: str) -> _Files:
         """The files of a task, by their places."""

@@ -14,7 +14,7 @@ from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.verdict import RAISED, UNREPLAYABLE, Verdict
 from eai.agents.journal import key_in, read_journal
 from eai.agents.play import Arena, Play
-from eai.agents.setting import ACTING, STANDARD
+from eai.agents.setting import STANDARD
 from eai.agents.worlds import HARNESS, journal_in
 from eai.base.errors import InputError
 from eai.benchmarks.names import TaskReference
@@ -95,7 +95,7 @@ def main() -> None:
     """Print the rewards of what was left behind in the task that the command line names."""
     task = TaskReference.parse(sys.argv[1])
     suite = open_suite(task.benchmark, task.ability)
-    if task.ability is ACTING:
+    if declaration_of(task.ability).takes_turns:
         found = rewards_of_episode(suite, task.task_id, WORLD)
     else:
         found = rewards(suite, task.task_id, answer_in(ANSWER))

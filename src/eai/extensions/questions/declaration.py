@@ -12,11 +12,11 @@ from typing import NamedTuple
 from eai.abilities.declaration import (
     AbilityDeclaration,
     AnswerOutcome,
+    Asked,
     AskedWorld,
     MetricColumn,
     OwnTasks,
     Posed,
-    SingleTurn,
     counts_outcome,
     error_outcome,
     label_of,
@@ -177,7 +177,7 @@ _CHANCE = tuple(MetricColumn(f"chance.{way}", "Without knowing the world", label
 
 WORLD_MODEL = AbilityDeclaration(
     ability=Ability("world_model"),
-    asked=SingleTurn(
+    asked=Asked(
         lambda world: _QuestionScorer,
         _pose,
         open_file=open_questions,

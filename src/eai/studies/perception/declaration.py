@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from eai.abilities.declaration import (
     AbilityDeclaration,
     AnswerOutcome,
+    Asked,
     AskedWorld,
     MetricColumn,
     Posed,
-    SingleTurn,
     counts_outcome,
     error_outcome,
     label_of,
@@ -98,7 +98,7 @@ _FACTS = {"facts.precision": "Precision", "facts.recall": "Recall", "facts.f1": 
 
 SCENE_GRAPH = AbilityDeclaration(
     ability=Ability("scene_graph"),
-    asked=SingleTurn(_scorers, _pose, _pictures, lists_are_sets=True, bare=None),
+    asked=Asked(_scorers, _pose, _pictures, lists_are_sets=True, bare=None),
     title="Scene graphs",
     short="scene",
     verdict=SceneGraphVerdict,

@@ -1,0 +1,30 @@
+"""A second ability that takes turns, as another distribution would bring it: the possible actions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from eai.abilities.declaration import MetricColumn
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import Share, of_all
+from eai.agents.declaration import ACTING
+from eai.agents.verdict import ActingVerdict
+
+
+def contributions(verdict: ActingVerdict) -> dict[str, Share]:
+    possible = sum(turn.fault is None for turn in verdict.actions)
+    return {"won": of_all(bool(verdict.success)), "possible": Share(possible, len(verdict.actions))}
+
+
+WALKING = replace(
+    ACTING,
+    ability=Ability("walking"),
+    title="Walking",
+    short="walk",
+    contributions=contributions,
+    columns=(MetricColumn("won", "Success", "Won"), MetricColumn("possible", "Actions", "Possible")),
+    terminal=("won", "possible"),
+    main={"won": "Won"},
+    yes_no=frozenset({"won"}),
+    of_epochs=None,
+)
