@@ -21,9 +21,9 @@ import numpy as np
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
-from eai.cli.run import ROUND
 from eai.extensions.adaptive.difficulties import ability_of, next_tasks
 from eai.extensions.adaptive.rasch import fit_rasch, variance_between
+from eai.extensions.adaptive.runs import TASKS_PER_ROUND
 from eai.extensions.adaptive.study import Scores, scores_of
 from eai.results.lines import by_suite
 from eai.studies.records import Records
@@ -58,7 +58,7 @@ def measured(scores: Scores, target: float) -> str:
         variance = variance_between(others, fitted, scores.names)
 
         def informative(asked: Numbers, difficulties: Numbers = difficulties) -> tuple[str, ...]:
-            return next_tasks(ROUND, asked, difficulties, names)
+            return next_tasks(TASKS_PER_ROUND, asked, difficulties, names)
 
         known = Known(difficulties, names, variance)
         asked = ask(own, known, target, informative)

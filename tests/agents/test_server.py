@@ -26,8 +26,7 @@ from mcp import Client, MCPError, StdioServerParameters
 from mcp.client.streamable_http import streamable_http_client
 
 from agents.switches import SWITCHES
-from eai.agents import play
-from eai.agents.play import OVER, Arena
+from eai.agents.play import OVER, Arena, Play
 from eai.agents.server import MAX_BODY, MAX_COMMAND, http_app, server_of
 from eai.agents.setting import ACTING, Setting
 from eai.agents.verdict import ActingVerdict
@@ -149,7 +148,7 @@ def test_what_an_agent_is_shown_goes_with_what_it_is_told(
             assert (shown.type, shown.mime_type) == ("image", "image/png")
             assert base64.b64decode(shown.data) == b"picture"
 
-    monkeypatch.setattr(play, "photographs_of", lambda *_, **__: (Image("image/png", b"picture"),))
+    monkeypatch.setattr(Play, "pictures", lambda play: (Image("image/png", b"picture"),))
     setting = Setting(feedback="pictures", observe="full")
     with opened(tmp_path, SUITE, ONE, setting) as worlds:
         asyncio.run(run(worlds))

@@ -23,8 +23,8 @@ from eai.results.tidy import Tables
 from eai.results.totals import Totals
 from eai.tasks.prompts.prompt import Prompt
 
-_TASKS_A_ROUND = 5
-"""How many tasks are asked at a time. One by one would need hardly fewer tasks."""
+TASKS_PER_ROUND = 5
+"""Number of tasks that are asked at a time. Single tasks would need hardly fewer in all."""
 
 _FILE = "adaptive.json"
 
@@ -112,7 +112,7 @@ def obtain(
     scores: dict[str, float] = {}
     while True:
         left = {task: difficulties[task] for task in difficulties if task in scores or task not in chosen}
-        chosen += next_tasks(_TASKS_A_ROUND, scores, left, names)
+        chosen += next_tasks(TASKS_PER_ROUND, scores, left, names)
         result = ask({task_id: prompts[task_id] for task_id in prompts if task_id in chosen})
         scores = {
             record.task_id: float(bool(record.verdict.success))
