@@ -1,9 +1,9 @@
-"""The sealed journal of an episode, from which whoever measures reads it.
+"""Sealed journals of episodes, which agents outside of this process cannot change unnoticed.
 
-A line is a seal and a JSON object: the first is of the task and the setting, then each is of one turn, with
-the command and the digest of the observation, and the last one tells why the episode ended. A seal is an
-HMAC-SHA256, by a key that the agent cannot read, over the seal before it and the object. A line is on the
-disk before its observation goes out, so that a last line that is torn was told to nobody, and is left out.
+A line is a seal and a JSON object. The first object has the task and the setting, each further object has the
+command of a turn and the digest of its observation, and the last object has the reason for the end. A seal is
+an HMAC-SHA256 over the last seal and the object, by a key that the agent cannot read. A line is on the disk
+before its observation goes out: no agent has read the observation of a torn last line, which is left out.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ _KEY_BYTES = 32
 
 
 def key_in(folder: Path) -> bytes:
-    """The key of the journals in a folder, made at random if there is none; its owner alone may read it.
+    """Return the key of the journals in a folder, which its owner alone may read. A new key is random.
 
     Raises:
-        InputError: it cannot be read or written.
+        InputError: the key cannot be read or written.
     """
     path = folder / "key"
     try:
@@ -50,7 +50,15 @@ def key_in(folder: Path) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class _Sealed:
-    """The lines of a journal whose seals are right: the last seal, and the bytes of all whole lines."""
+    """The content of the lines of a journal with right seals.
+
+    Attributes:
+        begin: the first object.
+        turns: the turns.
+        ended: the reason for the end; None without a final line.
+        seal: the last seal.
+        size: number of bytes of the whole lines.
+    """
 
     begin: Mapping[str, Any]
     turns: tuple[Mapping[str, str], ...] = ()
@@ -60,22 +68,22 @@ class _Sealed:
 
 
 def is_begun(path: Path) -> bool:
-    """Whether a file has a whole line, so that its episode has begun."""
+    """Whether the episode of a file has begun: the file has a whole line."""
     return path.exists() and b"\n" in path.read_bytes()
 
 
 def read_journal(path: Path, key: bytes, play: Play | None = None, *, ended: bool = True) -> str:
-    """The episode in a journal, as an answer.
+    """Return the episode of a journal as an answer.
 
     Args:
         path: the file.
-        key: of its seals.
-        play: the beginning of the episode that it must be; any will do if None.
-        ended: whether it must have ended.
+        key: the key of the seals.
+        play: the expected episode at its beginning; None for any episode.
+        ended: whether the episode must have ended.
 
     Raises:
-        InputError: the file cannot be read or is a link, a seal is wrong, something is missing, or it is of
-            another episode.
+        InputError: the file cannot be read or is a link, a seal is wrong, a line is missing, or the episode
+            is not the expected one.
     """
     episode = _read(path, key, play)
     if ended and episode.ended is None:
@@ -86,7 +94,6 @@ def read_journal(path: Path, key: bytes, play: Play | None = None, *, ended: boo
 
 
 def _read(path: Path, key: bytes, play: Play | None) -> _Sealed:
-    """The lines of a journal, which must be of the episode with this beginning if one is given."""
     episode = _Sealed({})
     if os.path.islink(path):  # noqa: PTH114 - what cannot be looked at is no error yet
         raise InputError(f"{path}: expected a file, not a link")
@@ -103,7 +110,7 @@ def _read(path: Path, key: bytes, play: Play | None) -> _Sealed:
 
 
 def _begin_of(play: Play) -> dict[str, Any]:
-    """The first line of a journal: the task, and the fields of the episode but for turns and end."""
+    """Return the first object of a journal: the task, and the episode without turns and end."""
     about = play.to_json("stopped")
     task = play.task
     del about["turns"], about["ended"]
@@ -111,7 +118,6 @@ def _begin_of(play: Play) -> dict[str, Any]:
 
 
 def _with_line(episode: _Sealed, raw: bytes, key: bytes) -> _Sealed:
-    """An episode and its next line."""
     seal, _, body = raw.partition(b" ")
     if not hmac.compare_digest(seal, _seal(key, episode.seal, body).encode()):
         raise ValueError("the seal is not that of this line in this place")
@@ -129,7 +135,7 @@ def _with_line(episode: _Sealed, raw: bytes, key: bytes) -> _Sealed:
 class Journal:
     """The journal of an episode under way, to which each turn is added. The caller closes it.
 
-    It must be the only writer of the file; `eai.base.files.sole_run` sees to that.
+    No other process may write the file, as `eai.base.files.sole_run` makes sure.
 
     Args:
         path: the file; the turns that it holds are played again.
@@ -140,7 +146,7 @@ class Journal:
         ended: why the episode has ended; None if it has not.
 
     Raises:
-        InputError: the file cannot be read or written, a seal is wrong, or it is of another episode.
+        InputError: the file cannot be read or written, a seal is wrong, or the episode is another one.
     """
 
     def __init__(self, path: Path, key: bytes, play: Play) -> None:
@@ -184,7 +190,7 @@ class Journal:
             self.end(play.ended)
 
     def end(self, why: str = "stopped") -> None:
-        """End the episode for ever, if it has not ended.
+        """Write the end of the episode, if it has not ended.
 
         Raises:
             InputError: the file cannot be written.
@@ -205,7 +211,7 @@ class Journal:
             self._file.flush()
             os.fsync(self._file.fileno())
         except (OSError, ValueError) as error:
-            # The file is closed for good: who opens it again sees what it holds.
+            # The content of the file is unknown now: a new journal reads it from the disk.
             with suppress(OSError):
                 self._file.close()
             raise InputError(f"{self._path}: cannot be written ({error})") from error

@@ -1,4 +1,4 @@
-"""Episodes: a task ready to be played, an episode under way, and the text of an episode that is over."""
+"""Episodes: tasks in a setting, an episode under way, and the text of an episode."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ from eai.tasks.prompts.prompt import Image, Prompt
 from eai.tasks.task import Task
 
 OVER = "The episode is over."
-"""The observation after a command that comes too late."""
+"""The observation after a command in an episode that is over."""
 
 _UNKNOWN = 100
-"""How many actions a game without a limit is expected to take at most."""
+"""Estimated maximum number of actions in a game without a limit."""
 
 _BY_TOOLS = (
     "You act by calls of tools, one at a time: act takes an action, look stands for LOOK, done for DONE."
@@ -44,7 +44,7 @@ _BY_TEXT = "Write one command a message, on its last line: an action, LOOK or DO
 
 
 def rules_of(setting: Setting) -> Rules:
-    """The rules of the game in a setting.
+    """Return the rules of the games in a setting.
 
     Raises:
         InputError: there is no such view or feedback, or they contradict each other.
@@ -54,14 +54,14 @@ def rules_of(setting: Setting) -> Rules:
 
 
 class Arena:
-    """The tasks of a benchmark, as they are played in a setting.
+    """A benchmark with the setting in which its tasks are played.
 
     Args:
         benchmark: the benchmark.
-        setting: how its tasks are played.
+        setting: the setting.
 
     Attributes:
-        rules: those of its games.
+        rules: the rules of the games.
     """
 
     def __init__(self, benchmark: Benchmark, setting: Setting = STANDARD) -> None:
@@ -70,13 +70,13 @@ class Arena:
         self.rules = rules_of(setting)
 
     def stage(self, task: Task) -> Stage:
-        """The task as it is played in the setting."""
+        """Return a task, ready to be played in the setting."""
         return staged(task, self.benchmark, self.rules)
 
     def prompt(self, task: Task) -> Prompt:
-        """The question: the world, the task, and how to act in it.
+        """Return the question: the world, the task, and how to act in it.
 
-        A task that is left out of all statistics is not played, and its question says why.
+        A task that is left out of all statistics is not played; its question has the reason.
         """
         if task.left_out is not None:
             return Prompt(f"{manual(self.benchmark, Rules())}\n\n{task.left_out}")
@@ -84,7 +84,7 @@ class Arena:
         return Prompt(f"{Game(self.stage(task)).briefing()}\n\n{how}")
 
     def shown(self, task: Task) -> Prompt:
-        """The question with the pictures that go with it.
+        """Return the question with its pictures.
 
         Raises:
             InputError, EaiError: as of `Play.pictures`.
@@ -93,12 +93,12 @@ class Arena:
         return replace(self.prompt(task), images=images)
 
     def play(self, task: Task, epoch: int = 1, begun: int = 1) -> Play:
-        """A new episode of a task."""
+        """Begin an episode of a task."""
         setting = self.setting
         return Play(self.stage(task), setting.slip_seed, epoch, harness=setting.harness, begun=begun)
 
     def commands(self, model: str, task: Task, seed: int, epoch: int) -> list[str]:
-        """The commands of one of `AGENTS` in an episode."""
+        """Return the commands of one of `AGENTS` in an episode."""
         play = self.play(task, epoch)
         agent = AGENTS[model](play, seed + epoch - 1)
         while not play.over:
@@ -109,14 +109,14 @@ class Arena:
 def in_setting(
     setting: Setting, prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], Mapping[str, Mapping[str, str]]]:
-    """The questions of tasks that are played in a setting, and the metadata that says which, by task.
+    """Return the questions of tasks in a setting, and metadata with the setting, by task.
 
     Raises:
-        InputError: its harness names no agent, or a scene cannot be shown in pictures.
-        EaiError: what draws them is not installed.
+        InputError: no agent has the name of the harness, or a scene cannot be shown in pictures.
+        EaiError: the extra that draws pictures is not installed.
     """
     if setting.harness not in (REACT, TEXT):
-        loaded(setting.harness)  # while nobody has been asked yet
+        loaded(setting.harness)  # raises before a model is asked
     about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
     if setting == STANDARD:
         return prompts, about
@@ -125,7 +125,7 @@ def in_setting(
 
 
 def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
-    """The commands that carry an answer out, and the end: of an episode, of a plan, or lines as they are."""
+    """Return the commands of an episode, of a plan, or of lines of text, with `DONE` at the end."""
     if '"turns"' in answer:
         episode = read_episode(answer)
         return [turn.said for turn in episode.turns] if isinstance(episode, Episode) else []
@@ -139,10 +139,10 @@ def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
 
 
 _MAX_TURNS = 100_000
-"""Largest number of turns of an episode that is replayed."""
+"""Maximum number of turns of an episode."""
 
 _MAX_NAME = 100
-"""Largest number of characters of a harness's name."""
+"""Maximum number of characters of a harness's name."""
 
 
 _Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
@@ -157,8 +157,8 @@ class _Command:
 
     Attributes:
         said: the command.
-        told: digest of the observation after it, where that is known.
-        thought: the agent's words beside it, as far as they are not those beside the command before.
+        told: digest of the observation after the command; None if unknown.
+        thought: the agent's words beside the command; empty if they equal the last thought.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -174,13 +174,13 @@ class Episode:
 
     Attributes:
         turns: the commands, in order.
-        rules: how the task was played; None for the standard setting.
-        seed: of the slips.
-        epoch: which of the episodes with this seed it is.
-        harness: what acted; empty where that is unknown.
-        begun: how often it was begun; the last time counts.
+        rules: the rules of the game; None for the standard setting.
+        seed: the seed of the slips.
+        epoch: the number of the episode among episodes with this seed.
+        harness: the harness of the agent; empty if unknown.
+        begun: how often the episode was begun; the last time counts.
         opening: digest of the first observation.
-        ended: why it ended, as whoever played it says.
+        ended: why the episode ended, as the player states.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -201,7 +201,7 @@ def _adapter() -> TypeAdapter[Episode]:
 
 
 def read_episode(text: str) -> Episode | Unreadable:
-    """The episode in a text: a JSON object as `Play.text` writes it, or commands, one a line."""
+    """Read an episode: a JSON object as `Play.text` writes it, or commands, one a line."""
     if not text.lstrip().startswith("{") or '"turns"' not in text:
         return _episode_of_lines([line.strip() for line in text.splitlines() if line.strip()])
     try:
@@ -243,7 +243,7 @@ def _episode_of_lines(lines: Sequence[str]) -> Episode | Unreadable:
 
 
 def _encodable(text: str) -> str:
-    """A text with question marks for lone surrogates, which no JSON reader takes."""
+    """Replace lone surrogates, which JSON readers refuse, by question marks."""
     return text.encode(errors="replace").decode()
 
 
@@ -290,11 +290,11 @@ class Play(Game):
         return told
 
     def pictures(self) -> tuple[Image, ...]:
-        """Pictures of the world now, where turns are told by pictures and the episode is not over.
+        """Return pictures of the present world: none without feedback by pictures, or after the end.
 
         Raises:
-            InputError: its things have no bodies, or find no places.
-            EaiError: what draws them is not installed.
+            InputError: objects have no bodies, or there is no place for them.
+            EaiError: the extra that draws pictures is not installed.
         """
         if self.stage.rules.feedback != "pictures" or self.over:
             return ()
@@ -303,11 +303,11 @@ class Play(Game):
         return images
 
     def text(self, ended: str) -> str:
-        """The episode as an answer."""
+        """Return the episode as an answer; ``ended`` is the reason for an end that is not the game's."""
         return json.dumps(self.to_json(ended), ensure_ascii=False)
 
     def to_json(self, ended: str) -> dict[str, Any]:
-        """The episode as a JSON object; ``ended`` says why it ended, if the game does not."""
+        """Return the episode as a JSON object; ``ended`` is as of `text`."""
         ended = self.ended or ended
         episode = replace(self._about, turns=tuple(self.turns), harness=self.harness, ended=ended)
         written: dict[str, Any] = _adapter().dump_python(episode, mode="json")

@@ -1,4 +1,4 @@
-"""The episodes that are offered to agents outside of this process, each in a sealed journal of its own."""
+"""Worlds: episodes for agents outside of this process, each with a sealed journal."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from eai.results.trials import Place
 from eai.tasks.prompts.prompt import Image
 
 HARNESS = "mcp"
-"""How those act in records who act from outside."""
+"""The harness of agents outside of this process, in records."""
 
 _EPISODES, _ENDING = "episodes", ".journal"
 
 
 def journal_in(folder: Path, place: Place) -> Path:
-    """The journal of an episode in the folder of its world."""
+    """Return the file of an episode's journal in the folder of its world."""
     return folder / _EPISODES / str(place[1]) / f"{quote(place[0], safe='')}{_ENDING}"
 
 
@@ -36,13 +36,13 @@ def journal_in(folder: Path, place: Place) -> Path:
 def opened(
     folder: Path, suite: Suite, places: Sequence[Place], setting: Setting = STANDARD, agent: str = "agent"
 ) -> Iterator[Worlds]:
-    """Worlds in a folder where no other process works during the block; see `Worlds`.
+    """Yield the worlds of a folder, which no other process can use during the block; see `Worlds`.
 
     Raises:
-        InputError: another process works there, the folder cannot be used, or it has other episodes.
+        InputError: another process uses the folder, the folder cannot be used, or it has other episodes.
     """
     arena = Arena(suite.benchmark, setting)
-    with suppress(OSError):  # it is there, or `sole_run` says why it cannot be
+    with suppress(OSError):  # `sole_run` raises if there is no folder
         folder.mkdir(mode=0o700, parents=True)
     with sole_run(folder):
         worlds = Worlds(folder, suite, places, arena, agent)
@@ -53,19 +53,20 @@ def opened(
 
 
 class Worlds:
-    """The worlds of tasks, one for each ticket; an episode begins with the first call, and only once.
+    """The worlds of tasks, one for each ticket. An episode begins once, with the first call.
 
-    The folder has the key, a journal of each episode, and the answers for `eai score`. The agent must not be
-    able to read or write there.
+    The folder has the key, a journal of each episode, and the answers for `eai score`. The agent must have no
+    access to the folder.
 
     Args:
         folder: the folder.
         suite: the tasks.
-        places: which of them are offered, and how often.
-        arena: where they are played.
-        agent: who acts, in the name of the file with answers.
+        places: the offered episodes: task and number.
+        arena: the arena of the episodes.
+        agent: the name of the agent in the name of the response file.
 
     Attributes:
+        places: the offered episodes.
         tickets: the episode of each ticket.
 
     Raises:
@@ -85,7 +86,7 @@ class Worlds:
     def call(self, place: Place, command: str) -> str:
         """Carry out a command in an episode; returns the observation.
 
-        To look before the first action tells the whole task.
+        A look before the first action returns the whole question.
 
         Raises:
             InputError: the folder cannot be written.
@@ -104,11 +105,11 @@ class Worlds:
         return told
 
     def pictures(self, place: Place) -> tuple[Image, ...]:
-        """The pictures that go with an observation (`Play.pictures`)."""
+        """Return the pictures of an observation (`Play.pictures`)."""
         return self._episode(place)[0].pictures()
 
     def end(self) -> None:
-        """End all episodes that have begun.
+        """End all episodes under way.
 
         Raises:
             InputError: the folder cannot be written.
@@ -119,34 +120,33 @@ class Worlds:
         self._write()
 
     def close(self) -> None:
-        """Write the answers as they are, and close all journals; what has not ended can go on."""
+        """Write the answers and close all journals. Episodes that have not ended can be resumed."""
         for _, journal in self._under_way.values():
             journal.close()
         self._write()
 
     def _write(self) -> None:
-        """Write all episodes that have begun as answers: one that has not ended is stopped, and may be lost.
+        """Write all episodes that have begun as answers; an episode without an end is stopped.
 
         Raises:
-            InputError: a journal was changed or is of another setting, or the folder cannot be written.
+            InputError: a journal was changed or has another setting, or the folder cannot be written.
         """
         begun = self._begun()
         write_whole(grouped((self._answers(each), self._answer(each)) for each in begun))
         self._written.update(begun)
 
     def _append(self, place: Place) -> None:
-        """Add an episode that has ended to the answers, where it is not yet."""
+        """Add an episode that has ended to the answers."""
         self._written.add(place)
         with writing_to(self._answers(place)), self._answers(place).open("a", encoding="utf-8") as file:
             file.write(self._answer(place))
 
     def _answers(self, place: Place) -> Path:
-        """The response file that an episode is in; further episodes of a task are another agent's."""
+        """Return the response file of an episode: further episodes of a task have files of their own."""
         epoch = place[1]
         return self._folder / f"{self._agent}{'' if epoch == 1 else f'-{epoch}'}{LINES}"
 
     def _answer(self, place: Place) -> str:
-        """An episode as a line of a response file."""
         path = journal_in(self._folder, place)
         text = read_journal(path, self._key, ended=False)
         if getattr(read_episode(text), "rules", None) != self._arena.rules:
@@ -154,7 +154,7 @@ class Worlds:
         return json.dumps(dict(zip(COLUMNS, (place[0], text), strict=True))) + "\n"
 
     def _begun(self) -> list[Place]:
-        """All episodes that have begun in the folder, in the order of the tasks."""
+        """Return all episodes that have begun in the folder, in the order of the tasks."""
         order = {task_id: number for number, task_id in enumerate(self._suite.task_ids)}
         found: list[Place] = []
         for path in (self._folder / _EPISODES).glob(f"*/*{_ENDING}"):
@@ -176,5 +176,5 @@ class Worlds:
         return self._under_way[place]
 
     def _ticket(self, place: Place) -> str:
-        """The ticket of an episode, the same after a crash."""
+        """Return the ticket of an episode; a restart of the server does not change it."""
         return hmac.new(self._key, f"ticket {place[1]} {place[0]}".encode(), "sha256").hexdigest()
