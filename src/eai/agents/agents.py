@@ -35,30 +35,30 @@ from eai.world.state import State
 Agent: TypeAlias = Callable[[], str]
 """Returns the next command in the game that it was made for."""
 
-_TRIES = 60
-"""How many possible actions the novel agent looks at for one that leads to a new state."""
+_MAX_TRIES = 60
+"""Maximum number of possible actions that the novel agent tries for a new state."""
 
-_BREADTH = 12
-"""How many actions the greedy agent looks ahead along."""
+_MAX_COMPARED = 12
+"""Number of actions that the greedy agent compares."""
 
-_DETOUR = 1000
-"""How much worse than any other a state is where it has been."""
+_VISITED_COST = 1000
+"""Extra cost of a state that the greedy agent has visited."""
 
-_GOAL = Limits(200, thorough=False, looks=8_000)
-"""How much the explorer searches for a plan with what it has seen."""
+_FIRST_LIMITS = Limits(200, thorough=False, looks=8_000)
+"""Limits of the explorer's first search for a plan with known objects."""
 
-_MORE = Limits(300, looks=15_000)
-"""How much it does so where it has been everywhere, before it opens things."""
+_SECOND_LIMITS = Limits(300, looks=15_000)
+"""Limits of that search after all landmarks, before containers are opened."""
 
-_LAST = Limits(2_000)
-"""How much it does so when nothing is left to look at."""
+_LAST_LIMITS = Limits(2_000)
+"""Limits of that search if nothing is left to open."""
 
-_SIGHT = Limits(50)
-"""How much it searches for a way to see more."""
+_EXPLORING_LIMITS = Limits(50)
+"""Limits of the search for a plan to see more."""
 
 
 def random_agent(game: Game, seed: int = 0) -> Agent:
-    """`eai/random`: any possible action about what has been seen, or `DONE`, all with the same chance."""
+    """`eai/random`: a random possible action about known objects, or `DONE`, with equal probability."""
     rng = _rng(game, seed)
 
     def command() -> str:
@@ -70,7 +70,7 @@ def random_agent(game: Game, seed: int = 0) -> Agent:
 
 
 def novel_agent(game: Game, seed: int = 0) -> Agent:
-    """`eai/novel`: as the random one, but of the actions one that leads to a state where it has not been."""
+    """`eai/novel`: a random possible action that leads to a new state, or `DONE`."""
     rng, visited = _rng(game, seed), set[State]()
 
     def command() -> str:
@@ -80,14 +80,14 @@ def novel_agent(game: Game, seed: int = 0) -> Agent:
             return DONE
         rng.shuffle(actions)
         domain, state = game.stage.domain, game.state
-        new = (each for each in actions[:_TRIES] if domain.after(state, each) not in visited)
+        new = (each for each in actions[:_MAX_TRIES] if domain.after(state, each) not in visited)
         return game.stage.commands.write(next(new, actions[0]))
 
     return command
 
 
 def blind_agent(game: Game, seed: int = 0) -> Agent:
-    """`eai/blind`: any operator with any objects that have been seen, possible or not, or `DONE`."""
+    """`eai/blind`: a random operator with random known objects, possible or not, or `DONE`."""
     rng = _rng(game, seed)
 
     def command() -> str:
@@ -107,12 +107,12 @@ def _rng(game: Game, seed: int) -> random.Random:
 
 
 def reference_agent(game: Game, seed: int = 0) -> Agent:
-    """The reference that can be played in this view, then `DONE`."""
+    """Return an agent that plays the reference of the stage, then `DONE`."""
     return _following(game.stage.reference.commands or ())
 
 
 def gold_agent(game: Game, seed: int = 0) -> Agent:
-    """The data set's own plan, or else the planner's, then `DONE`; a refusal of what has no plan."""
+    """Return an agent that plays the gold or the planner's plan, then `DONE`, or refuses without a plan."""
     if game.task.missing:
         return lambda: refusal_of(game.stage)
     plan = game.task.script or find_plan(game.task, planner_of(game.stage.domain)).plan
@@ -120,7 +120,7 @@ def gold_agent(game: Game, seed: int = 0) -> Agent:
 
 
 def refusal_of(stage: Stage) -> str:
-    """The command that says what a task lacks."""
+    """Return the command that refuses a task, with the missing facts."""
     return stage.benchmark.plans.encoded(f"{REFUSE}({', '.join(stage.task.missing or ())})")
 
 
@@ -141,8 +141,8 @@ def _following(commands: Iterable[str]) -> Agent:
     return lambda: next(pending, DONE)
 
 
-def _about(formula: Formula, thing: Constant) -> Formula:
-    """A formula about ``x``, said of a thing."""
+def _apply_to(formula: Formula, thing: Constant) -> Formula:
+    """Return a formula about ``x`` for an object."""
     x = Variable("x")
     return rewrite(
         formula,
@@ -153,14 +153,14 @@ def _about(formula: Formula, thing: Constant) -> Formula:
 
 
 class _Explorer:
-    """`eai/explorer`: plans over what it has seen, and looks further where that does not reach the goals.
+    """`eai/explorer`: plans with known objects, and explores if no such plan reaches the goals.
 
-    Looking further is to go where it has not been, landmark by landmark, and then to open what may hide
-    something, as the domain's `visible` says. It says `DONE` when all goals hold, or nothing is left to try.
+    It visits the landmarks one by one, then opens containers that may hide objects by the domain's `visible`.
+    It says `DONE` if all goals hold, or nothing is left to try.
 
     Args:
-        game: the game, which it plays from now on.
-        seed: as of all agents; nothing is left to chance.
+        game: the game, which no other agent may play.
+        seed: not used.
     """
 
     def __init__(self, game: Game, seed: int = 0) -> None:
@@ -179,7 +179,7 @@ class _Explorer:
         self._present = presence(self._domain)
 
     def __call__(self) -> str:
-        """The next command."""
+        """Return the next command."""
         game = self._game
         self._been.update(game.memory.observation.visible)
         if all(game.reached):
@@ -187,52 +187,51 @@ class _Explorer:
         if self._expected != game.state:
             self._plan.clear()
         if not self._plan:
-            self._plan.extend(self._further() or self._once_more())
+            self._plan.extend(self._find_actions() or self._explore_again())
         if not self._plan:
             return DONE
         action = self._plan.popleft()
         self._expected = self._domain.after(game.state, action)
         return game.stage.commands.write(action)
 
-    def _further(self) -> Sequence[Action]:
-        """A plan to the goals, or to see more."""
+    def _find_actions(self) -> Sequence[Action]:
+        """Return a plan for the goals, or to see more."""
         return (
-            self._to_goals()
-            or self._to_sight(self._places())
-            or self._to_goals(_MORE)
-            or self._to_open()
-            or self._to_goals(_LAST)
+            self._plan_goals()
+            or self._plan_to_see(self._unvisited())
+            or self._plan_goals(_SECOND_LIMITS)
+            or self._plan_to_open()
+            or self._plan_goals(_LAST_LIMITS)
         )
 
-    def _to_open(self) -> Sequence[Action]:
-        plan = self._to_sight(self._shut())
+    def _plan_to_open(self) -> Sequence[Action]:
+        plan = self._plan_to_see(self._closed())
         self._has_opened |= bool(plan)
         return plan
 
-    def _once_more(self) -> Sequence[Action]:
-        """The same from the beginning, if something was opened: what was in it may be seen from elsewhere."""
+    def _explore_again(self) -> Sequence[Action]:
+        """Explore again after something was opened: its contents may be visible from elsewhere."""
         if not self._has_opened:
             return ()
         self._has_opened = False
         self._been = {*self._game.memory.observation.visible}
         self._tried.clear()
-        return self._further()
+        return self._find_actions()
 
     def _kind(self, index: int) -> str:
         return self._game.task.scene.objects[index].category
 
     def _pending(self) -> list[Goal]:
-        """The goals that are not reached."""
         goals = zip(self._game.task.goals, self._game.reached, strict=True)
         return [goal for goal, reached in goals if not reached]
 
-    def _to_goals(self, limits: Limits = _GOAL) -> Sequence[Action]:
-        """A plan to the goals, if all that they name and do not have yet has been seen or is to be made.
+    def _plan_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
+        """Return a plan for the goals if the objects of pending goals are known or can be made.
 
-        It is looked for with what they name, and else with all such things.
+        A first search uses the objects of the goals, a second one all such objects.
         """
         game, task = self._game, self._game.task
-        things, effort = game.memory.known | self._absent(), (limits, len(game.memory.known))
+        things, effort = game.memory.known | self._find_absent(), (limits, len(game.memory.known))
         if not self._game.task.named_by(self._pending()) <= things or effort in self._planned:
             return ()
         self._planned.add(effort)
@@ -243,14 +242,14 @@ class _Explorer:
                 return plan
         return ()
 
-    def _absent(self) -> set[int]:
-        """The objects of the task that are not there yet, which can be made: no place hides them."""
+    def _find_absent(self) -> set[int]:
+        """Return the objects of the task that do not exist yet: no place hides them."""
         holds = self._planner.heuristic.readings.holds
         state, present = self._game.state, self._present
         return {i for i in self._game.task.relevant if not holds(present, {"x": i}, state)}
 
-    def _to_sight(self, hopes: Sequence[tuple[int, Formula]]) -> Sequence[Action]:
-        """A plan to see what may be hidden: by actions about one thing, or else about all that is known."""
+    def _plan_to_see(self, hopes: Sequence[tuple[int, Formula]]) -> Sequence[Action]:
+        """Return a plan to see hidden objects, by actions about one object or else about all known ones."""
         known = tuple(sorted(self._game.memory.known))
         if self._opened is not None and len(known) == self._opened[1]:
             self._fruitless[self._opened[0]] += 1
@@ -260,25 +259,25 @@ class _Explorer:
                 if (condition, by_itself) not in self._tried:
                     self._tried.add((condition, by_itself))
                     goal, usable = PlanningGoal((condition,)), (index,) if by_itself else known
-                    limits = replace(_SIGHT, thorough=by_itself)
+                    limits = replace(_EXPLORING_LIMITS, thorough=by_itself)
                     plan = self._planner.plan(self._game.state, goal, usable, limits).plan
                     if plan:
                         self._opened = self._kind(index), len(known)
                         return plan
         return ()
 
-    def _places(self) -> Sequence[tuple[int, Formula]]:
-        """The landmarks where it has not been, and when it sees them."""
+    def _unvisited(self) -> Sequence[tuple[int, Formula]]:
+        """Return the landmarks that are not visited, and the conditions for their visibility."""
         visible, names = self._domain.visible, self._game.task.scene.objects
         if visible is None:
             return ()
         places = [i for i in self._game.stage.observer.landmarks if i not in self._been]
-        return [(i, _about(visible, Constant(names[i].name))) for i in places]
+        return [(i, _apply_to(visible, Constant(names[i].name))) for i in places]
 
-    def _shut(self) -> Sequence[tuple[int, Formula]]:
-        """Things that may hide something, and when they do not.
+    def _closed(self) -> Sequence[tuple[int, Formula]]:
+        """Return objects that may hide others, and the conditions under which they do not.
 
-        First come things that goals name, then kinds that hid something or are new, and near things.
+        Objects of goals come first, then kinds that hid something or are new, then visible objects.
         """
         game, names = self._game, self._game.task.scene.objects
         near = set(game.memory.observation.visible)
@@ -297,24 +296,23 @@ class _Explorer:
 
 
 class _Seeker(_Explorer):
-    """The data set's own plan; it looks for what a step names before it, as the explorer looks further."""
+    """Plays the gold plan, and explores for the objects of a step before it."""
 
     def __init__(self, game: Game, seed: int = 0) -> None:
         super().__init__(game)
         self._steps = deque(game.task.script)
 
-    def _further(self) -> Sequence[Action]:
-        """The next step, if what it names has been seen, or a plan to see more."""
+    def _find_actions(self) -> Sequence[Action]:
+        """Return the next step if its objects are known, or a plan to see more."""
         if self._steps and not self._game.memory.known.issuperset(self._steps[0].arguments):
-            return self._to_sight(self._places()) or self._to_open()
+            return self._plan_to_see(self._unvisited()) or self._plan_to_open()
         return [self._steps.popleft()] if self._steps else ()
 
 
 class _Greedy(_Explorer):
-    """`eai/greedy`: of the possible actions the one after which the planner's heuristic is least.
+    """`eai/greedy`: takes the possible action with the lowest estimate by the planner's heuristic.
 
-    It looks further as the explorer does. It is an upper line, no null: one step of planning wins most of the
-    public tasks.
+    It explores as the explorer does. It is not a null agent: one step of planning wins most public tasks.
     """
 
     def __init__(self, game: Game, seed: int = 0) -> None:
@@ -324,8 +322,8 @@ class _Greedy(_Explorer):
         self._actions = goal.actions
         self._target = (subgoals_of(goal.conditions, game.task.scene), len(goal.actions))
 
-    def _to_goals(self, limits: Limits = _GOAL) -> Sequence[Action]:
-        """The action that seems best, if all that the goals name and do not have yet has been seen."""
+    def _plan_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
+        """Return the action with the lowest estimate if the objects of pending goals are known."""
         game = self._game
         self._visited.add(game.state)
         if not self._game.task.named_by(self._pending()) <= game.memory.known:
@@ -335,10 +333,10 @@ class _Greedy(_Explorer):
         met = len(game.task.goals) - len(remaining_goals(game.task, game.taken))
         node: PlanNode = Node(game.state, met)
         costs: dict[Action, float] = {}
-        for action in search.estimate(node, *self._target)[1][:_BREADTH]:
+        for action in search.estimate(node, *self._target)[1][:_MAX_COMPARED]:
             after = successors.successor(node, action)
             if after is not None:
-                been = _DETOUR * (after.state in self._visited)
+                been = _VISITED_COST * (after.state in self._visited)
                 costs[action] = search.estimate(after, *self._target)[0] + been
         return [min(costs, key=costs.__getitem__)] if costs else ()
 
@@ -348,7 +346,7 @@ NULLS: Mapping[str, Callable[[Game, int], Agent]] = {
     "novel": novel_agent,
     "blind": blind_agent,
 }
-"""The agents that know nothing of the goals."""
+"""The null agents, which do not know the goals."""
 
 AGENTS: Mapping[str, Callable[[Game, int], Agent]] = {
     **NULLS,
@@ -359,4 +357,4 @@ AGENTS: Mapping[str, Callable[[Game, int], Agent]] = {
     "explorer": _Explorer,
     "greedy": _Greedy,
 }
-"""All agents, of which those but ``gold`` and ``seeker`` are built-in models."""
+"""All agents. Except for ``gold`` and ``seeker`` they are built-in models."""
