@@ -21,7 +21,7 @@ from eai.benchmarks.registry import FIRST, find_benchmark
 from eai.extensions.adaptive.difficulties import item_difficulties
 from eai.tasks.source import Source
 
-PATH = Path(__file__).resolve().parents[1] / "src" / "eai" / "generator" / FILE
+PATH = Path(__file__).resolve().parents[1] / "src" / "eai" / "benchmarks" / "generator" / FILE
 RIDGE = 5.0
 
 

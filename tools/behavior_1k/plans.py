@@ -30,7 +30,7 @@ from eai.world.condition import Readings
 from eai.world.domain import Domain
 from eai.world.state import State
 
-FILE = Path(__file__).resolve().parents[2] / "src" / "eai" / "households" / "behavior_1k" / PLANS
+FILE = Path(__file__).resolve().parents[2] / "src" / "eai" / "benchmarks" / "behavior_1k" / PLANS
 
 ROUNDS = 4
 """How often goals are gone through of which one undoes another."""
