@@ -54,10 +54,10 @@ lint: $(WITH_DEV)
 
 type: $(WITH_DEV)
 	$(BIN)/mypy
-	MYPYPATH=tests/logic:tests $(BIN)/mypy bench  # which uses the tests' naive evaluator and made-up runs
+	MYPYPATH=.:tests $(BIN)/mypy -p bench -p differential  # which use the tests' naive evaluator and made-up runs
 
 bench: $(WITH_DEV)
-	$(BIN)/python bench/action_sequencing.py $(ARGS)
+	$(BIN)/python -m bench action_sequencing $(ARGS)
 
 # The documentation is plain Markdown: its snippets run and its links lead somewhere.
 docs: $(WITH_DEV)

@@ -1,6 +1,6 @@
-"""What agents that need no model win in the standard setting: nulls, and upper lines that plan.
+"""Play tasks with agents that need no model, and print how many games each wins.
 
-    python bench/acting.py [SUITE ...] [--sample 40] [--seeds 1] [--agents random ...] [--view task]
+    python -m bench acting [SUITE ...] [--sample 40] [--seeds 1] [--agents random ...] [--view task]
 
 A suite is a benchmark or a file of tasks; by default both households. Of each, `--sample` tasks are played,
 evenly spaced (0: all). Tasks without a reference in this view are left out and counted. The share is printed
@@ -116,7 +116,3 @@ def main() -> None:
             print(f"| {name} | {called} | {len(games)} |", *row, f"{spent:.0f} |", flush=True)
         middle = lengths[len(lengths) // 2]
         print(f"{name}: L {lengths[0]} to {lengths[-1]}, median {middle}; left out: {left_out}", flush=True)
-
-
-if __name__ == "__main__":
-    main()

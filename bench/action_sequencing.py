@@ -1,4 +1,4 @@
-"""VirtualHome action sequencing: our speed as a ratio to the reference's, on the same 342 answers in one run.
+"""Measure the speed of VirtualHome action sequencing as a ratio to the reference's, on 342 answers.
 
 `make bench`. Only processor time counts. The reference's is that of its evaluation, without its start-up.
 Ours is that of scoring every answer once in a fresh process, without importing and loading, which have a
@@ -9,16 +9,15 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-import answers
-from eai.benchmarks.packs import fetch, registered_packs
-from eai.benchmarks.registry import of_the_paper
-from reference import (
+from bench import answers
+from differential.reference import (
     CACHE,
     REFERENCE,
     Ability,
@@ -29,7 +28,10 @@ from reference import (
     package_folder,
     write_responses,
 )
+from eai.benchmarks.packs import fetch, registered_packs
+from eai.benchmarks.registry import of_the_paper
 
+ROOT = Path(__file__).resolve().parents[1]
 CHILD = Path(__file__).with_name("scoring_child.py")
 RATIO = 3_000.0
 STARTUP_CPU_SECONDS = 0.5
@@ -64,7 +66,11 @@ class Cost:
 def score_once(path: Path) -> Cost:
     """Score a response file in a process of its own."""
     child = subprocess.run(
-        [sys.executable, str(CHILD), str(path)], check=True, stdout=subprocess.PIPE, text=True
+        [sys.executable, str(CHILD), str(path)],
+        check=True,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "tests")},
     )
     return Cost(**json.loads(child.stdout.splitlines()[-1]))
 
@@ -136,7 +142,3 @@ def main() -> int:
     python = environment(arguments.cache)
     responses = answers.responses(package_folder(python))[: arguments.limit]
     return 0 if report(*measure(python, responses, arguments.repeats)) else 1
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

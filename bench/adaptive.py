@@ -1,6 +1,6 @@
-"""How many tasks `eai run --adaptive` asks, and how far its ability is from that of the whole suite.
+"""Measure how many tasks `eai run --adaptive` asks, and its distance from the whole suite's ability.
 
-    .venv/bin/python bench/adaptive.py RECORDS...
+    python -m bench adaptive RECORDS...
 
 RECORDS are those of many models under ``strict`` (action sequencing, subgoal decomposition). Each model in
 turn is held out: difficulties are those that the others give, and its own answers are asked as a run would.
@@ -97,7 +97,3 @@ def shuffled(own: Numbers, seed: int) -> Choose:
     """Tasks one by one in random order."""
     order = random.Random(seed).sample(list(own), len(own))  # noqa: S311 - reproducible, not secret
     return lambda asked: (order[len(asked)],)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
-"""What all analyses of many models' records cost: `eai analyze all` on the records of some under more names.
+"""Measure processor time and memory of `eai analyze all` on the records of many models.
 
-    .venv/bin/python bench/analyses.py RECORDS... [--models 18]
+    python -m bench analyses RECORDS... [--models 18]
 
 Exits with status 1 above 60 CPU seconds or 1 GB. A loop of known length stands beside it, since a
 busy machine takes more processor time for the same.
@@ -66,7 +66,3 @@ def loop() -> float:
     for number in range(LOOP):
         total += number & 3
     return time.process_time() - begun
-
-
-if __name__ == "__main__":
-    main()

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from reference import Response
+from differential.reference import Response
 
 SCENE = "TrimmedTestScene1_graph/results_intentions_march-13-18"
 DATA_SET = "dataset/programs_processed_precond_nograb_morepreconds"

@@ -1,9 +1,9 @@
-"""BEHAVIOR-1K beside what others say of it: its goals beside bddl's own evaluation, its plans beside VAL.
+"""Compare BEHAVIOR-1K's goals with bddl's own evaluation, and its gold plans with VAL.
 
-    python bench/behavior_1k.py goals FOLDER    goals on the states of gold plans (FOLDER: bddl 3.6.0)
-    python bench/behavior_1k.py mutations       gold plans with one fault put in, and the kinds that are found
-    python bench/behavior_1k.py val             gold plans on exported problems (needs the extra 'val')
-    python bench/behavior_1k.py prompts         the length of prompts in characters and tokens
+    python -m bench behavior_1k goals FOLDER    goals on the states of gold plans (FOLDER: bddl 3.6.0)
+    python -m bench behavior_1k mutations       gold plans with one fault put in, and the kinds that are found
+    python -m bench behavior_1k val             gold plans on exported problems (needs the extra 'val')
+    python -m bench behavior_1k prompts         the length of prompts in characters and tokens
 
 `--every N` takes every Nth activity. What fails is printed, and the exit status is 1.
 """
@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import eai.logic.formula as f
+from differential.mutations import Dice
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.behavior_1k import predicates as p
@@ -42,7 +43,6 @@ from eai.world.execution import execute
 from eai.world.fault import FaultKind
 from eai.world.state import State
 from eai.world.vocabulary import Predicate
-from mutations import Dice
 
 CHARACTERS_A_TOKEN = 3.5
 
@@ -401,7 +401,3 @@ def measure_prompts(chosen: Sequence[str]) -> int:
         at = [lengths[min(int(share * len(lengths)), len(lengths) - 1)] for share in (0.5, 0.95, 1)]
         print(f"{ability.value}: {len(lengths)} prompts, tokens {[round(each) for each in at]}")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

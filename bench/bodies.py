@@ -1,6 +1,6 @@
-"""Scenes with bodies: whether facts hold in them, what they cost, and what is seen of them.
+"""Check that facts hold in scenes with bodies, and measure their cost and what pictures show.
 
-    python bench/bodies.py [TASKS.jsonl ...] [--step 1] [--seen]
+    python -m bench bodies [TASKS.jsonl ...] [--step 1] [--seen]
 
 Of BEHAVIOR's published tasks, and of each file of tasks. Times are of one process's CPU. With --seen it also
 tells which things and facts the two pictures of a question show, and how often a planner succeeds that knows
@@ -124,7 +124,3 @@ def told(suite: Suite, seen: Mapping[str, Seen]) -> None:
 
 def share(rate: Rate) -> str:
     return f"{rate.percent:.1f} % ({rate.numerator}/{rate.denominator})"
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""Bulk scoring and rewards of VirtualHome's plans: from answers to records on disk, and one at a time.
+"""Measure bulk scoring and single rewards of VirtualHome's plans.
 
 Of ``eai score`` the processor time counts, imports and making the tasks included, beside that of scoring
 alone in the same run, with garbage searched for as seldom as there. Modules are compiled to bytecode before,
@@ -116,7 +116,3 @@ def _timed(call: Callable[[], object], clock: Callable[[], float] = time.process
     start = clock()
     call()
     return clock() - start
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""Answers a CPU second in every suite: one model's answers, then those of three others, and these once more.
+"""Measure answers per CPU second in each of the eight suites.
 
 The answers are those of ``../shared/oracle``, as released. A fresh process scores those of the first model,
 which makes all tasks and scorers (cold), then those of the others (steady), where what is remembered of an
@@ -8,8 +8,8 @@ trainer's samples repeat. The median of several processes counts. Garbage is sea
 again without it (``PYTHONDONTWRITEBYTECODE``). No planner is asked. In the same run the reference package may
 score some of the first model's answers, evenly spread over the tasks, where it can do so here (`reference`).
 
-    python bench/by_suite.py [--suite behavior/] [--repeats 3] [--protocol strict] [--reference 100]
-    python bench/by_suite.py --beside ../before/.venv/bin/python
+    python -m bench by_suite [--suite behavior/] [--repeats 3] [--protocol strict] [--reference 100]
+    python -m bench by_suite --beside ../before/.venv/bin/python
 
 The second measures another build, which that interpreter imports, in turn with this one, and says how many
 times as fast it is: the median of the ratios of runs that follow each other, since a machine has its moods.
@@ -23,18 +23,20 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-import reference
+from differential import reference
+from differential.oracle_answers import ORACLE, oracle_answers, require_oracle
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmarks.registry import FIRST
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.collector import collect_seldom
 from eai.tasks.source import Source
-from oracle_answers import ORACLE, oracle_answers, require_oracle
 
+ROOT = Path(__file__).resolve().parents[1]
 MODELS = ("gpt-4o-2024-05-13", "claude-3-5-sonnet-20240620", "llama-3-8b-chat", "mixtral-8x22b-instruct-v0.1")
 
 
@@ -86,8 +88,11 @@ def _medians(speeds: Sequence[Speed]) -> Speed:
 
 def _once(python: str, suite: str, protocol: Protocol) -> Speed:
     """The speed of a fresh process of an interpreter."""
-    command = [python, __file__, "--once", "--suite", suite, "--protocol", protocol.value]
-    (speed,) = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    program = [python, "-m", "bench", "by_suite"]
+    command = [*program, "--once", "--suite", suite, "--protocol", protocol.value]
+    (speed,) = json.loads(
+        subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    )
     return Speed(*speed)
 
 
@@ -123,7 +128,3 @@ def _speed(suite: Suite, files: Sequence[Sequence[tuple[str, str]]]) -> float:
 def _answers(domain: str, ability: Ability, model: str) -> list[tuple[str, str]]:
     path = ORACLE / domain / ability.value / f"{model}.json.gz"
     return [(answer.task_id, answer.text) for answer in oracle_answers(path)]
-
-
-if __name__ == "__main__":
-    main()

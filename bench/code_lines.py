@@ -1,6 +1,6 @@
-"""How much code there is: lines of Python per package, without blank lines, comments and docstrings.
+"""Count lines of Python per package, without blank lines, comments and docstrings.
 
-    python bench/code_lines.py [MODULE ...]
+    python -m bench code_lines [MODULE ...]
 
 Of all packages, or of what somebody reads who follows every import of the package's own from these modules
 on. How a plan is scored: eai.abilities.action_sequencing.scorer eai.benchmarks.virtualhome.plan_notation
@@ -61,9 +61,10 @@ def _imported(path: Path) -> Iterator[str]:
             yield from (alias.name for alias in node.names)
 
 
-def main(start: Sequence[str]) -> None:
+def main() -> None:
     """Print a line a package, and the sum."""
     counts: Counter[str] = Counter()
+    start = sys.argv[1:]
     for module in read_from(start) if start else _MODULES:
         path = _MODULES[module]
         part = path.relative_to(_SOURCE / "eai").parts
@@ -71,7 +72,3 @@ def main(start: Sequence[str]) -> None:
     for package, count in counts.most_common():
         print(f"{count:7,} {package}")
     print(f"{counts.total():7,} in all")
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

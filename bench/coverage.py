@@ -1,6 +1,6 @@
-"""How often 95 % intervals hold the truth, for tasks that are near copies of each other as VirtualHome's are.
+"""Measure how often 95 % intervals contain the true value, for tasks that are near copies.
 
-    .venv/bin/python bench/coverage.py [--samples 500]
+    python -m bench coverage [--samples 500]
 
 Runs are made up: 26 names with up to 35 tasks each, whose chance of success has a beta distribution with the
 intraclass correlation that was measured (0.6). Beside the intervals of reports stand those that were not
@@ -12,9 +12,7 @@ from __future__ import annotations
 import argparse
 import math
 import random
-import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from statistics import fmean, quantiles
 
 from eai.results.certainty import (
@@ -26,9 +24,6 @@ from eai.results.certainty import (
     deviations_of_rate,
     of_names,
 )
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
-
 from results.near_copies import SIZES as NAME_SIZES
 from results.near_copies import expected_f1, matches, successes
 from studies.effects import ability, answers, correlation, log_odds
@@ -155,7 +150,3 @@ def cell(intervals: Sequence[Interval], truth: float) -> str:
     within = 100 * fmean(interval.low <= truth <= interval.high for interval in intervals)
     width = fmean(interval.high - interval.low for interval in intervals) / 2
     return f"{within:6.1f} ({width:4.1f})".rjust(14)
-
-
-if __name__ == "__main__":
-    main()

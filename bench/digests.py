@@ -1,12 +1,12 @@
-"""One SHA-256 per suite and protocol over the verdicts on the oracle's answers.
+"""Compare the digests of all verdicts on the oracle's answers with digests.json.
 
 A change of code that is meant to change no verdict leaves them equal.
 
-    python bench/digests.py              compares with digests.json, exits with status 1 where they differ
-    python bench/digests.py --write      writes digests.json
-    python bench/digests.py --rows DIR   also writes every verdict, one a line, to compare with `diff`
-    python bench/digests.py --only behavior/action_sequencing
-    python bench/digests.py --only /plan       planners alone
+    python -m bench digests              compares with digests.json, exits with status 1 where they differ
+    python -m bench digests --write      writes digests.json
+    python -m bench digests --rows DIR   also writes every verdict, one a line, to compare with `diff`
+    python -m bench digests --only behavior/action_sequencing
+    python -m bench digests --only /plan       planners alone
 
 The verdicts are those without a planner. What planners find has digests of its own: of the built-in planner's
 outcomes with the operators of all answers (gold ones among them), of its plans, and of the plans for all
@@ -34,7 +34,10 @@ from eai.planning.planner import Planner
 from eai.results.codec import fields_of
 from eai.tasks.planning import find_plan
 from eai.tasks.source import Source
-from oracle_answers import answer_files, oracle_answers, require_oracle
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # if called as a file
+
+from differential.oracle_answers import answer_files, oracle_answers, require_oracle
 
 DIGESTS = Path(__file__).with_name("digests.json")
 

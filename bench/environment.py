@@ -1,4 +1,4 @@
-"""Steps of the environments a CPU second, and what the plain way to make the same observations costs.
+"""Measure steps per CPU second of the environments, and of the plain way to make their texts.
 
 Besides full observations, with all facts each turn, partial ones are made, and full ones that tell changes or
 the outcome of the action alone.
@@ -8,7 +8,7 @@ are observed as one would at first: all facts of a state are walked, and those t
 task is about. The plain way tells stored facts alone, so in BEHAVIOR, where goals are said with derived ones,
 it does less than the environment does.
 
-    python bench/environment.py [--seconds N]
+    python -m bench environment [--seconds N]
 """
 
 from __future__ import annotations
@@ -107,7 +107,3 @@ def main() -> None:
             rate = steps_per_second(partial(play, environment, plans), seconds)
             times = f"{rate / plain:5.1f} times the plain way"
             print(f"  {observe:8} {feedback:8} {rate:9,.0f} steps/s, {times}")
-
-
-if __name__ == "__main__":
-    main()

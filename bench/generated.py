@@ -1,6 +1,6 @@
-"""What must hold of many generated tasks: made, written, read again and tried, one set a benchmark.
+"""Check generated tasks: number per CPU second, certificates, duplicates, size, cost of opening.
 
-    python bench/generated.py FOLDER [--like virtualhome behavior] [--n 10000] [--val 150] [options of sets]
+    python -m bench generated FOLDER [--like virtualhome behavior] [--n 10000] [--val 150] [options of sets]
 
 Makes FOLDER/LIKE.jsonl.gz unless it is there, and says of it: tasks a CPU second with every check but VAL
 (when it is made); rejected seeds by reason; size; what it costs to open it and to read the first task; how
@@ -142,7 +142,3 @@ def validated(file: Path, like: str, number: int) -> dict[str, object]:
 
 def _tasks(file: Path, domain: Domain) -> Iterator[Task]:
     yield from open_task_files(file).tasks(domain).values()
-
-
-if __name__ == "__main__":
-    main()

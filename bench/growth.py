@@ -1,6 +1,6 @@
-"""How processor time grows with the size of what is scored and read: a table; with ``--out``, a picture.
+"""Measure how processor time grows with the size of the input; with `--out`, draw a picture.
 
-    .venv/bin/python bench/growth.py [CURVE ...] [--most N] [--out docs/images/growth.png]
+    python -m bench growth [CURVE ...] [--most N] [--out docs/images/growth.png]
 
 Each curve is the least time of a few runs at sizes that double or more; its exponent is the slope of the
 logarithms over the upper half of the sizes, in which what is done once weighs least. One that is well above
@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import eai.world as w
+from differential.reference_child import cpu_seconds
 from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
 from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
@@ -31,7 +32,6 @@ from eai.results.plots import LINES, styled
 from eai.results.records import write_parts
 from eai.results.responses import read_responses
 from eai.world import State
-from reference_child import cpu_seconds
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples" / "lamps"))
 
@@ -273,6 +273,3 @@ CURVES = {
     "answers": Curve("answers of a file", answers, (1_000, 10_000, 100_000, 1_000_000)),
     "models": Curve("models of a report", models, (2, 20, 200)),
 }
-
-if __name__ == "__main__":
-    main()

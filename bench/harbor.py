@@ -1,24 +1,21 @@
-"""Trials of exported task folders in boxes of this machine: the solution must win, doing nothing must not.
+"""Run trials of exported task folders with users of this machine instead of containers.
 
-    python bench/harbor.py [--sample 20] [--domain virtualhome ...] [--ability acting ...]
+    python -m bench harbor [--sample 20] [--domain virtualhome ...] [--ability acting ...]
 
 It takes root and Linux: each service is a process of its own user, with the machine's files as its image.
 With EAI_HARBOR, folders are checked with Harbor, too, as in ``pytest tests/harbor``; it wants Python 3.12:
 
     python3.13 -m venv harbor && harbor/bin/pip install harbor
-    EAI_HARBOR=$PWD/harbor/bin/harbor python bench/harbor.py
+    EAI_HARBOR=$PWD/harbor/bin/harbor python -m bench harbor
 """
 
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 from boxes import lacking
 from eai.base.store import Store
@@ -72,7 +69,3 @@ def main() -> None:
                     *measured(domain, ability, arguments.sample, Path(place)),
                     flush=True,
                 )
-
-
-if __name__ == "__main__":
-    main()

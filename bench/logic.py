@@ -1,18 +1,16 @@
-"""How long formulas take: a formula of 20 operators on a trace of 1,000 states, and reading answers.
+"""Measure formulas of 20 operators on traces of 1,000 states, and the reading of answers.
 
 The limit is issue 3's: 10 ms for one evaluation, truths of atoms included. The slowest shape is a mixture of
 ``then`` with negated ``then`` in front of ``then``, which must be evaluated on every piece. The naive
 evaluator of the tests runs on a trace of 30 states in the same run, for comparison. Run with
-``python bench/logic.py``.
+``python -m bench logic``.
 """
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 from eai.logic.formula import Formula
 from eai.logic.ltl import parse, read_formula
@@ -21,10 +19,7 @@ from eai.logic.semantics import holds
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction, Trace
 from eai.logic.traversal import children, walk
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "logic"))
-
-from naive import Facts, Naive
+from logic.naive import Facts, Naive
 
 LIMIT_MS = 10.0
 NAMES = tuple(f"cup.{i}" for i in range(10))
@@ -139,7 +134,3 @@ def main() -> None:
         print(f"{f'{count} subgoals':>24}: read in {spent:.3f} ms, printed in {printed:.3f} ms")
     if slowest > LIMIT_MS:
         raise SystemExit(f"slowest evaluation: {slowest:.1f} ms, limit {LIMIT_MS} ms")
-
-
-if __name__ == "__main__":
-    main()

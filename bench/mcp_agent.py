@@ -1,7 +1,7 @@
-"""An agent framework plays over `eai serve mcp`, by the lines of examples/mcp/openai_agents.py.
+"""Let the OpenAI Agents SDK play over `eai serve mcp` with a scripted model.
 
     python -m venv agents && agents/bin/pip install openai-agents
-    python bench/mcp_agent.py --python agents/bin/python [--domain virtualhome] [--tasks 10]
+    python -m bench mcp_agent --python agents/bin/python [--domain virtualhome] [--tasks 10]
 
 Its model is a server on this machine that looks, says the commands of the reference one after the other, and
 is done. Printed are the episodes, how many are won, and the seconds.
@@ -130,7 +130,3 @@ def main() -> None:
         won = sum(bool(verdict.success) for verdict in verdicts)
         turns = sum(len(verdict.turns) for verdict in verdicts)
         print(f"{won} of {len(verdicts)} episodes won, {turns} turns, {spent:.1f} s")
-
-
-if __name__ == "__main__":
-    main()

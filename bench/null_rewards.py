@@ -1,6 +1,6 @@
-"""What is paid for nothing: rewards of answers that decide nothing, and a random agent in the environment.
+"""Measure the rewards of answers that decide nothing, and the wins of a random agent.
 
-    python bench/null_rewards.py [--suite virtualhome/goal] [--sweeps 10] [--declining pairs/]
+    python -m bench null_rewards [--suite virtualhome/goal] [--sweeps 10] [--declining pairs/]
 
 An answer is empty, as a text (``""``) or in the form that is asked for; the prompt itself; or what the null
 models say (`eai/copy`, `eai/random`, `eai/lookup`). Goals and operators may also assert all that can be said.
@@ -186,7 +186,3 @@ def main() -> None:
             steps = steps_to_win(name, observe, arguments.sweeps)
             won = {most: f"{100 * sum(step <= most for step in steps) / len(steps):.1f} %" for most in STEPS}
             print(name, observe, f"{len(steps)} episodes, won after steps:", won, flush=True)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
-"""How far shortcuts come in pairs of which one task has no plan, or an ambiguous instruction.
+"""Measure how often simple shortcuts are right in generated pairs of tasks.
 
-    python bench/pairs.py FOLDER [--planned N]
+    python -m bench pairs FOLDER [--planned N]
 
 Prints for each shortcut how many tasks it takes for what they are, out of all: to refuse all or none; by the
 length of what a prompt says of the task; by its id; by the kind of thing that lacks something, or is meant.
@@ -88,7 +88,3 @@ def _right(tasks: Sequence[Task], feature: Callable[[Task], object]) -> int:
         tried = [task for task in tasks if titles[task.title] == half]
         right += sum((votes[feature(task)] > 0) == TaskFeatures.of(task).is_to_decline for task in tried)
     return right
-
-
-if __name__ == "__main__":
-    main()

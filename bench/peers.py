@@ -1,6 +1,6 @@
-"""Other libraries and ours on the same work, in one run: milliseconds of processor time, as a table.
+"""Compare the speed on plans, games and formulas with five other libraries.
 
-    .venv/bin/python bench/peers.py --python PYTHON [--steps 10 100 1000]
+    python -m bench peers --python PYTHON [--steps 10 100 1000]
 
 PYTHON has `unified-planning`, `pyperplan`, `textworld[pddl]` and `flloat`. A plan of so many steps of a ferry
 is judged, and a formula with ten operators on a trace of so many states. Ours is told thrice: the verdict of
@@ -19,6 +19,7 @@ from collections.abc import Callable, Sequence
 from itertools import cycle, islice
 from pathlib import Path
 
+from differential.reference_child import cpu_seconds
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.agents.game import Game
@@ -33,7 +34,6 @@ from eai.logic.trace import Trace
 from eai.pddl.val import installed_val
 from eai.world.action import Action
 from eai.world.execution import execute
-from reference_child import cpu_seconds
 
 WORLDS = Path(__file__).parents[1] / "tests" / "worlds"
 DOMAIN, PROBLEM = WORLDS / "ferry.pddl", WORLDS / "ferry-1.pddl"
@@ -156,7 +156,3 @@ def main() -> None:
         steps = plan_of(length)
         took = {**judging(steps), **evaluating(len(steps)), **of_others(arguments.python, steps)}
         print(f"| {len(steps)} | {' | '.join(f'{took[name]:.3g}' for name in COLUMNS)} |", flush=True)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,8 +1,8 @@
-"""The effect of each difference between the protocols on the numbers of VirtualHome action sequencing.
+"""Print the effect of each difference between the protocols on VirtualHome's action sequencing.
 
 Scores response files under both protocols, then under ``strict`` with one rule of ``eai-1.0.5`` at a time,
 and prints the tables of rates (bench/README.md) and of effects (docs/protocols.md). Run with
-``python bench/protocol_effects.py FILE_OR_FOLDER...`` on files that ``eai score`` reads.
+``python -m bench protocol_effects FILE_OR_FOLDER...`` on files that ``eai score`` reads.
 """
 
 from __future__ import annotations
@@ -239,15 +239,11 @@ def largest(moved: Mapping[str, Sequence[float]]) -> str:
     return ", ".join(f"{name.replace('_', ' ')} {means[name]:+.1f}" for name in shown[:3]) or "none"
 
 
-def main(paths: Sequence[str]) -> None:
+def main() -> None:
     """Print the tables for some response files."""
     tasks = errata_of("virtualhome").tasks(open_tasks())
-    files = [file for path in paths for file in find_response_files(Path(path))]
+    files = [file for path in sys.argv[1:] for file in find_response_files(Path(path))]
     models = [answers_of(read_responses(file, tasks, task_id_of), tasks) for file in files]
     for model in models:
         model.check()
     print("\n".join((*side_by_side(models), "", *effects(models))))
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

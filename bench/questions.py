@@ -1,8 +1,8 @@
-"""World-model questions a CPU second, by kind, how even their answers are, and what shortcuts get of them.
+"""Measure world-model questions per CPU second, the evenness of answers, and shortcuts.
 
 A thousand questions of all kinds are written first, so that no kind pays for opening the tasks.
 
-    python bench/questions.py [--domain D ...] [--n N]
+    python -m bench questions [--domain D ...] [--n N]
 """
 
 from __future__ import annotations
@@ -45,7 +45,3 @@ def main() -> None:
                 f"{size:.0f} characters, entropy {' '.join(f'{each:.2f}' for each in even)}, "
                 f"right without knowing the world {', '.join(best)}"
             )
-
-
-if __name__ == "__main__":
-    main()

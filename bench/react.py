@@ -1,6 +1,6 @@
-"""Inspect's `react` plays over a model behind an OpenAI-compatible server, by the lines of docs/acting.md.
+"""Let Inspect's agent `react` play with a scripted model, and measure time and tokens.
 
-    python bench/react.py [--domain virtualhome] [--tasks 10]
+    python -m bench react [--domain virtualhome] [--tasks 10]
 
 The model is that of mcp_agent.py: a server on this machine that says the commands of the reference. Printed
 are the episodes and how many are won, and CPU seconds a task, start included. Then, without Inspect, of the
@@ -19,12 +19,12 @@ import tempfile
 import time
 from collections.abc import Sequence
 
+from bench.mcp_agent import model
 from eai.agents.agents import random_agent
 from eai.agents.command import DONE
 from eai.agents.play import Arena
 from eai.agents.setting import ACTING, Setting
 from eai.benchmarks.suite import Suite, open_suite
-from mcp_agent import model
 
 TURNS = 30
 CHARACTERS = 3.5
@@ -93,7 +93,3 @@ def main() -> None:
     task_ids = there[:: max(1, len(there) // arguments.tasks)][: arguments.tasks]
     with_inspect(suite, task_ids)
     at_random(suite, task_ids)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
-"""The fewest edits that repair failed plans of models: how many are known, and how long it takes.
+"""Measure how many fewest edits of models' failed plans are known, and how long it takes.
 
-    python bench/repairs.py [HOUSEHOLD] [--number N] [--seed S] [--effort N]
+    python -m bench repairs [HOUSEHOLD] [--number N] [--seed S] [--effort N]
 
 Of the plans in ``../shared/oracle`` that can be read and fail, so many are drawn by chance. The fewest edits
 are exact if they are proved to be, and near if the bounds differ by two at most. What takes more than a CPU
@@ -18,12 +18,12 @@ from itertools import islice
 from typing import NamedTuple
 
 import eai
+from differential.oracle_answers import model_files, oracle_answers, require_oracle
 from eai.abilities.repair import EFFORT
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.registry import FIRST
 from eai.benchmarks.suite import Suite
 from eai.results.collector import collect_seldom
-from oracle_answers import model_files, oracle_answers, require_oracle
 
 _IN_TIME, _NEAR = 1.0, 2
 """The CPU seconds within which a repair counts; the bounds of so many edits are near."""
@@ -88,7 +88,3 @@ def main() -> None:
         random.Random(chosen.seed).shuffle(failed)  # noqa: S311
         found = filter(None, (_mend(look_back, chosen.effort) for look_back in failed))
         _print(household, list(islice(found, chosen.number)))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
-"""What a report of many models costs: processor time, memory and the size of the explorer.
+"""Measure processor time and memory of `eai report` for many models, and the explorer's size.
 
-    .venv/bin/python bench/report.py RECORDS [--models 18]
+    python -m bench report RECORDS [--models 18]
 
 RECORDS is a folder with the records of one model, at best of all eight suites, with explanations. Each run is
 copied under as many names as there are models; then `eai report --paper` is run on the copies.
@@ -47,7 +47,3 @@ def multiply(file: Path, folder: Path, models: int) -> int:
         lines = (json.dumps({**record, "model": place.name}) for record in records)
         (place / RECORDS).write_text("\n".join(lines) + "\n", encoding="utf-8")
     return models * len(records)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""What a run costs beyond Inspect and the model: processor time a sample, ours beside Inspect alone.
+"""Measure the processor time per sample that `eai run` adds to Inspect and the model.
 
 Ours is timed sample by sample, for every suite: making the scorer of a task (once a task, however many models
 are asked), scoring an answer, explaining it, writing the record. `--difference` adds what asking costs beyond
@@ -6,7 +6,7 @@ Inspect alone, answers written down included: all of `eai run`'s asking and Insp
 scored, put the same questions to the same built-in model in turn, since a run varies more than they differ.
 Transition modeling is scored without a planner, whose time is not overhead.
 
-    python bench/run_overhead.py [--samples N] [--difference ROUNDS] [--suite DOMAIN ABILITY]
+    python -m bench run_overhead [--samples N] [--difference ROUNDS] [--suite DOMAIN ABILITY]
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def measure(asked: Questions, rounds: int) -> dict[str, float]:
     return result
 
 
-def main(samples: int, rounds: int, suite: tuple[str, str] | None) -> None:
+def measure_suites(samples: int, rounds: int, suite: tuple[str, str] | None) -> None:
     """Measure and print, as a table and as one JSON line."""
     suites = [(d, a) for d in ("virtualhome", "behavior") for a in FOUR if suite in (None, (d, a.value))]
     results: dict[str, dict[str, float]] = {}
@@ -140,7 +140,7 @@ def main(samples: int, rounds: int, suite: tuple[str, str] | None) -> None:
     print(json.dumps({"samples": samples, "suites": results}))
 
 
-if __name__ == "__main__":
+def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -148,4 +148,6 @@ if __name__ == "__main__":
     parser.add_argument("--difference", type=int, default=0, metavar="ROUNDS")
     parser.add_argument("--suite", nargs=2, metavar=("DOMAIN", "ABILITY"))
     arguments = parser.parse_args()
-    main(arguments.samples, arguments.difference, None if arguments.suite is None else tuple(arguments.suite))
+    measure_suites(
+        arguments.samples, arguments.difference, None if arguments.suite is None else tuple(arguments.suite)
+    )

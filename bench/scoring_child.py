@@ -11,7 +11,7 @@ import time
 from itertools import pairwise
 from pathlib import Path
 
-from reference_child import peak_bytes
+from differential.reference_child import peak_bytes
 
 
 def main(path: Path) -> None:

@@ -1,4 +1,4 @@
-"""A million answers in one file: processor time, memory and bytes, alone and with workers; a driver's share.
+"""Measure the scoring of a million answers in one process, with workers, and on Ray.
 
 The answers are mutated plans of VirtualHome's (`mutated_plans`), of which so many are different, and each is
 a sample of its task. They are written first, which is not counted. Then ``eai score`` reads and scores the
@@ -8,7 +8,7 @@ driver counts. With ``--simulated N`` there are N workers besides that score one
 one, sleep as long as that took: the share of a core that their driver has to do shows how many it can keep
 busy. Only on Linux.
 
-    python bench/stream.py [--answers 1000000] [--different 20000] [--workers 2] [--ray] [--simulated 16]
+    python -m bench stream [--answers 1000000] [--different 20000] [--workers 2] [--ray] [--simulated 16]
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ from itertools import count, islice
 from pathlib import Path
 from typing import NamedTuple
 
+from differential.mutated_answers import maker
+from differential.mutations import Dice
 from eai.abilities.protocol import Ability
 from eai.benchmarks.suite import open_suite
 from eai.results.batch import Scoring
@@ -36,8 +38,6 @@ from eai.results.options import ScoringOptions
 from eai.results.records import RECORDS, SUMMARY, Part, write_parts
 from eai.results.responses import Row, read_responses
 from eai.results.workers import Workers
-from mutated_answers import maker
-from mutations import Dice
 
 SUITE = ("virtualhome", Ability.ACTION_SEQUENCING)
 BECOME_REAPER = 36
@@ -162,7 +162,3 @@ def simulate(answers: Path, workers: int, *, explanations: bool) -> None:
         f"  the driver: {1e6 * driving / number:.1f} microseconds an answer, {driving / busy:.2f} of a core"
     )
     print(f"  before that it checks the file: {1e6 * reading / number:.1f} microseconds an answer")
-
-
-if __name__ == "__main__":
-    main()

@@ -1,11 +1,11 @@
-"""What `strict` costs beside `eai-1.0.5` in subgoal decomposition, on the answers of models in the oracle.
+"""Compare the cost of `strict` and `eai-1.0.5` in subgoal decomposition.
 
 Under `strict` a subgoal is carried out by a small search, under `eai-1.0.5` by the reference's tables; the
 ratio of processor time an answer is what the search costs. Scorers are made beforehand; each answer is scored
 once, all models' answers to a task by one scorer. Then an answer that is made to take long under `strict`:
 sixteen subgoals, each an action on whatever object.
 
-    python bench/strict_subgoals.py [--every 4]
+    python -m bench strict_subgoals [--every 4]
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ import argparse
 import json
 import time
 
+from differential.oracle_answers import OracleAnswer, model_files, oracle_answers, require_oracle
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.suite import open_suite
 from eai.results.collector import collect_seldom
-from oracle_answers import OracleAnswer, model_files, oracle_answers, require_oracle
 
 LONG = OracleAnswer(
     "27_2",
@@ -67,7 +67,3 @@ def _costs(domain: str, protocol: Protocol, answers: list[OracleAnswer]) -> list
         scorer.score(answer.text)
         costs.append((time.process_time() - start) * 1000)
     return sorted(costs)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
-"""Which tasks no plan can solve, proved by what could ever be so if nothing got in the way of anything.
+"""Prove that tasks have no plan, from the facts that could ever become true.
 
-    python bench/unsolvable.py [SUITE] [--every N] [--solved]
+    python -m bench unsolvable [SUITE] [--every N] [--solved]
 
 Every fact may be so, or not, from when an action could make it so, whatever else is so then; what can be held
 may be anywhere. What cannot be so even then is never so: a goal that cannot is proved out of reach. So are
@@ -11,7 +11,6 @@ goals whose facts exclude each other. By default the activities of BEHAVIOR-1K t
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -124,7 +123,3 @@ def main() -> int:
         print(f"{task.id}: {'out of reach' if never else 'open'} {shown}"[:200], flush=True)
     print(f"{proved} of {len(chosen)} proved out of reach, {time.process_time() - start:.0f} CPU s")
     return int(arguments.solved and proved > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -10,13 +10,10 @@ from eai.abilities.protocol import FOUR
 from eai.base.store import Store
 from sweeps import swept
 
-FUZZ = ROOT / "bench" / "fuzz.py"
-
 
 @pytest.mark.parametrize("rows", [8, *swept(25)])
 def test_every_hostile_answer_has_one_verdict(data_store: Store, rows: int) -> None:
-    run = subprocess.run(
-        [sys.executable, FUZZ, "--rows", str(rows), "--seed", "5"], capture_output=True, text=True
-    )
+    command = [sys.executable, "-m", "bench", "fuzz", "--rows", str(rows), "--seed", "5"]
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert run.returncode == 0, run.stdout + run.stderr
     assert run.stdout.count(f"{rows} answers, 0 wrong") == 2 * 2 * len(FOUR)

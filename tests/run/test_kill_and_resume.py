@@ -10,14 +10,13 @@ from by_path import ROOT
 from eai.base.store import Store
 from sweeps import swept
 
-BENCH = ROOT / "bench" / "kill_and_resume.py"
-
 
 @pytest.mark.skipif(sys.platform == "win32", reason="forks")
 @pytest.mark.parametrize("kind", ["plain", *swept("replanning", "pipeline", "acting")])
 def test_what_is_killed_again_and_again_comes_to_the_same_end(data_store: Store, kind: str) -> None:
-    command = [sys.executable, BENCH, "--kills", "2", "--tasks", "6", "--kind", kind]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    program = [sys.executable, "-m", "bench", "kill_and_resume"]
+    options = ["--kills", "2", "--tasks", "6", "--kind", kind]
+    done = subprocess.run([*program, *options], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert (found["kills"] >= 2, found["lost"], found["doubled"], found["differing"]) == (True, 0, 0, 0)

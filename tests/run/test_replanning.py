@@ -174,9 +174,8 @@ def test_options_that_contradict_each_other(options: str, message: str, tmp_path
 @sweep
 def test_what_is_killed_and_goes_on_loses_and_doubles_nothing(data_store: Store) -> None:
     """A few of the cycles of the benchmark, which has a hundred."""
-    script = ROOT / "bench" / "kill_and_resume.py"
-    command = [sys.executable, str(script), "--kills", "3", "--tasks", "6"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    command = [sys.executable, "-m", "bench", "kill_and_resume", "--kills", "3", "--tasks", "6"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert (found["lost"], found["doubled"], found["differing"]) == (0, 0, 0)

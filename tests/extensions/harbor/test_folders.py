@@ -149,7 +149,7 @@ def test_names_of_folders_are_unique(nights: Path, tmp_path: Path) -> None:
         exported(str(other), "action_sequencing", ["dark/1", "dark-1"], tmp_path / "out")
 
 
-@pytest.mark.skipif(HARBOR is None, reason="Harbor is not installed: bench/harbor.py says how")
+@pytest.mark.skipif(HARBOR is None, reason="Harbor is not installed: see `python -m bench harbor -h`")
 @pytest.mark.parametrize("ability", ["action_sequencing", "acting"])
 @pytest.mark.parametrize("how", [{}, {"image": "a", "verifier_image": "b"}])
 def test_harbor_finds_nothing_wrong(

@@ -1,4 +1,4 @@
-"""The answers that have the reference's verdict in ``../shared/oracle``, whatever a file calls its rows."""
+"""Answers that have the reference's verdict in ``../shared/oracle``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-ORACLE = Path(__file__).resolve().parents[2] / "shared" / "oracle"
+ORACLE = Path(__file__).resolve().parents[3] / "shared" / "oracle"
 
 NO_MODELS = ("gold", "gt", "perturb", "helm")
 """How the names of files begin that hold no model's answers."""

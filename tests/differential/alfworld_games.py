@@ -1,7 +1,9 @@
-"""Games of ALFWorld, played at random on TextWorld's engine and on ours: commands, facts and end.
+"""Compare random games of ALFWorld on TextWorld's engine and on ours.
 
-``bench/alfworld_games.py --python PYTHON [--games 48] [--turns 2100] [--seed 1]``: PYTHON is that of an
-environment with the packages `alfworld` and `textworld[pddl]`. Exits with status 1 where the two differ.
+    python -m bench alfworld_games --python PYTHON [--games 48] [--turns 2100] [--seed 1]
+
+PYTHON is the interpreter of an environment with the packages `alfworld` and `textworld[pddl]`.
+Exits with status 1 if the two differ.
 """
 
 from __future__ import annotations
@@ -74,7 +76,3 @@ def main() -> None:
     for line in odd:
         print(line)
     raise SystemExit(bool(odd))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,8 +1,8 @@
-"""Let the reference judge answers one by one: `differential.py`'s half in the other environment.
+"""Let the reference judge answers one by one: `compare_with_reference.py`'s half in the other environment.
 
-`python differential_child.py DOMAIN ABILITY ROWS`, with PYTHONHASHSEED=0, where ROWS is a JSON file of
-`rows`, each a task's id and an answer, and of the `scenes` of BEHAVIOR. Each line printed is the verdict on a
-row as a JSON object, in order; one with `crash` says what exception would have ended the whole run.
+`python compare_with_reference_child.py DOMAIN ABILITY ROWS`, with PYTHONHASHSEED=0. ROWS is a JSON file
+of `rows`, each a task's id and an answer, and of the `scenes` of BEHAVIOR. Each line printed is the verdict
+on a row as a JSON object, in order; one with `crash` says what exception would have ended the whole run.
 
 The package is unmodified, and its own functions judge. What is replaced in memory changes no verdict, but for
 order: where the package takes the order of a set of strings, or draws lots, it gets the one order and the one

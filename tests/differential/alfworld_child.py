@@ -205,7 +205,7 @@ def play(file: Path, turns: int, rng: random.Random) -> None:
 
 def main() -> None:
     folder, games, turns, seed = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4])
-    rng = random.Random(seed)  # noqa: S311 - which games they are
+    rng = random.Random(seed)
     for number in range(games):
         file = make(folder, number, rng)
         if turns:

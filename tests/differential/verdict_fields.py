@@ -1,4 +1,4 @@
-"""What is compared of our verdicts: the fields that `differential_child` tells of the reference's.
+"""Fields of our verdicts that are compared with the reference's.
 
 They are those of the published verdicts, as a summary counts them.
 """

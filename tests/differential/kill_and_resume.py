@@ -1,9 +1,9 @@
-"""Kills a replanning run again and again, goes on with it, and looks whether anything is lost or doubled.
+"""Kill a run many times, resume it, and check that no answer is lost, doubled or changed.
 
-    python bench/kill_and_resume.py --kills 70                  replanning
-    python bench/kill_and_resume.py --kills 70 --kind plain     one answer a task
-    python bench/kill_and_resume.py --kills 70 --kind pipeline  questions that state interpreted goals
-    python bench/kill_and_resume.py --kills 70 --kind acting    episodes, killed in their midst
+    python -m bench kill_and_resume --kills 70                  replanning
+    python -m bench kill_and_resume --kills 70 --kind plain     one answer a task
+    python -m bench kill_and_resume --kills 70 --kind pipeline  questions that state interpreted goals
+    python -m bench kill_and_resume --kills 70 --kind acting    episodes, killed in their midst
 
 A process that does a job of ``eai run`` is killed (SIGKILL) after a few more answers, at a moment that nobody
 chose, and started again, until it ends. Then its records, summary and answers must be those of a run that was
@@ -169,7 +169,7 @@ def main() -> None:
     parser.add_argument("--tasks", type=int, default=30)
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
-    todo, chance = make_work(arguments.kind, arguments.tasks), random.Random(arguments.seed)  # noqa: S311 - no secrets
+    todo, chance = make_work(arguments.kind, arguments.tasks), random.Random(arguments.seed)
     kills, runs, lost, doubled, differing, answers, anew = 0, 0, 0, 0, 0, 0, 0
     with tempfile.TemporaryDirectory() as temporary:
         alone = Path(temporary, "alone")
@@ -198,7 +198,3 @@ def main() -> None:
     counted = {"kind": arguments.kind, "kills": kills, "runs": runs, "answers": answers}
     found = {"lost": lost, "doubled": doubled, "differing": differing, "begun_anew": anew}
     print(json.dumps({**counted, **found}))
-
-
-if __name__ == "__main__":
-    main()

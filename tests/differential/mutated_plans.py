@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import TypeAlias
 
+from differential.mutations import Dice, rearranged, slightly_corrupted
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
-from mutations import Dice, rearranged, slightly_corrupted
 
 Step: TypeAlias = "tuple[str, list[object]]"
 """An action and what stands in its list."""

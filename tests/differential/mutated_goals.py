@@ -6,11 +6,11 @@ import json
 from collections.abc import Mapping, Sequence
 from functools import partial
 
+from differential.mutations import Dice, rearranged, slightly_corrupted
 from eai.benchmarks.behavior.notation import RELATIONS, STATES
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
-from mutations import Dice, rearranged, slightly_corrupted
 
 SECTIONS = ("node goals", "edge goals", "action goals")
 NODE_STATES = (

@@ -1,4 +1,4 @@
-"""The reference's symbolic evaluation of BEHAVIOR: `differential_child.py` imports it for that data set.
+"""The reference's symbolic evaluation of BEHAVIOR, imported by `compare_with_reference_child.py`.
 
 It runs in an environment with `eai-eval`, networkx and PyYAML. In place of the simulator stand objects that
 say what the simulator would say of each task; the evaluation itself is the package's own, unmodified.

@@ -1,4 +1,4 @@
-"""What makes an answer into one that no model would write: dice, and changes of any text.
+"""Seeded random changes that make an answer into an answer that no model would write.
 
 Everything is a pure function of a seed.
 """
@@ -16,7 +16,7 @@ class Dice:
     """A seeded source of choices."""
 
     def __init__(self, seed: str) -> None:
-        self._random = random.Random(seed)  # noqa: S311 - reproducible, not secret
+        self._random = random.Random(seed)
 
     def chance(self, probability: float) -> bool:
         """Whether something of this probability happens."""

@@ -1,6 +1,6 @@
-"""Random plays through all doors to a game: equal observations, faults, ends and verdicts.
+"""Compare random plays through gymnasium, Inspect's tools, an MCP server, and as a plan.
 
-    python bench/random_plays.py [SUITE ...] [--plays 1000] [--inspect 200] [--mcp 200]
+    python -m bench random_plays [SUITE ...] [--plays 1000] [--inspect 200] [--mcp 200]
 
 Each play is the commands of a null agent; a tenth of them only look, cannot be read, or are of a thing that
 there is not. All plays go through gymnasium, and the first ones through the tools that Inspect's agents have
@@ -66,7 +66,7 @@ class Check:
 
 def drawn(arena: Arena, suite: Suite, number: int) -> tuple[Play, Told]:
     """A random play and what it was told."""
-    rng = random.Random(f"play {number}")  # noqa: S311
+    rng = random.Random(f"play {number}")
     tasks = [task for task in suite.tasks.values() if task.left_out is None]
     play = arena.play(rng.choice(tasks))
     name = rng.choice(["random", "blind"] if number % 10 else ["novel"])
@@ -218,7 +218,3 @@ def main() -> None:
     print(f"{len(check.differences):,} differences; {time.process_time() - start:.0f} CPU s")
     print("\n".join([each[:500] for each in check.differences[:10]]))
     sys.exit(bool(check.differences))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,9 +1,9 @@
-"""Hostile answers: does every one get a verdict, the same each time, and what does the dearest cost?
+"""Score hostile answers, and print exceptions, double verdicts and the cost of the most expensive.
 
-    python bench/fuzz.py                                    2,000 answers to each of the eight suites
-    python bench/fuzz.py --suite behavior/ --rows 200 --seed 7
-    python bench/fuzz.py --dearest 10                       names ten answers of each suite and protocol
-    python bench/fuzz.py --suite behavior/subgoal --answer 176
+    python -m bench fuzz                   2,000 answers to each of the eight suites
+    python -m bench fuzz --suite behavior/ --rows 200 --seed 7
+    python -m bench fuzz --dearest 10      names ten answers of each suite and protocol
+    python -m bench fuzz --suite behavior/subgoal --answer 176
 
 Answers are those of `mutated_answers`, one in four of them made worse: cut off, repeated, nested, with
 quantifiers around a formula, or with characters that no answer has. They are a pure function of the seed.
@@ -27,14 +27,14 @@ import time
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from differential.mutated_answers import maker
+from differential.mutations import Dice
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import fields_of
 from eai.results.collector import collect_seldom
 from eai.tasks.source import Source
-from mutated_answers import maker
-from mutations import Dice
 
 SUITES = tuple(f"{domain}/{ability.value}" for domain in ("virtualhome", "behavior") for ability in FOUR)
 LONGEST = 20_000
@@ -221,7 +221,3 @@ def main() -> int:
             sys.stdout.flush()
             failed |= bool(fuzzed.wrong)
     return int(failed)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

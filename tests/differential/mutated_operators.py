@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
-from mutations import Dice, rearranged, slightly_corrupted
+from differential.mutations import Dice, rearranged, slightly_corrupted
 
 Tree: TypeAlias = "str | list[Tree]"
 """A word, or what stands in brackets."""

@@ -1,7 +1,7 @@
-"""Mutated answers judged by the reference and by protocol `eai-1.0.5`, field by field.
+"""Compare the verdicts of the reference and of `eai-1.0.5` on mutated answers, field by field.
 
-    python bench/differential.py                               1,000 answers to each of the eight suites
-    python bench/differential.py --suite behavior/ --rows 200 --seed 7
+    python -m bench compare_with_reference    1,000 answers to each of the eight suites
+    python -m bench compare_with_reference --suite behavior/ --rows 200 --seed 7
 
 The answers are gold ones changed at random, from a misplaced step to a broken bracket, a pure function of the
 seed. Both sides judge each by itself. Exits with status 1 where a field differs.
@@ -18,7 +18,6 @@ import argparse
 import json
 import os
 import subprocess
-import sys
 import tempfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -28,7 +27,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from behavior_scenes import ALSO_IMPORTED, described
+from differential.behavior_scenes import ALSO_IMPORTED, described
+from differential.mutated_answers import maker
+from differential.mutations import Dice
+from differential.reference import CACHE, REFERENCE, environment
+from differential.verdict_fields import examples, fields
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.verdict import Verdict
@@ -37,12 +40,8 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.reference.protocol import open_virtualhome
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
-from mutated_answers import maker
-from mutations import Dice
-from reference import CACHE, REFERENCE, environment
-from verdict_fields import examples, fields
 
-CHILD = Path(__file__).with_name("differential_child.py")
+CHILD = Path(__file__).with_name("compare_with_reference_child.py")
 SUITES = tuple(f"{domain}/{ability.value}" for domain in ("virtualhome", "behavior") for ability in FOUR)
 NEEDED = ("scipy", *ALSO_IMPORTED)
 
@@ -198,7 +197,3 @@ def prepared(cache: Path) -> Path:
     if probe.returncode:
         subprocess.run([str(python), "-m", "pip", "install", "--quiet", *NEEDED], check=True)
     return python
-
-
-if __name__ == "__main__":
-    sys.exit(main())

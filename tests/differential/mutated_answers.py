@@ -1,4 +1,4 @@
-"""What makes mutated answers to the tasks of a suite."""
+"""Makers of mutated answers to the tasks of a suite."""
 
 from __future__ import annotations
 
@@ -6,6 +6,11 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeAlias
 
+from differential.mutated_goals import behavior_goals, virtualhome_goals
+from differential.mutated_operators import operators
+from differential.mutated_plans import behavior_plan, virtualhome_plan
+from differential.mutated_subgoals import Words, subgoals
+from differential.mutations import Dice
 from eai.abilities.protocol import Ability
 from eai.benchmarks.behavior import tasks as behavior
 from eai.benchmarks.behavior.notation import BehaviorSubgoals
@@ -14,11 +19,6 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome import tasks as virtualhome
 from eai.benchmarks.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
 from eai.world.state import Scene
-from mutated_goals import behavior_goals, virtualhome_goals
-from mutated_operators import operators
-from mutated_plans import behavior_plan, virtualhome_plan
-from mutated_subgoals import Words, subgoals
-from mutations import Dice
 
 Maker: TypeAlias = Callable[[Dice, str], str]
 """Makes an answer to a task, which is given by its id."""

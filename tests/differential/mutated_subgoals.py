@@ -6,8 +6,8 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from differential.mutations import Dice, rearranged, slightly_corrupted
 from eai.logic.signature import Signature
-from mutations import Dice, rearranged, slightly_corrupted
 
 ODD_SUBGOALS: tuple[object, ...] = (
     "",

@@ -1,0 +1,1 @@
+"""Programs that measure `eai`, and their results: `python -m bench` lists them."""
