@@ -1,7 +1,7 @@
 """Print the effect of each difference between the protocols on VirtualHome's action sequencing.
 
 Scores response files under both protocols, then under ``strict`` with one rule of ``eai-1.0.5`` at a time,
-and prints the tables of rates (bench/README.md) and of effects (docs/protocols.md). Run with
+and prints the tables of rates (bench/README.md) and of effects (docs/extensions/reference). Run with
 ``python -m bench protocol_effects FILE_OR_FOLDER...`` on files that ``eai score`` reads.
 """
 

@@ -83,7 +83,7 @@ def helped(command: Any) -> Iterator[str]:
         yield from helped(command.commands[name])
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_the_commands_of_a_page_are_understood(page: Path) -> None:
     for line in walked(page.read_text("utf-8")):
         for arguments in invocations(line):

@@ -14,12 +14,15 @@ TABLE = re.compile(
 )
 """A table on a page that a program writes, and a test compares."""
 
+EXTENSIONS = ROOT / "src/eai/extensions"
+
 REFERENCE = {
     "api": "written by tools/api_page.py",
     "commands": "written by tools/commands_page.py",
     "errata": "an entry for each erratum",
+    "extensions/reference/README": "an entry for each difference",
     "glossary": "written by tools/glossary.py",
-    "protocols": "an entry for each difference",
+    "protocols": "an entry for each rule",
     "records": "an entry for each field",
     "study": "written by tools/study",
 }
@@ -29,8 +32,13 @@ WRITTEN = ("api", "commands", "glossary", "study")
 """The pages that a program writes: their words are those of the code and its data."""
 
 
+def name_of(page: Path) -> str:
+    """Return the path of a page below docs/, without its ending."""
+    return page.relative_to(ROOT / "docs").with_suffix("").as_posix()
+
+
 def words(page: Path) -> int:
-    """How many words of a page are written by hand: the bars and rules of a table are none."""
+    """Return the number of words that are written by hand, without the rules of tables."""
     return len(re.findall(r"\S*\w\S*", TABLE.sub("", page.read_text(encoding="utf-8"))))
 
 
@@ -40,13 +48,22 @@ def test_readme_has_at_most_700_words() -> None:
 
 @pytest.mark.parametrize(
     "page",
-    [page for page in sorted((ROOT / "docs").rglob("*.md")) if page.stem not in REFERENCE],
-    ids=lambda page: page.stem,
+    [page for page in sorted((ROOT / "docs").rglob("*.md")) if name_of(page) not in REFERENCE],
+    ids=name_of,
 )
 def test_a_page_has_at_most_1500_words(page: Path) -> None:
     assert words(page) <= 1500
 
 
 def test_all_written_by_hand_has_at_most_30_000_words() -> None:
-    pages = [page for page in (ROOT / "docs").rglob("*.md") if page.stem not in WRITTEN]
+    pages = [page for page in (ROOT / "docs").rglob("*.md") if name_of(page) not in WRITTEN]
     assert sum(map(words, pages)) <= 30_000
+
+
+def test_each_extension_has_a_page_that_begins_with_its_purpose_and_how_to_install_it() -> None:
+    names = sorted(path.parent.name for path in EXTENSIONS.glob("*/__init__.py"))
+    assert sorted(page.parent.name for page in (ROOT / "docs/extensions").glob("*/README.md")) == names
+    for name in names:
+        head, *_ = (ROOT / "docs/extensions" / name / "README.md").read_text("utf-8").split("\n## ")
+        assert "\n\nThis extension " in head, name
+        assert "It comes with `eai`" in head or "$ pip install" in head, name

@@ -1,4 +1,4 @@
-"""Draw the gallery of figures, docs/gallery.md with its pictures, from records of answers.
+"""Draw the figures of reports and analyses that pages of docs/ show, from records of answers.
 
     python tools/gallery.py RECORDS [NAME...]
 
@@ -25,19 +25,9 @@ from eai.cli import app
 from eai.extensions.scenes.rendered import photographs_of
 
 ROOT = Path(__file__).parent.parent
-PAGE = ROOT / "docs/gallery.md"
 PICTURES = ROOT / "docs/images/gallery"
 COLORS = 128
 """So many colours are enough for a figure, and make a small file."""
-
-INTRODUCTION = """\
-# Gallery
-
-These are the figures of `eai report` and `eai analyze`.
-
-All figures but the last show public answers of the paper's models under [`strict`](protocols.md).
-[Reports](reports.md) and [Analyses](analyses.md) explain them.
-"""
 
 
 class Figure(NamedTuple):
@@ -48,22 +38,17 @@ class Figure(NamedTuple):
         command: what writes it, among others.
         records: which records it is of, as patterns below their folder; none for photographs.
         file: its file among those that are written, without ending.
-        title: its heading.
-        caption: what it shows.
     """
 
     name: str
     command: str
     records: tuple[str, ...]
     file: str
-    title: str
-    caption: str
 
 
 REPORT = "eai report scores --out report --paper --summary --formats png"
 THREE = ("gpt-4o*", "llama-3-8b*", "o1-mini*")
 PLANS_B, PLANS_V = "behavior/action_sequencing", "virtualhome/action_sequencing"
-
 
 FIGURES = (
     Figure(
@@ -71,113 +56,84 @@ FIGURES = (
         REPORT,
         ("*/*/gpt-4o*",),
         "plots/summary-gpt-4o-2024-05-13-strict",
-        "A model on one page",
-        "Main results, reached goals and errors, with intervals. Ticks mark the published models.",
     ),
     Figure(
         "radar",
         REPORT,
         ("*/*/*",),
         "plots/radar-strict",
-        "All abilities and worlds",
-        "The main results of 18 models, of which the nine best have colours.",
     ),
     Figure(
         "outcomes",
         REPORT,
         tuple(f"behavior/*/{model}" for model in THREE),
         "plots/outcomes-behavior-strict",
-        "Outcomes of answers",
-        "Each answer counts once, in the band of its first error.",
     ),
     Figure(
         "flow",
         REPORT,
         tuple(f"{PLANS_V}/{model}" for model in THREE),
         "plots/flow-action_sequencing-virtualhome-strict",
-        "From answer to goal",
-        "The percentage of answers that pass each stage, and why the others fail.",
     ),
     Figure(
         "difficulty",
         REPORT,
         tuple(f"behavior/*/{model}" for model in THREE),
         "plots/difficulty-action_sequencing-behavior-strict",
-        "Success by features of a task",
-        "A hollow mark stands for fewer than five tasks.",
     ),
     Figure(
         "actions",
         REPORT,
         tuple(f"behavior/*/{model}" for model in THREE),
         "plots/actions-subgoal_decomposition-behavior-strict",
-        "By action",
-        "The percentage of steps that were executed. Brackets mark actions with fewer than five steps.",
     ),
     Figure(
         "curves",
         "eai analyze cofactors scores --out cofactors",
         (f"{PLANS_B}/*",),
         "curves-behavior-action_sequencing-strict",
-        "What lowers success",
-        "The thick line is all models together, with intervals. Thin lines are single models.",
     ),
     Figure(
         "adjusted",
         "eai analyze cofactors scores --out cofactors",
         (f"{PLANS_B}/*",),
         "adjusted-behavior-action_sequencing-strict",
-        "Each feature, the others held fixed",
-        "Among plans of equal length, the number of objects shows no effect.",
     ),
     Figure(
         "flow_all",
         "eai analyze errors scores --out errors",
         ("*/*/*",),
         "flow-all-strict",
-        "Errors in all abilities and worlds",
-        "Hatching marks answers with additional steps, which end no plan.",
     ),
     Figure(
         "leaves",
         "eai analyze errors scores --out errors",
         (f"{PLANS_V}/*",),
         "leaves-virtualhome-action_sequencing-strict",
-        "Errors by the paper's taxonomy",
-        "The percentage of each model's answers with each kind of error.",
     ),
     Figure(
         "why",
         "eai analyze errors scores --out errors",
         (f"{PLANS_B}/*",),
         "why-behavior-action_sequencing-strict",
-        "Which precondition is overlooked",
-        "Each check that failed, with its share of all runtime errors.",
     ),
     Figure(
         "recall",
         "eai analyze goals scores --out goals",
         ("behavior/goal_interpretation/*",),
         "recall-behavior-goal_interpretation-strict",
-        "Which goals are found",
-        "The recall of goal interpretation by predicate.",
     ),
     Figure(
         "items",
         "eai analyze items scores --out items",
         ("virtualhome/subgoal_decomposition/*",),
         "items-virtualhome-subgoal_decomposition-strict",
-        "Tasks and models on one scale",
-        "A task measures a model best if its difficulty is near the model's ability. Here most models have "
-        "few such tasks.",
     ),
     Figure(
         "rendered",
         "eai export pictures --domain behavior --limit 8 --format rendered --out photographs",
         (),
         "photographs",
-        "Scenes with bodies",
-        "Eight of BEHAVIOR's initial states, seen from the robot's head or from near the place of work.",
     ),
 )
 
@@ -198,7 +154,7 @@ SMALL = (272, 204)
 
 
 def main() -> None:
-    """Draw the pictures and write the page."""
+    """Draw the pictures."""
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     records, names = Path(sys.argv[1]), sys.argv[2:]
@@ -213,7 +169,6 @@ def main() -> None:
             run(command, [path for pattern in patterns for path in sorted(records.glob(pattern))], folder)
             for figure in figures:
                 shrink(Path(folder) / f"{figure.file}.png", PICTURES / f"{figure.name}.png")
-    PAGE.write_text(page(FIGURES), encoding="utf-8")
 
 
 def _source(figure: Figure) -> tuple[str, tuple[str, ...]]:
@@ -246,17 +201,6 @@ def shrink(source: Path, target: Path, colors: int = COLORS) -> None:
     """Copy a picture with few colours."""
     with Image.open(source) as picture:
         picture.convert("RGB").quantize(colors).save(target, optimize=True)
-
-
-def page(figures: Sequence[Figure]) -> str:
-    """The page: a section a figure, with its command if the figure before has another one."""
-    sections, before = [], ""
-    for each in figures:
-        command = "" if each.command == before else f"```sh\n{each.command}\n```\n\n"
-        picture = f"![{each.title}](images/gallery/{each.name}.png)\n"
-        sections.append(f"## {each.title}\n\n{each.caption}\n\n{command}{picture}")
-        before = each.command
-    return "\n".join([INTRODUCTION, *sections])
 
 
 if __name__ == "__main__":

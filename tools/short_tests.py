@@ -8,7 +8,7 @@ suites whose answers are right or wrong without a planner. What other suites hav
 Tasks are sorted by their difficulty in the Rasch model, and every so many-th is taken, so that the short test
 has easy and difficult ones in the same proportion as the suite. Tasks of most information about the models at
 hand are no better a choice: they order these models well, and others no better than tasks drawn at random
-(``docs/analyses.md``).
+(``docs/extensions/adaptive``).
 """
 
 from __future__ import annotations

@@ -33,6 +33,7 @@ from pathlib import Path
 from typing import TextIO
 
 ROOT = Path(__file__).parent.parent
+EXTENSIONS = ROOT / "docs/extensions"
 EXTRAS = "run,plots,analysis,planner,envs,physics"
 FENCE = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 PROGRAMS = ("eai", "inspect", "lm_eval", "for")
@@ -64,10 +65,12 @@ FIXTURES = {
     "analyses": r"""
 eai run --model eai/noisy --domain behavior --ability transition_modeling --limit 5 --out scores/operators
 """,
-    "gallery": r"""
-eai score answers --out scores
+    "board": r"""
+mkdir -p board/NAME/virtualhome
+cp -r made/virtualhome/action_sequencing board/NAME/virtualhome
+printf 'model = "a model"\ndate = 2026-11-26\n' > board/NAME/submission.toml
 """,
-    "own-pddl": r"""
+    "pddl": r"""
 mv gripper problems
 mv problems/domain.pddl .
 """,
@@ -80,11 +83,6 @@ mkdir answers/goals answers/pipeline
 cp gpt-4o_outputs.json answers/goals
 cp made/behavior/subgoal_decomposition/eai_noisy/eai_noisy_outputs.json answers/pipeline/gpt-4o_outputs.json
 eai score answers/pipeline --domain behavior --ability subgoal_decomposition --out scores/modular
-""",
-    "prompts": r"""
-for name in base general improved; do \
-  eai export prompts --domain virtualhome --ability goal_interpretation \
-    --out prompts/$name/virtualhome_goal_interpretation.json; done
 """,
     "reports": r"""
 mv made runs
@@ -237,12 +235,17 @@ def prepare(walk: Walk, ground: Path) -> None:
     shutil.make_archive(str(ground / "submission"), "zip", ground, "answers")
 
 
+def short_name(page: Path) -> str:
+    """Return the name of a page's extension, or of its file."""
+    return page.parent.name if page.parent.parent == EXTENSIONS else page.stem
+
+
 def walk_page(page: Path, walk: Walk, folder: Path) -> Counter[Fate]:
     """Run the commands of a page in a folder; how many ran, were skipped, failed."""
     name = page.relative_to(ROOT).as_posix()
     text = page.read_text("utf-8")
     count = Counter[Fate]()
-    for command in [*lines(FIXTURES.get(page.stem, "")), *dict.fromkeys(commands(text))]:
+    for command in [*lines(FIXTURES.get(short_name(page), "")), *dict.fromkeys(commands(text))]:
         if command.startswith("cd ") and (folder / command[3:]).is_dir():
             folder /= command[3:]
         else:
@@ -266,7 +269,7 @@ def walk_through(pages: Sequence[Path], walk: Walk, work: Path) -> dict[str, Cou
         mark, text = passed / name.replace("/", "-"), page.read_text("utf-8")
         if mark.exists() and mark.read_text("utf-8") == text:
             continue
-        folder = work / page.stem
+        folder = work / short_name(page)
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(ground, folder)
         counts[name] = walk_page(page, walk, folder)
@@ -298,9 +301,15 @@ def environment(programs: Path, home: Path, port: int) -> dict[str, str]:
 
 
 def main() -> int:
-    every = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    every = [
+        ROOT / "README.md",
+        *sorted((ROOT / "docs").glob("*.md")),
+        *sorted(EXTENSIONS.glob("*/README.md")),
+    ]
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("pages", nargs="*", type=Path, help="pages; README and docs/*.md if none is given")
+    parser.add_argument(
+        "pages", nargs="*", type=Path, help="pages; README, docs and extensions if none is given"
+    )
     parser.add_argument("--python", action="append", help="a Python to install for; more than one will do")
     parser.add_argument("--installer", action="append", choices=("pip", "uv"), help="pip if none is given")
     parser.add_argument("--log", type=Path, default=Path("walk.log"))

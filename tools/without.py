@@ -28,6 +28,7 @@ COPIED = (".ci", ".github", "bench", "board", "docs", "examples", "packages", "s
 OF_ALL = (
     "tests/test_api_page.py",
     "tests/test_commands_page.py",
+    "tests/test_gallery.py",
     "tests/test_glossary.py",
     "tests/test_readme.py",
     "tests/test_study.py",

@@ -12,7 +12,7 @@ from eai.tasks.planning import find_plan, planning_goal
 from sweeps import every
 
 UNREACHABLE = {"688_1"}
-"""Tasks whose goal no plan reaches (docs/planner.md)."""
+"""Tasks whose goal no plan reaches (docs/pddl.md)."""
 
 
 def test_the_goal_of_a_plan_is_that_of_the_task() -> None:

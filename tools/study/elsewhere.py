@@ -353,7 +353,7 @@ CLAIMS: Sequence[Claim] = (
         NOTHING,
         "a difference in plans or subgoals with p < 0.05",
         people,
-        "See [people beside models](people.md).",
+        "See [people beside models](extensions/people/README.md).",
     ),
     Claim(
         "F1",

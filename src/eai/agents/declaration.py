@@ -1,6 +1,6 @@
 """Acting as a registered ability: an episode is an answer, and these are its measures.
 
-Their definitions, with sources, are in ``docs/acting.md``.
+Their definitions, with sources, are in ``docs/agents.md``.
 """
 
 from __future__ import annotations

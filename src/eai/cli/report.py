@@ -76,7 +76,7 @@ def report(
 
     Example: eai report scores --paper
 
-    With --board, a page is made of submissions and seasons (board/README.md); nothing that they say of
+    With --board, a page is made of submissions and seasons (docs/extensions/board); nothing that they say of
     their results counts.
 
     Example: eai report scores --out report --paper

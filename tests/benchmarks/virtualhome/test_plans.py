@@ -178,7 +178,7 @@ def test_the_form_of_the_file_binds_each_answer(with_ids: bool | None, text: str
     assert told(score(REFERENCE, text, with_ids=with_ids)) == outcome
 
 
-# The differences between the protocols, one by one (docs/protocols.md).
+# The differences between the protocols, one by one (docs/extensions/reference).
 
 
 def both(task: Task, text: str) -> tuple[str, str]:

@@ -25,7 +25,7 @@ from eai.results.responses import Response
 # Ray warns of its own options, and of actors that a test has no work for.
 pytestmark = pytest.mark.filterwarnings("ignore:::ray")
 
-PAGE = ROOT / "docs/training.md"
+PAGE = ROOT / "docs/extensions/distributed/README.md"
 EXAMPLE = re.compile(r"^```py\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 

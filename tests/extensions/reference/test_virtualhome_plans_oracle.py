@@ -22,7 +22,7 @@ from oracle import MODELS, Oracle, read_shared
 from sweeps import first_of
 
 REFERENCE = Protocol("eai-1.0.5")
-PAGE = ROOT / "docs" / "protocols.md"
+PAGE = ROOT / "docs" / "extensions" / "reference" / "README.md"
 MEASURED = ROOT / "bench" / "README.md"
 
 WITHOUT_IDS = "helm_gpt-4o-2024-05-13.eai-1.0.5"

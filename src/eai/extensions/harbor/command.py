@@ -32,7 +32,8 @@ def harbor(
     """Write tasks as folders for Harbor and what reads its format, and the image that scores them.
 
     An agent writes its answer to a file; in acting it calls tools, or the command act. Before the first run:
-    docker build -t eai-worlds:VERSION DIR/image. docs/acting.md says which reader can do what.
+    docker build -t eai-worlds:VERSION DIR/image. docs/extensions/harbor lists programs that
+    read the folders.
 
     Example: eai export harbor --domain virtualhome --ability acting --sample 20 --out harbor
 
