@@ -10,7 +10,7 @@ Files of other models are ignored.
     python tools/published_scores.py --check            writes nothing; exit status 1 if a number differs
     python tools/published_scores.py --null-models      the null models instead
 
-Every run also writes the rows of the tables in bench/README.md that show these scores.
+Every run also writes the tables of bench/README.md that show these scores, by way of bench/results.
 
 The numbers depend on the rules, the data and the answers, except for the planner of transition modeling,
 which has a limit of CPU seconds a task.
@@ -25,10 +25,15 @@ import json
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # bench
+
+from bench.record import save_result
+from bench.result import FOLDER, Figure, read_result
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
@@ -78,13 +83,13 @@ _S, _R = Protocol.STRICT, Protocol("eai-1.0.5")
 _GOALS, _SUBGOALS, _PLANS, _OPERATORS = FOUR
 _F1, _SUCCESS, _PLANNER = "overall.f1", "task_success", "overall.planner_success"
 
-PAGE_TABLES: Mapping[tuple[str, str], Sequence[tuple[str, Ability, str, Protocol]]] = {
-    ("bench/README.md", "| model | task success: "): [
+PAGE_TABLES: Sequence[Sequence[tuple[str, Ability, str, Protocol]]] = (
+    [
         ("virtualhome", _PLANS, metric, protocol)
         for metric in (_SUCCESS, "execution_success")
         for protocol in (_R, _S)
     ],
-    ("bench/README.md", "| model | VirtualHome goals, F1 "): [
+    [
         (domain, ability, metric, protocol)
         for domain, ability, metric in (
             ("virtualhome", _GOALS, _F1),
@@ -95,19 +100,15 @@ PAGE_TABLES: Mapping[tuple[str, str], Sequence[tuple[str, Ability, str, Protocol
         )
         for protocol in (_R, _S)
     ],
-    ("bench/README.md", "| model | VirtualHome: planner success "): [
-        (domain, _OPERATORS, metric, _S) for domain in FIRST for metric in (_PLANNER, "overall.plan_works")
-    ],
-    ("bench/README.md", "| model | VirtualHome: clauses "): [
-        (domain, _OPERATORS, metric, _S) for domain in FIRST for metric in (_F1, "literals.f1")
-    ],
-    ("bench/README.md", "| model | sequencing: "): [
+    [
         ("behavior", ability, metric, protocol)
         for ability, metric in ((_PLANS, _SUCCESS), (_SUBGOALS, _SUCCESS), (_GOALS, _F1))
         for protocol in (_R, _S)
     ],
-}
-"""Tables of pages, by page and first words: the columns after the name of the model."""
+    [(domain, _OPERATORS, metric, _S) for domain in FIRST for metric in (_PLANNER, "overall.plan_works")],
+    [(domain, _OPERATORS, metric, _S) for domain in FIRST for metric in (_F1, "literals.f1")],
+)
+"""Columns after the model's name of each table in bench/results/published_scores.json, in order."""
 
 NAMED = {"virtualhome": "VirtualHome", "behavior": "BEHAVIOR"}
 AGREEMENT = (
@@ -146,8 +147,9 @@ def main() -> None:
         for table, (protocol, suite_of) in made.items()
     ]
     if arguments.protocol is None:
-        same += [write_rows(ROOT / page, header, write=not arguments.check) for page, header in PAGE_TABLES]
-        same.append(write_agreement(ROOT / "bench/README.md", write=not arguments.check))
+        same += [
+            write_tables(name, tables, write=not arguments.check) for name, tables in page_tables().items()
+        ]
     if arguments.check and not all(same):
         sys.exit(1)
 
@@ -248,41 +250,44 @@ def null_answers(
     }
 
 
-def write_rows(page: Path, header: str, *, write: bool) -> bool:
-    """Write the rows of a page's table, models before null models, and return whether they are unchanged."""
-    lines = page.read_text(encoding="utf-8").splitlines()
-    start = next(i for i, line in enumerate(lines) if line.startswith(header)) + 2
-    end = next(i for i, line in enumerate([*lines, ""]) if i >= start and not line.startswith("|"))
-    columns = PAGE_TABLES[str(page.relative_to(ROOT)), header]
-    rows = [
-        f"| {file} | {' | '.join(cells(model, columns, published_scores))} |"
-        for file, model in sorted(answer_files().items())
-    ]
-    rows += [f"| `{model}` | {' | '.join(cells(model, columns, null_scores))} |" for model in NULL_MODELS]
-    new = [*lines[:start], *rows, *lines[end:]]
+def page_tables() -> Mapping[str, Sequence[Sequence[Sequence[Figure]]]]:
+    """Return the rows of the page's tables by the name of the result that holds them."""
+    return {
+        "published_scores": [score_rows(columns) for columns in PAGE_TABLES],
+        "paper_tables": [list(agreement_rows())],
+    }
+
+
+def write_tables(name: str, tables: Sequence[Sequence[Sequence[Figure]]], *, write: bool) -> bool:
+    """Write the rows of a result's tables and the page, and return whether the rows are unchanged."""
+    result = read_result(FOLDER / f"{name}.json")
+    new = tuple(
+        replace(table, rows=tuple(map(tuple, rows)))
+        for table, rows in zip(result.tables, tables, strict=True)
+    )
     if write:
-        page.write_text("\n".join(new) + "\n", encoding="utf-8")
-    return new == lines
+        save_result(name, replace(result, tables=new))
+    return new == result.tables
 
 
-def write_agreement(page: Path, *, write: bool) -> bool:
-    """Write how many cells of the paper's tables come out, and return whether the rows are unchanged."""
-    lines = page.read_text(encoding="utf-8").splitlines()
-    start = next(i for i, line in enumerate(lines) if line.startswith("| table of the paper | ")) + 2
-    end = next(i for i, line in enumerate([*lines, ""]) if i >= start and not line.startswith("|"))
-    rows = []
+def score_rows(columns: Sequence[tuple[str, Ability, str, Protocol]]) -> list[list[Figure]]:
+    """Return the rates of all models, then of the null models."""
+    rows = [
+        [file, *cells(model, columns, published_scores)] for file, model in sorted(answer_files().items())
+    ]
+    return rows + [[f"`{model}`", *cells(model, columns, null_scores)] for model in NULL_MODELS]
+
+
+def agreement_rows() -> Iterator[list[Figure]]:
+    """Yield how many cells of each of the paper's tables are within some distances of ours."""
     for name in AGREEMENT:
         table = paper_table(name)
         for domain in FIRST:
             gaps = list(differences(table, domain))
             if gaps:
-                near = " | ".join(str(sum(gap <= limit for gap in gaps)) for limit in (0.056, 1.05, 2.05))
+                near = [sum(gap <= limit for gap in gaps) for limit in (0.056, 1.05, 2.05)]
                 title = name.replace("_", " ").replace(f" {domain}", "")
-                rows.append(f"| {title} | {NAMED[domain]} | {len(gaps)} | {near} | {max(gaps):.1f} |")
-    new = [*lines[:start], *rows, *lines[end:]]
-    if write:
-        page.write_text("\n".join(new) + "\n", encoding="utf-8")
-    return new == lines
+                yield [title, NAMED[domain], len(gaps), *near, round(max(gaps), 1)]
 
 
 def differences(table: PaperTable, domain: str) -> Iterator[float]:
@@ -305,11 +310,11 @@ def cells(
     model: str,
     columns: Sequence[tuple[str, Ability, str, Protocol]],
     scores: Callable[[str], Any],
-) -> Iterator[str]:
-    """Yield the rates of a model in percent, with one decimal."""
+) -> Iterator[Figure]:
+    """Yield the rates of a model in percent, with one decimal, or "-" without a rate."""
     for domain, ability, metric, protocol in columns:
         percent = scores(protocol.value).suites[f"{domain}/{ability.value}"].rates(model)[metric].percent
-        yield "-" if percent is None else f"{percent:.1f}"
+        yield "-" if percent is None else round(percent, 1)
 
 
 def scored(suite: Suite, answers: ResponseFile, metrics: Sequence[str]) -> dict[str, Any]:

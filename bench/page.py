@@ -1,0 +1,102 @@
+"""Write bench/README.md from the results in bench/results.
+
+    python -m bench page [--check]
+
+With `--check` nothing is written, and the exit status is 1 if the page is not up to date.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from bench.result import Claim, Figure, FigureTable, Measurement, Result, read_results
+
+PAGE = Path(__file__).with_name("README.md")
+
+HEAD = """\
+# Benchmarks
+
+Each section is a result: the command that measures it, the machine, the commit if known, and the figures.
+`python -m bench` lists all programs. `python -m bench NAME --help` explains one.
+`python -m bench page` writes this page from the files in [results](results). Do not edit it by hand.
+
+- Speed is a ratio of two processor times, or processor time (CPU s). Other seconds depend on the machine.
+- The reference is the package `eai-eval` 1.0.5, unmodified, in an environment of its own.
+  `python -m bench action_sequencing` (`make bench`) runs it and `eai` on the same 342 answers.
+- "The same" refers to the claim before. Two figures belong to the two things that the claim names.
+"""
+"""Words of the page that no result holds."""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--check", action="store_true", help="compare, write nothing")
+    if parser.parse_args().check:
+        return int(PAGE.read_text(encoding="utf-8") != page_text())
+    write_page()
+    return 0
+
+
+def write_page() -> None:
+    """Write the page from all results."""
+    PAGE.write_text(page_text(), encoding="utf-8")
+
+
+def page_text() -> str:
+    """Return the text of the page."""
+    return "\n".join([HEAD, *(line for result in read_results().values() for line in _section(result))])
+
+
+def table_lines(table: FigureTable) -> list[str]:
+    """Return a table in Markdown; columns of numbers are aligned to the right."""
+    columns = list(zip(*table.rows, strict=True))
+    rules = ["--:" if _is_numeric(column) else "---" for column in columns]
+    return [
+        _row(table.columns),
+        _row(rules),
+        *(_row([figure_text(cell) for cell in row]) for row in table.rows),
+    ]
+
+
+def figure_text(figure: Figure) -> str:
+    """Return a figure as the page shows it."""
+    return f"{figure:,}" if isinstance(figure, int | float) else figure
+
+
+def measurement_text(measured: Measurement) -> str:
+    """Return the command, the machine and the commit of a measurement."""
+    command = "No program" if measured.command is None else f"`{measured.command}`"
+    commit = "" if measured.commit is None else f", commit {measured.commit}"
+    return f"{command}; machine: {measured.machine}{commit}"
+
+
+def _section(result: Result) -> Iterator[str]:
+    yield f"## {result.title}\n"
+    yield f"{measurement_text(result.measured)}\n"
+    if result.claims:
+        yield from (
+            f"- {claim.claim}: **{figure_text(claim.figure)}**{_own(claim)}" for claim in result.claims
+        )
+        yield ""
+    for table in result.tables:
+        yield f"{table.title}{_own(table)}:\n"
+        yield from [*table_lines(table), ""]
+    if result.picture is not None:
+        yield f"![{result.title}]({result.picture})\n"
+
+
+def _own(item: Claim | FigureTable) -> str:
+    return "" if item.measured is None else f" ({measurement_text(item.measured)})"
+
+
+def _is_numeric(cells: Sequence[Figure]) -> bool:
+    return all(re.fullmatch(r"-?[\d.,]*", figure_text(cell)) for cell in cells)
+
+
+def _row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
