@@ -31,7 +31,7 @@ class Measurement:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A statement and its figure; `measured` is None if the measurement is that of the whole result."""
+    """A statement and its figure; `measured` is None if the result's measurement applies."""
 
     claim: str
     figure: Figure
@@ -40,7 +40,7 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class FigureTable:
-    """Figures in rows, whose first cells say what they are about; `measured` as in a claim."""
+    """Rows of figures; `measured` is None if the result's measurement applies."""
 
     title: str
     columns: tuple[str, ...]
@@ -50,11 +50,11 @@ class FigureTable:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What was measured with a command: a section of the page.
+    """Figures of one command, and their section of the page.
 
     Attributes:
         title: Heading of the section.
-        measured: Measurement of all figures that have none of their own.
+        measured: Measurement of all figures without their own measurement.
         claims: Statements with one figure each.
         tables: Tables of figures.
         picture: Path of a picture from the folder of the page, or None.
