@@ -1,4 +1,8 @@
-"""Writes docs/commands.md from the help of all commands: `python tools/commands_page.py`."""
+"""Write docs/commands.md from the help of all commands: `python tools/commands_page.py`.
+
+No plugin of MkDocs does this: with Typer 0.29, mkdocs-typer2 0.4.1 and mkdocs-click 0.9.0 show no option of
+a command that an entry point loads. With a plugin, the page would also be empty in the repository.
+"""
 
 from __future__ import annotations
 

@@ -70,7 +70,10 @@ def navigation(root: Path) -> list[dict[str, object]]:
     sections: list[dict[str, object]] = [{"Start": "README.md"}, {"Documentation": "docs/README.md"}]
     _, *parts = HEADING.split(index.read_text(encoding="utf-8"))
     for title, text in zip(parts[::2], parts[1::2], strict=True):
-        rows = [(row["title"], (index.parent / row["page"]).resolve()) for row in ROW.finditer(text)]
+        rows = [
+            (row["title"].replace("`", ""), (index.parent / row["page"]).resolve())
+            for row in ROW.finditer(text)
+        ]
         sections.append({title: [{name: page.relative_to(root).as_posix()} for name, page in rows]})
     return sections
 
