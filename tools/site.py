@@ -18,6 +18,8 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 BUILD = ROOT / "build/site"
 LINK = re.compile(r"\]\((?!https?:|mailto:|#)(?P<target>[^)#\s]+)")
+NAMED_LINK = re.compile(r"\[(?P<name>[^\]]+)\]\((?!https?:|mailto:|#)(?P<target>[^)#\s]+)\)")
+CODE = re.compile(r"`[^`\n]+`")
 HEADING = re.compile(r"^## (?P<title>.+)$", re.MULTILINE)
 ADDRESS = re.compile(r'^Repository = "(?P<address>[^"]+)"$', re.MULTILINE)
 VERSION = re.compile(r'^__version__ = "(?P<version>[^"]+)"$', re.MULTILINE)
@@ -58,10 +60,18 @@ def lay_out(root: Path, pages: Path) -> None:
         copied.add(file)
         target = pages / file.relative_to(root)
         target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(file, target)
-        if file.suffix == ".md":
-            links = LINK.finditer(file.read_text(encoding="utf-8"))
-            linked += [(file.parent / link["target"]).resolve() for link in links]
+        if file.suffix != ".md":
+            shutil.copyfile(file, target)
+            continue
+        text = file.read_text(encoding="utf-8")
+        linked += [(file.parent / link["target"]).resolve() for link in LINK.finditer(text)]
+        target.write_text(for_site(text, file.parent), encoding="utf-8")
+
+
+def for_site(text: str, folder: Path) -> str:
+    """Return a page without links to folders, and with the bars in its code as Python-Markdown reads them."""
+    text = NAMED_LINK.sub(lambda link: link["name"] if (folder / link["target"]).is_dir() else link[0], text)
+    return CODE.sub(lambda code: code[0].replace(r"\|", "|"), text)
 
 
 def navigation(root: Path) -> list[dict[str, object]]:

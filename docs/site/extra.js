@@ -8,7 +8,22 @@ if (location.protocol === "file:") {
   document.querySelector(".md-header__inner").append(said);
 }
 
-// An option of a command is not broken at its hyphens.
-for (const code of document.querySelectorAll(".language-console code, .language-sh code")) {
-  code.innerHTML = code.innerHTML.replace(/--[\w-]+/g, '<span class="eai-option">$&</span>');
-}
+// Words of code do not break at their hyphens: options of commands, and words in tables.
+const unbroken = (selector, word) => {
+  for (const code of document.querySelectorAll(selector)) {
+    const texts = document.createTreeWalker(code, NodeFilter.SHOW_TEXT);
+    const nodes = [];
+    while (texts.nextNode()) nodes.push(texts.currentNode);
+    for (const node of nodes) {
+      node.replaceWith(...node.data.split(word).map((part, number) => {
+        if (number % 2 === 0) return part;
+        const span = document.createElement("span");
+        span.className = "eai-word";
+        span.textContent = part;
+        return span;
+      }));
+    }
+  }
+};
+unbroken(".language-console code, .language-sh code", /(--[\w-]+)/);
+unbroken("td code, th code", /(?<!\S)(\S{1,60})(?!\S)/);
