@@ -17,6 +17,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, get_args
 
+from bench.record import add_write_option, write_rows
 from eai.abilities.protocol import Ability
 from eai.agents.agents import AGENTS, NULLS, Agent
 from eai.agents.command import DONE
@@ -92,7 +93,8 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=1, help="games of each null in each task")
     parser.add_argument("--agents", nargs="+", choices=AGENTS, default=list(AGENTS))
     parser.add_argument("--view", choices=get_args(View), default="scene")
-    arguments = parser.parse_args()
+    add_write_option(parser)
+    arguments, rows = parser.parse_args(), []
     rules = STANDARD.model_copy(update={"view": arguments.view})
     print("| suite | agent | games |", *[f"{times} L |" for times in TIMES], "budget | CPU ms a game |")
     print("|---|---|--:|", *["--:|" for _ in TIMES], "--:|--:|")
@@ -112,7 +114,9 @@ def main() -> None:
                 for times in TIMES
             ]
             shown.append(cell([(game, stage.limit or 0) for stage, game in games]))
-            row = [f"{each} |" for each in shown]
-            print(f"| {name} | {called} | {len(games)} |", *row, f"{spent:.0f} |", flush=True)
+            rows.append([name, called, len(games), *shown, round(spent)])
+            print(f"| {' | '.join(map(str, rows[-1]))} |", flush=True)
         middle = lengths[len(lengths) // 2]
         print(f"{name}: L {lengths[0]} to {lengths[-1]}, median {middle}; left out: {left_out}", flush=True)
+    if arguments.write:
+        write_rows("acting", rows, keys=2)

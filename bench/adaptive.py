@@ -9,8 +9,8 @@ Beside it stands how many tasks random order takes to the same standard error.
 
 from __future__ import annotations
 
+import argparse
 import random
-import sys
 from collections.abc import Callable, Mapping
 from math import sqrt
 from pathlib import Path
@@ -19,6 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bench.record import add_write_option, suite_title, write_rows
+from bench.result import Figure
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.extensions.adaptive.difficulties import ability_of, next_tasks
@@ -37,16 +39,26 @@ Choose = Callable[[Numbers], tuple[str, ...]]
 
 def main() -> None:
     """Print a line a suite and target."""
-    answers = Records(tuple(map(Path, sys.argv[1:]))).tables().answers
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("records", type=Path, nargs="+")
+    add_write_option(parser)
+    arguments, rows = parser.parse_args(), list[list[Figure]]()
+    answers = Records(tuple(arguments.records)).tables().answers
     print("suite, standard error: tasks asked (least, most), in random order; distance; within 1.96 errors")
     for suite, of_suite in by_suite(answers).items():
         if declaration_of(Ability(suite.ability)).has_plans:
             for target in TARGETS:
-                print(f"{suite}, {target}: {measured(scores_of(of_suite), target)}", flush=True)
+                asked, at_random, distance, within = measured(scores_of(of_suite), target)
+                print(f"{suite}, {target}: {asked}, {at_random}; {distance}; {within}", flush=True)
+                rows.append([suite_title(suite.domain, suite.ability), target, asked, at_random, distance])
+    if arguments.write:
+        write_rows("adaptive", rows, table=1, keys=2)
 
 
-def measured(scores: Scores, target: float) -> str:
-    """What comes of all models, each held out."""
+def measured(scores: Scores, target: float) -> tuple[str, int, float, str]:
+    """Return the tasks asked, those asked at random, the distance, and the share within 1.96 errors."""
     names = dict(zip(scores.tasks, scores.names, strict=True))
     sizes, drawn, distances, within = [], [], [], 0
     for held in range(len(scores.models)):
@@ -68,10 +80,8 @@ def measured(scores: Scores, target: float) -> str:
         within += abs(distances[-1]) <= 1.96 * error
         drawn += [len(ask(own, known, target, shuffled(own, seed))) for seed in range(DRAWS)]
     distance = sqrt(fmean(each * each for each in distances))
-    return (
-        f"{median(sizes):.0f} ({min(sizes)}, {max(sizes)}), {median(drawn):.0f}; {distance:.2f}; "
-        f"{within}/{len(sizes)}"
-    )
+    asked_tasks = f"{median(sizes):.0f} ({min(sizes)}, {max(sizes)})"
+    return asked_tasks, round(median(drawn)), round(distance, 2), f"{within}/{len(sizes)}"
 
 
 class Known(NamedTuple):

@@ -18,6 +18,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from bench.record import add_write_option, write_figures
 from eai.results.runs import find_record_files
 
 CPU_SECONDS, MEGABYTES = 60, 1024
@@ -30,6 +31,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("records", type=Path, nargs="+")
     parser.add_argument("--models", type=int, default=18)
+    add_write_option(parser)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="eai-bench-") as folder:
         records, out = Path(folder) / "records", Path(folder) / "out"
@@ -40,6 +42,9 @@ def main() -> None:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds, megabytes = used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
     print(f"{copied} runs: {seconds:.1f} CPU s, {megabytes:.0f} MB; {LOOP:,} additions: {loop():.2f} CPU s")
+    if arguments.write:
+        cost = f"{seconds:.1f} s, {megabytes:.0f} MB, {copied} runs"
+        write_figures("analyses", {"CPU time, memory and runs of `eai analyze all`": cost})
     sys.exit(seconds > CPU_SECONDS or megabytes > MEGABYTES)
 
 

@@ -23,6 +23,8 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import eai.logic.formula as f
+from bench.record import add_write_option, write_rows
+from bench.result import Figure
 from differential.mutations import Dice
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
@@ -58,6 +60,7 @@ def main() -> int:
     parser.add_argument("--seed", default="1")
     parser.add_argument("--each", type=int, default=1, help="mutations of a kind for each gold plan")
     parser.add_argument("--show", type=int, default=20)
+    add_write_option(parser)
     arguments = parser.parse_args()
     benchmark = behavior_1k()
     tasks = benchmark.tasks(Source())
@@ -70,7 +73,7 @@ def main() -> int:
         case "val":
             return validate(tasks, chosen, benchmark.domain)
         case _:
-            return measure_prompts(chosen)
+            return measure_prompts(chosen, write=arguments.write)
 
 
 # Goals beside bddl's own evaluation.
@@ -312,7 +315,7 @@ def judge_mutations(chosen: Sequence[str], arguments: argparse.Namespace) -> int
     suite = open_suite(behavior_1k(), Ability.ACTION_SEQUENCING)
     found: dict[str, Counter[str]] = {how: Counter() for how in MUTATIONS}
     right: Counter[str] = Counter()
-    shown = 0
+    shown, rows = 0, list[list[Figure]]()
     for task_id in chosen:
         for how, mutant in mutants_of(suite.tasks[task_id], arguments.seed, arguments.each):
             verdict = suite.score(task_id, written(mutant))
@@ -329,6 +332,10 @@ def judge_mutations(chosen: Sequence[str], arguments: argparse.Namespace) -> int
     for how, kinds in found.items():
         number = kinds.total() - kinds[SAME]
         print(f"{how}: {right[how]} of {number}; {dict(kinds.most_common())}")
+        kinds_found = ", ".join(f"{kind} {times}" for kind, times in kinds.most_common() if kind != SAME)
+        rows.append([how, number, kinds_found, f"{100 * right[how] / number:.0f} %"])
+    if arguments.write:
+        write_rows("behavior_1k_faults", rows)
     number = sum(kinds.total() - kinds[SAME] for kinds in found.values())
     share = right.total() / number
     print(f"{number} mutations, {share:.2%} as put in")
@@ -387,9 +394,9 @@ def validate(tasks: TaskSet[Task], chosen: Sequence[str], domain: Domain) -> int
     return int(set(verdicts) != {f"gold plan: {VALID}", "without its last step: not valid"})
 
 
-def measure_prompts(chosen: Sequence[str]) -> int:
-    """Print how long prompts are: the median, the 95th percentile and the longest, in tokens."""
-    library = Library("eai")
+def measure_prompts(chosen: Sequence[str], *, write: bool) -> int:
+    """Print the length of prompts in tokens: the median, the 95th percentile and the longest."""
+    library, rows = Library("eai"), list[list[Figure]]()
     for ability in FOUR:
         prompts = library.open(behavior_1k(), ability)
         lengths = [
@@ -400,4 +407,7 @@ def measure_prompts(chosen: Sequence[str]) -> int:
         lengths.sort()
         at = [lengths[min(int(share * len(lengths)), len(lengths) - 1)] for share in (0.5, 0.95, 1)]
         print(f"{ability.value}: {len(lengths)} prompts, tokens {[round(each) for each in at]}")
+        rows.append([ability.value.replace("_", " "), *map(round, at)])
+    if write:
+        write_rows("behavior_1k", rows)
     return 0

@@ -21,6 +21,7 @@ from functools import partial
 from pathlib import Path
 from statistics import quantiles
 
+from bench.record import add_write_option, write_figures
 from eai.abilities.protocol import Ability
 from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
 from eai.benchmarks.suite import Suite, open_suite
@@ -38,9 +39,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--responses", type=Path, help="a response file, or a folder of them")
     parser.add_argument("--copies", type=int, default=10, help="how often the answers are scored")
+    add_write_option(parser)
     arguments = parser.parse_args()
     suite = open_suite("virtualhome", Ability.ACTION_SEQUENCING)
     answers = _noisy(suite) if arguments.responses is None else _given(suite, arguments.responses)
+    speeds: list[int] = []
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         for copy in range(arguments.copies):
@@ -52,13 +55,25 @@ def main() -> None:
         _cpu(place, ["score", str(next(place.iterdir())), *NAMED])  # leaves the bytecode
         for option in ("--no-explanations", "--explanations"):
             seconds, memory = _cpu(place, ["score", folder, *NAMED, option, "--out", str(place / "out")])
+            speeds.append(round(number / seconds))
             print(f"  {option:18} {number / seconds:8,.0f}   {memory:5.0f} MB at most")
     together = [answer for rows in answers for answer in rows]
     collect_seldom()
     for name in ("the first time", "steady"):
         seconds = _timed(lambda: [suite.score(*answer) for answer in together])
+        speeds.append(round(len(together) / seconds))
         print(f"  scoring alone, {name:15} {len(together) / seconds:8,.0f}")
-    _rewards(suite, together)
+    reward, batch = _rewards(suite, together)
+    if arguments.write:
+        write_figures(
+            "bulk",
+            {
+                "Answers per CPU second with records, without explanations": speeds[0],
+                "Scoring alone: first time, afterwards": f"{speeds[2]:,}, {speeds[3]:,}",
+                "CPU ms per reward: median, 99th percentile": reward,
+                "Warm batch of 512 answers: one process, two workers": batch,
+            },
+        )
 
 
 def _noisy(suite: Suite) -> list[list[tuple[str, str]]]:
@@ -96,7 +111,8 @@ def _cpu(folder: Path, arguments: Sequence[str]) -> tuple[float, float]:
     return used, after.ru_maxrss / 1024
 
 
-def _rewards(suite: Suite, answers: Sequence[tuple[str, str]]) -> None:
+def _rewards(suite: Suite, answers: Sequence[tuple[str, str]]) -> tuple[str, str]:
+    """Print and return the milliseconds of a reward, and of a batch of rewards."""
     reward = Reward(suite, "progress")
     for answer in answers:  # all scorers are made
         reward(*answer)
@@ -110,6 +126,7 @@ def _rewards(suite: Suite, answers: Sequence[tuple[str, str]]) -> None:
             list(scoring.rewards(reward, answers))
         there = min(_timed(lambda: list(scoring.rewards(reward, batch)), time.perf_counter) for _ in range(9))
     print(f"a warm batch of {BATCH}: {1e3 * here:.0f} ms here, {1e3 * there:.0f} ms with two workers (wall)")
+    return f"{cuts[49] / 1e3:.2f}, {cuts[98] / 1e3:.2f}", f"{1e3 * here:.0f}, {1e3 * there:.0f} ms"
 
 
 def _timed(call: Callable[[], object], clock: Callable[[], float] = time.process_time) -> float:

@@ -27,6 +27,8 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
+from bench.record import add_write_option, suite_title, write_rows
+from bench.result import Figure
 from differential import reference
 from differential.oracle_answers import ORACLE, oracle_answers, require_oracle
 from eai.abilities.protocol import FOUR, Ability, Protocol
@@ -58,7 +60,8 @@ def main() -> None:
     parser.add_argument("--reference", type=int, metavar="N", help="so many answers by the reference, too")
     parser.add_argument("--beside", help="an interpreter that imports another build")
     parser.add_argument("--once", action="store_true", help=argparse.SUPPRESS)
-    arguments = parser.parse_args()
+    add_write_option(parser)
+    arguments, rows = parser.parse_args(), []
     require_oracle()
     suites = [(d, a) for d in FIRST for a in FOUR if arguments.suite in f"{d}/{a.value}"]
     if arguments.once:
@@ -77,9 +80,19 @@ def main() -> None:
             ratios = [Speed(*(b / a for a, b in zip(*run, strict=True))) for run in runs]
             told += "   times " + ", ".join(f"{ratio:.2f}" for ratio in _medians(ratios))
         print(f"{name:34}{told}", flush=True)
+        rows.append([suite_title(domain, ability.value), *_cells(speeds[0])])
         if arguments.reference and domain == "virtualhome":
             speed_there = reference_speed(ability, arguments.reference)
             print(f"    {reference.REFERENCE:30}{speed_there:8.1f}", flush=True)
+    if arguments.write:
+        write_rows("by_suite", rows)
+
+
+def _cells(speed: Speed) -> list[Figure]:
+    """Return the speeds, and what 100 million answers cost at the steady one."""
+    hours = 1e8 / speed.steady / 3600
+    on_node = f"{hours / 64:.1f} h" if hours > 64 else f"{60 * hours / 64:.1f} min"
+    return [*map(round, speed), float(f"{hours:.2g}"), on_node, f"${0.05 * hours:.2f}"]
 
 
 def _medians(speeds: Sequence[Speed]) -> Speed:

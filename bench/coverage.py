@@ -15,6 +15,7 @@ import random
 from collections.abc import Callable, Sequence
 from statistics import fmean, quantiles
 
+from bench.record import add_write_option, write_rows
 from eai.results.certainty import (
     Case,
     Certainty,
@@ -87,26 +88,33 @@ METHODS: dict[str, Method] = {
 
 def main() -> None:
     """Print the tables."""
-    arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    arguments.add_argument("--samples", type=int, default=500)
-    samples = arguments.parse_args().samples
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--samples", type=int, default=500)
+    add_write_option(parser)
+    arguments = parser.parse_args()
+    samples, rows = arguments.samples, []
     print("rate".ljust(16), *(name.rjust(14) for name in METHODS))
     for rate in RATES:
         generator = seeded(f"rate/{rate}")
         runs = [successes(generator, rate) for _ in range(samples)]
-        row(f"yes/no {rate}", runs, 100 * rate)
+        rows.append(row(f"yes/no, {100 * rate:.0f} %", runs, 100 * rate))
     for rate in RATES:
         generator = seeded(f"f1/{rate}")
         runs = [matches(generator, rate) for _ in range(samples)]
-        row(f"F1 {expected_f1(rate):.2f}", runs, 100 * expected_f1(rate))
+        rows.append(row(f"F1, {100 * expected_f1(rate):.0f} %", runs, 100 * expected_f1(rate)))
     for pair in PAIRS:
         generator = seeded(f"difference/{pair}")
         found = [
             certainty_of_difference(*(successes(generator, rate) for rate in pair)) for _ in range(samples)
         ]
         intervals = [each.interval for each in found if each is not None]
-        print(f"{pair[0]} to {pair[1]}".ljust(16), cell(intervals, 100 * (pair[1] - pair[0])))
+        name = f"from {100 * pair[0]:.0f} to {100 * pair[1]:.0f} %"
+        within = cell(intervals, 100 * (pair[1] - pair[0]))
+        rows.append([name, within.strip(), "", "", ""])
+        print(name.ljust(16), within)
     effects(samples)
+    if arguments.write:
+        write_rows("coverage", rows)
 
 
 def effects(samples: int) -> None:
@@ -138,11 +146,12 @@ def seeded(name: str) -> random.Random:
     return random.Random(name)  # noqa: S311 - reproducible, not secret
 
 
-def row(name: str, runs: Sequence[Sequence[Case]], truth: float) -> None:
-    """Print one line: how every method does on the same runs."""
+def row(name: str, runs: Sequence[Sequence[Case]], truth: float) -> list[str]:
+    """Print and return one line: the coverage of every method on the same runs."""
     generator = seeded(name)
     cells = [cell([method(run, generator) for run in runs], truth) for method in METHODS.values()]
     print(name.ljust(16), *cells)
+    return [name, *(each.strip() for each in cells)]
 
 
 def cell(intervals: Sequence[Interval], truth: float) -> str:

@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import NamedTuple, cast, get_args
 
+from bench.record import add_write_option, write_figures
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability
@@ -94,7 +95,10 @@ def steps_per_second(games: Callable[[], Iterator[int]], seconds: float) -> floa
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--seconds", type=float, default=SECONDS, help="CPU seconds for each number")
-    seconds = parser.parse_args().seconds
+    add_write_option(parser)
+    arguments = parser.parse_args()
+    seconds, rates = arguments.seconds, dict[tuple[str, str], list[float]]()
+    ratios: list[float] = []
     for name in FIRST:
         plans = gold_plans(name)
         plain = steps_per_second(partial(observe_plainly, plans), seconds)
@@ -105,5 +109,24 @@ def main() -> None:
             for _ in play(environment, plans):  # the tasks are built
                 pass
             rate = steps_per_second(partial(play, environment, plans), seconds)
+            rates.setdefault((name, feedback), []).append(rate)
+            ratios += [rate / plain] if (name, feedback) == (FIRST[0], "facts") else []
             times = f"{rate / plain:5.1f} times the plain way"
             print(f"  {observe:8} {feedback:8} {rate:9,.0f} steps/s, {times}")
+    if arguments.write:
+        with_text = [rate for name in FIRST for rate in rates[name, "facts"]]
+        outcomes = [max(rates[name, "outcome"]) for name in FIRST]
+        write_figures(
+            "environment",
+            {
+                "Steps per CPU second with the text of observations, both households": _range(with_text),
+                "Times as fast as the plain way, VirtualHome": _range(ratios),
+                "Steps with the outcome as text: VirtualHome, BEHAVIOR": ", ".join(
+                    f"{rate:,.0f}" for rate in outcomes
+                ),
+            },
+        )
+
+
+def _range(values: Sequence[float]) -> str:
+    return f"{min(values):,.0f} to {max(values):,.0f}"

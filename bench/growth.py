@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import eai.world as w
+from bench.record import add_write_option, write_rows
 from differential.reference_child import cpu_seconds
 from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
@@ -60,6 +61,7 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=10**9, help="no size above this one")
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--out", type=Path, help="the picture to write")
+    add_write_option(parser)
     arguments = parser.parse_args()
     if unknown := set(arguments.curves) - CURVES.keys():
         parser.error(f"no such curve: {', '.join(sorted(unknown))}")
@@ -67,7 +69,9 @@ def main() -> None:
     for name in arguments.curves or CURVES:
         sizes = [size for size in CURVES[name].sizes if size <= arguments.most]
         taken[name] = {size: least(CURVES[name], size, arguments.runs) for size in sizes}
-        print(row(name, taken[name]), flush=True)
+        print(f"| {' | '.join(row(name, taken[name]))} |", flush=True)
+    if arguments.write:
+        write_rows("growth", [row(name, of_size) for name, of_size in taken.items()])
     if arguments.out is not None:
         draw(taken, arguments.out)
 
@@ -97,9 +101,9 @@ def exponent(taken: Mapping[int, float]) -> float:
     return float(np.polyfit(sizes, seconds, 1)[0])
 
 
-def row(name: str, taken: Mapping[int, float]) -> str:
+def row(name: str, taken: Mapping[int, float]) -> list[str]:
     told = ", ".join(f"{size:,}: {1000 * seconds:,.3g}" for size, seconds in taken.items())
-    return f"| {CURVES[name].title} | {told} | {exponent(taken):.2f} |"
+    return [CURVES[name].title, told, f"{exponent(taken):.2f}"]
 
 
 def draw(taken: Mapping[str, Mapping[int, float]], path: Path) -> None:

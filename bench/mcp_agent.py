@@ -24,6 +24,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
+from bench.record import add_write_option, write_rows
 from eai.agents.play import Arena
 from eai.agents.setting import ACTING
 from eai.benchmarks.suite import Suite, open_suite
@@ -106,6 +107,7 @@ def main() -> None:
     parser.add_argument("--python", type=Path, required=True, help="of the environment with openai-agents")
     parser.add_argument("--domain", default="virtualhome")
     parser.add_argument("--tasks", type=int, default=10)
+    add_write_option(parser)
     arguments = parser.parse_args()
     suite = open_suite(arguments.domain, ACTING)
     program = [sys.executable, "-c", "from eai.cli import main; main()", "serve", "mcp"]
@@ -130,3 +132,5 @@ def main() -> None:
         won = sum(bool(verdict.success) for verdict in verdicts)
         turns = sum(len(verdict.turns) for verdict in verdicts)
         print(f"{won} of {len(verdicts)} episodes won, {turns} turns, {spent:.1f} s")
+    if arguments.write:
+        write_rows("mcp_agent", [[arguments.domain, f"{won} of {len(verdicts)}", turns, round(spent)]])

@@ -22,6 +22,7 @@ from random import Random
 from statistics import mean
 from typing import get_args
 
+from bench.record import add_write_option, suite_title, write_rows
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.notation.plans import QUESTION, refusal
@@ -42,6 +43,8 @@ from eai.tasks.source import Source
 
 HOUSEHOLDS = ("virtualhome", "behavior")
 STEPS = (10, 20, 50, 100)
+SHOWN = ("copy", "random", "everything")
+"""Answers that the page of results shows."""
 
 
 def answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
@@ -163,7 +166,8 @@ def main() -> None:
         "--sweeps", type=int, default=10, help="how often the agent plays each task; 0: never"
     )
     parser.add_argument("--declining", default="", help="generated pairs or ambiguous tasks: these alone")
-    arguments = parser.parse_args()
+    add_write_option(parser)
+    arguments, rows = parser.parse_args(), []
     print("| suite | answer |", *[f"`{shaping.value}` |" for shaping in Shaping])
     if arguments.declining:
         suite = open_suite(arguments.declining, Ability.ACTION_SEQUENCING)
@@ -174,12 +178,14 @@ def main() -> None:
         if arguments.suite in f"{name}/{ability.value}":
             suite = open_suite(name, ability)
             for called, answer in answers(suite):
-                earned = paid(suite, answer).values()
-                print(
-                    f"| {name} {ability.value} | {called} |",
-                    *[f"{value:.3f} |" for value in earned],
-                    flush=True,
-                )
+                earned = paid(suite, answer)
+                row = [suite_title(name, ability.value), called]
+                print(f"| {' | '.join([*row, *(f'{value:.3f}' for value in earned.values())])} |", flush=True)
+                if called in SHOWN:
+                    values = [earned[shaping] for shaping in Shaping if shaping is not Shaping.REPAIR]
+                    rows.append([*row, *(f"{value:.3f}" for value in values)])
+    if arguments.write:
+        write_rows("null_rewards", rows, keys=2)
     for name in HOUSEHOLDS if arguments.sweeps else ():
         print(name, {reward.value: done_at_once(name, reward) for reward in Shaping})
         for observe in get_args(Observe):

@@ -19,6 +19,8 @@ from collections.abc import Callable, Sequence
 from itertools import cycle, islice
 from pathlib import Path
 
+from bench.record import add_write_option, write_rows
+from bench.result import Figure
 from differential.reference_child import cpu_seconds
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
@@ -150,9 +152,14 @@ def main() -> None:
     )
     parser.add_argument("--python", required=True)
     parser.add_argument("--steps", type=int, nargs="+", default=[10, 100, 1_000])
-    arguments = parser.parse_args()
+    add_write_option(parser)
+    arguments, rows = parser.parse_args(), list[list[Figure]]()
     print(f"| steps | {' | '.join(COLUMNS)} |\n{'|---:' * (1 + len(COLUMNS))}|")
     for length in arguments.steps:
         steps = plan_of(length)
         took = {**judging(steps), **evaluating(len(steps)), **of_others(arguments.python, steps)}
-        print(f"| {len(steps)} | {' | '.join(f'{took[name]:.3g}' for name in COLUMNS)} |", flush=True)
+        cells = [f"{took[name]:.3g}" for name in COLUMNS]
+        rows.append([len(steps), *cells])
+        print(f"| {len(steps)} | {' | '.join(cells)} |", flush=True)
+    if arguments.write:
+        write_rows("peers", rows)

@@ -20,6 +20,8 @@ import time
 from collections.abc import Sequence
 
 from bench.mcp_agent import model
+from bench.record import add_write_option, write_rows
+from bench.result import Figure
 from eai.agents.agents import random_agent
 from eai.agents.command import DONE
 from eai.agents.play import Arena
@@ -34,8 +36,8 @@ CALL = 120
 """About how many characters a call of a tool and its reply have besides the command and what is told."""
 
 
-def with_inspect(suite: Suite, task_ids: Sequence[str]) -> None:
-    """Play by the command of the docs, and print what became of it."""
+def with_inspect(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
+    """Play by the command of the docs; print and return the tasks won and the CPU seconds of a task."""
     arena = Arena(suite.benchmark)
     tasks = [suite.tasks[task_id] for task_id in task_ids]
     gold = {arena.prompt(task).user: arena.stage(task).reference.commands or () for task in tasks}
@@ -47,11 +49,13 @@ def with_inspect(suite: Suite, task_ids: Sequence[str]) -> None:
         used = resource.getrusage(resource.RUSAGE_CHILDREN)
         success = json.loads(done.stdout)[0]["metrics"]["success"]
         spent = (used.ru_utime + used.ru_stime) / len(tasks)
-        print(f"{success['numerator']} of {success['denominator']} won, {spent:.2f} CPU s a task")
+        won = f"{success['numerator']} of {success['denominator']}"
+        print(f"{won} won, {spent:.2f} CPU s a task")
+        return [won, round(spent, 2)]
 
 
-def at_random(suite: Suite, task_ids: Sequence[str]) -> None:
-    """Play without Inspect, and print how long contexts are."""
+def at_random(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
+    """Play without Inspect; print and return the tokens of contexts and the CPU ms of an episode."""
     arena = Arena(suite.benchmark, Setting(steps=TURNS, budget=1_000))
     contexts, ready, played = [], 0.0, 0.0
     for task_id in task_ids:
@@ -78,6 +82,7 @@ def at_random(suite: Suite, task_ids: Sequence[str]) -> None:
     print(f"{TURNS} turns: {sum(contexts) / number:,.0f} tokens of context, at most {max(contexts):,.0f}")
     spent, before = 1000 * played / number, 1000 * ready / number
     print(f"an episode: {spent:.1f} CPU ms played and scored, {before:.0f} to make its task ready")
+    return [f"{sum(contexts) / number:,.0f} ({max(contexts):,.0f})", round(spent, 1)]
 
 
 def main() -> None:
@@ -87,9 +92,11 @@ def main() -> None:
     )
     parser.add_argument("--domain", default="virtualhome")
     parser.add_argument("--tasks", type=int, default=10)
+    add_write_option(parser)
     arguments = parser.parse_args()
     suite = open_suite(arguments.domain, ACTING)
     there = [task_id for task_id in suite.task_ids if suite.tasks[task_id].left_out is None]
     task_ids = there[:: max(1, len(there) // arguments.tasks)][: arguments.tasks]
-    with_inspect(suite, task_ids)
-    at_random(suite, task_ids)
+    row = [arguments.domain, *with_inspect(suite, task_ids), *at_random(suite, task_ids)]
+    if arguments.write:
+        write_rows("react", [row])

@@ -25,6 +25,7 @@ from bench.result import (
     with_figures,
     with_rows,
 )
+from eai.benchmarks.registry import title_of
 
 
 def add_write_option(parser: ArgumentParser) -> None:
@@ -32,6 +33,11 @@ def add_write_option(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--write", action="store_true", help="write the figures to bench/results and the page"
     )
+
+
+def suite_title(domain: str, ability: str) -> str:
+    """Return a suite's name in tables, such as "BEHAVIOR, action sequencing"."""
+    return f"{title_of(domain)}, {ability.replace('_', ' ')}"
 
 
 def write_figures(name: str, figures: Mapping[str, Figure]) -> None:

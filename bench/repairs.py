@@ -18,10 +18,12 @@ from itertools import islice
 from typing import NamedTuple
 
 import eai
+from bench.record import add_write_option, write_rows
+from bench.result import Figure
 from differential.oracle_answers import model_files, oracle_answers, require_oracle
 from eai.abilities.repair import EFFORT
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.benchmarks.registry import FIRST
+from eai.benchmarks.registry import FIRST, title_of
 from eai.benchmarks.suite import Suite
 from eai.results.collector import collect_seldom
 
@@ -61,8 +63,8 @@ def _mend(look_back: Callable[[int], Verdict], effort: int) -> _Found | None:
     return _Found(repair.at_least, repair.at_most, seconds) if repair is not None and known else None
 
 
-def _print(household: str, found: list[_Found]) -> None:
-    """One line on the repairs of a household."""
+def _print(household: str, found: list[_Found]) -> list[Figure]:
+    """Print a line on the repairs of a household, and return its row on the page."""
     exact, near = [sum(each.is_within(edits) for each in found) / len(found) for edits in (0, _NEAR)]
     times = sorted(each.seconds for each in found)
     late = sum(seconds > _IN_TIME for seconds in times)
@@ -71,6 +73,8 @@ def _print(household: str, found: list[_Found]) -> None:
         f"none known {sum(each.at_most is None for each in found)}, "
         f"median {statistics.median(times):.3f} CPU s, {late} above {_IN_TIME:g} s, dearest {times[-1]:.1f} s"
     )
+    shares = [round(100 * share, 1) for share in (exact, near)]
+    return [title_of(household), len(found), *shares, round(statistics.median(times), 3)]
 
 
 def main() -> None:
@@ -80,11 +84,14 @@ def main() -> None:
     parser.add_argument("--number", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--effort", type=int, default=EFFORT)
-    chosen = parser.parse_args()
+    add_write_option(parser)
+    chosen, rows = parser.parse_args(), []
     require_oracle()
     collect_seldom()
     for household in chosen.household:
         failed = list(_failed(eai.open(household, "action_sequencing")))
         random.Random(chosen.seed).shuffle(failed)  # noqa: S311
         found = filter(None, (_mend(look_back, chosen.effort) for look_back in failed))
-        _print(household, list(islice(found, chosen.number)))
+        rows.append(_print(household, list(islice(found, chosen.number))))
+    if chosen.write:
+        write_rows("repairs", rows)

@@ -16,6 +16,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from bench.record import add_write_option, write_figures
 from eai.results.records import RECORDS
 from eai.results.runs import find_record_files
 
@@ -25,6 +26,7 @@ def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     arguments.add_argument("records", type=Path)
     arguments.add_argument("--models", type=int, default=18)
+    add_write_option(arguments)
     options = arguments.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         runs, out = Path(folder, "runs"), Path(folder, "out")
@@ -36,6 +38,9 @@ def main() -> None:
         size = (out / "explorer.html").stat().st_size
     seconds, memory = used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
     print(f"{count} answers: {seconds:.1f} CPU s, {memory:.0f} MB, explorer {size / 1e6:.1f} MB")
+    if options.write:
+        cost = f"{seconds:.1f} s, {memory:.0f} MB, {count:,} answers"
+        write_figures("report", {"CPU time, memory and answers of one report": cost})
 
 
 def multiply(file: Path, folder: Path, models: int) -> int:

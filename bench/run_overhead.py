@@ -25,6 +25,7 @@ from pathlib import Path
 import inspect_ai
 from inspect_ai.solver import generate
 
+from bench.record import add_write_option, write_figures
 from eai.abilities.protocol import FOUR
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
@@ -123,8 +124,8 @@ def measure(asked: Questions, rounds: int) -> dict[str, float]:
     return result
 
 
-def measure_suites(samples: int, rounds: int, suite: tuple[str, str] | None) -> None:
-    """Measure and print, as a table and as one JSON line."""
+def measure_suites(samples: int, rounds: int, suite: tuple[str, str] | None) -> dict[str, dict[str, float]]:
+    """Measure, print a table and a line of JSON, and return the milliseconds of each part by suite."""
     suites = [(d, a) for d in ("virtualhome", "behavior") for a in FOUR if suite in (None, (d, a.value))]
     results: dict[str, dict[str, float]] = {}
     for domain, ability in suites:
@@ -138,6 +139,7 @@ def measure_suites(samples: int, rounds: int, suite: tuple[str, str] | None) -> 
         results[name] = result
         print(f"{name:34}" + "".join(f"{value:14.2f}" for value in result.values()), flush=True)
     print(json.dumps({"samples": samples, "suites": results}))
+    return results
 
 
 def main() -> None:
@@ -147,7 +149,17 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=90)
     parser.add_argument("--difference", type=int, default=0, metavar="ROUNDS")
     parser.add_argument("--suite", nargs=2, metavar=("DOMAIN", "ABILITY"))
+    add_write_option(parser)
     arguments = parser.parse_args()
-    measure_suites(
-        arguments.samples, arguments.difference, None if arguments.suite is None else tuple(arguments.suite)
-    )
+    suite = None if arguments.suite is None else tuple(arguments.suite)
+    results = measure_suites(arguments.samples, arguments.difference, suite)
+    if arguments.write:
+        ours = [result["ours"] for result in results.values()]
+        making = max(result["making"] for result in results.values())
+        write_figures(
+            "run_overhead",
+            {
+                "Median ms per sample": f"{min(ours):.1f} to {max(ours):.1f}",
+                "Making the scorer of a task, once, at most": round(making, 1),
+            },
+        )

@@ -29,6 +29,7 @@ from itertools import count, islice
 from pathlib import Path
 from typing import NamedTuple
 
+from bench.record import add_write_option, write_figures
 from differential.mutated_answers import maker
 from differential.mutations import Dice
 from eai.abilities.protocol import Ability
@@ -63,6 +64,7 @@ def main() -> None:
     parser.add_argument("--simulated", type=int, default=0)
     parser.add_argument("--explanations", action=argparse.BooleanOptionalAction, default=False)
     parser.add_argument("--ray", action="store_true", help="with a cluster of Ray's instead of workers")
+    add_write_option(parser)
     arguments = parser.parse_args()
     ctypes.CDLL(None).prctl(BECOME_REAPER, 1)
     explained = "--explanations" if arguments.explanations else "--no-explanations"
@@ -78,6 +80,15 @@ def main() -> None:
         several = taken(answers, [explained, "--workers", str(arguments.workers), *ray])
     print(f"the same records and summary: {one.digests == several.digests}")
     print(f"with {arguments.workers} workers {several.seconds / one.seconds:.2f} times the processor time")
+    if arguments.write:
+        seconds = f"{one.seconds:.1f}, {several.seconds:.1f}"
+        write_figures(
+            "stream",
+            {
+                "CPU s through `eai score`: one process, with workers": seconds,
+                "Largest process": f"{max(one.memory, several.memory):.0f} MB",
+            },
+        )
 
 
 def write_answers(path: Path, number: int, different: int) -> None:

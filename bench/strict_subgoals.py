@@ -14,6 +14,7 @@ import argparse
 import json
 import time
 
+from bench.record import add_write_option, write_figures
 from differential.oracle_answers import OracleAnswer, model_files, oracle_answers, require_oracle
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.suite import open_suite
@@ -34,7 +35,8 @@ LONG = OracleAnswer(
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--every", type=int, default=1, help="score one answer of so many")
-    arguments = parser.parse_args()
+    add_write_option(parser)
+    arguments, slowest = parser.parse_args(), {}
     require_oracle()
     for domain in ("virtualhome", "behavior"):
         files = model_files(f"{domain}/{Ability.SUBGOAL_DECOMPOSITION.value}")
@@ -49,10 +51,21 @@ def main() -> None:
                 f"99th percentile {late:7.2f}   most {each[-1]:7.2f}"
             )
         print(f"  ratio of the means {means[Protocol.STRICT] / means[Protocol('eai-1.0.5')]:.1f}")
+        strict = costs[Protocol.STRICT]
+        slowest[domain] = f"{strict[-1] / 1000:.2g} s ({means[Protocol.STRICT]:.1f} ms)"
         share = sum(cost > 50 for cost in costs[Protocol.STRICT]) / len(answers)
         print(f"  {share:.2%} cost more than 50 ms under strict")
     (cost,) = _costs("virtualhome", Protocol.STRICT, [LONG])
     print(f"virtualhome, an answer made to take long: {cost:,.0f} ms")
+    if arguments.write:
+        write_figures(
+            "strict_subgoals",
+            {
+                "Slowest subgoals of nine models (mean), VirtualHome": slowest["virtualhome"],
+                "Slowest subgoals of nine models (mean), BEHAVIOR": slowest["behavior"],
+                "Sixteen subgoals that are made to take long": f"{cost / 1000:.2g} s",
+            },
+        )
 
 
 def _costs(domain: str, protocol: Protocol, answers: list[OracleAnswer]) -> list[float]:

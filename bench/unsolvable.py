@@ -16,6 +16,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import eai.logic.formula as f
+from bench.record import add_write_option, write_figures
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.exclusion import Exclusion, ExclusionRules
 from eai.planning.possible import Possible
@@ -108,6 +109,7 @@ def main() -> int:
     parser.add_argument("suite", nargs="?", default="behavior-1k")
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--solved", action="store_true")
+    add_write_option(parser)
     arguments = parser.parse_args()
     benchmark = find_benchmark(arguments.suite)
     tasks = benchmark.tasks(Source())
@@ -122,4 +124,10 @@ def main() -> int:
         proved += bool(never)
         print(f"{task.id}: {'out of reach' if never else 'open'} {shown}"[:200], flush=True)
     print(f"{proved} of {len(chosen)} proved out of reach, {time.process_time() - start:.0f} CPU s")
+    if arguments.write:
+        share = f"{proved} of {len(chosen)}"
+        if arguments.solved:
+            write_figures("unsolvable", {"Activities with a plan that are proved unsolvable": share})
+        else:
+            write_figures("unsolvable", {"Excluded BEHAVIOR-1K activities that are proved unsolvable": share})
     return int(arguments.solved and proved > 0)

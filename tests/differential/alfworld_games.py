@@ -15,6 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
 
+from bench.record import add_write_option, write_figures
 from eai.agents.game import Game
 from eai.agents.reference import staged
 from eai.agents.rules import Rules
@@ -58,6 +59,7 @@ def main() -> None:
     parser.add_argument("--games", type=int, default=48)
     parser.add_argument("--turns", type=int, default=2100)
     parser.add_argument("--seed", type=int, default=1)
+    add_write_option(parser)
     chosen = parser.parse_args()
     with TemporaryDirectory() as folder:
         words = (folder, chosen.games, chosen.turns, chosen.seed)
@@ -75,4 +77,9 @@ def main() -> None:
         print(f"{process_time() - before:.0f} CPU s on our side")
     for line in odd:
         print(line)
+    if chosen.write:
+        write_figures(
+            "alfworld_games",
+            {"Random actions in games on both engines": taken, "Games that differ": len(odd)},
+        )
     raise SystemExit(bool(odd))

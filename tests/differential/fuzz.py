@@ -27,6 +27,8 @@ import time
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from bench.record import add_write_option, suite_title, write_rows
+from bench.result import Figure
 from differential.mutated_answers import maker
 from differential.mutations import Dice
 from eai.abilities.protocol import FOUR, Ability, Protocol
@@ -191,10 +193,12 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--dearest", type=int, default=1, help="how many answers to name")
     parser.add_argument("--answer", type=int, help="print the answer of this number, and score none")
+    add_write_option(parser)
     arguments = parser.parse_args()
-    failed = False
+    failed, table = False, []
     for name in [each for each in SUITES if arguments.suite in each]:
         domain, _, ability = name.partition("/")
+        cells: list[Figure] = []
         for protocol in Protocol.known():
             suite = open_suite(
                 domain, Ability(ability), protocol, source=Source(planner=PlannerChoice.BUILT_IN)
@@ -214,10 +218,15 @@ def main() -> int:
                 f"{fuzzed.verdicts} {megabytes} MB; "
                 f"ms {fuzzed.at(0.5):.2f} median, {fuzzed.at(0.999):.0f} p99.9, {fuzzed.at(1):.0f} most"
             )
+            cells += [float(f"{fuzzed.at(share):.2g}") for share in (0.999, 1)]
             for milliseconds, row in fuzzed.costs[::-1][: arguments.dearest]:
                 print(f"    {milliseconds:6.0f} ms {row}")
             for line in fuzzed.wrong[:5]:
                 print("   ", line.encode("ascii", "backslashreplace").decode())
             sys.stdout.flush()
             failed |= bool(fuzzed.wrong)
+        else:
+            table.append([suite_title(domain, ability), *cells, megabytes])
+    if arguments.write:
+        write_rows("fuzz", table)
     return int(failed)

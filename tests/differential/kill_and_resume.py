@@ -27,6 +27,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+from bench.record import add_write_option, write_rows
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.agents.setting import ACTING
@@ -168,6 +169,7 @@ def main() -> None:
     parser.add_argument("--kind", choices=("plain", "replanning", "pipeline", "acting"), default="replanning")
     parser.add_argument("--tasks", type=int, default=30)
     parser.add_argument("--seed", type=int, default=0)
+    add_write_option(parser)
     arguments = parser.parse_args()
     todo, chance = make_work(arguments.kind, arguments.tasks), random.Random(arguments.seed)
     kills, runs, lost, doubled, differing, answers, anew = 0, 0, 0, 0, 0, 0, 0
@@ -198,3 +200,5 @@ def main() -> None:
     counted = {"kind": arguments.kind, "kills": kills, "runs": runs, "answers": answers}
     found = {"lost": lost, "doubled": doubled, "differing": differing, "begun_anew": anew}
     print(json.dumps({**counted, **found}))
+    if arguments.write:
+        write_rows("kill_and_resume", [[*counted.values(), *found.values()]])

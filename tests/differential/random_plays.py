@@ -27,6 +27,7 @@ from inspect_ai.model import ChatMessageUser, ModelName
 from inspect_ai.solver import TaskState
 from mcp import Client
 
+from bench.record import add_write_option, write_figures
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.agents import NULLS
@@ -209,12 +210,24 @@ def main() -> None:
         "--inspect", type=int, default=200, help="how many of them go through Inspect's tools"
     )
     parser.add_argument("--mcp", type=int, default=200, help="how many of them go over MCP")
+    add_write_option(parser)
     arguments = parser.parse_args()
     check, start = Check(), time.process_time()
     for name in arguments.suites:
         played(check, name, arguments.plays, arguments.inspect, arguments.mcp)
     for kind, number in sorted(check.counts.items()):
         print(f"{number:8,} {kind}")
-    print(f"{len(check.differences):,} differences; {time.process_time() - start:.0f} CPU s")
+    seconds = time.process_time() - start
+    print(f"{len(check.differences):,} differences; {seconds:.0f} CPU s")
+    if arguments.write:
+        plays = arguments.plays * len(arguments.suites)
+        write_figures(
+            "random_plays",
+            {
+                "Plays through gymnasium, scored as episodes": plays,
+                "Differences": len(check.differences),
+                "CPU seconds": round(seconds),
+            },
+        )
     print("\n".join([each[:500] for each in check.differences[:10]]))
     sys.exit(bool(check.differences))
