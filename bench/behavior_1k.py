@@ -332,8 +332,8 @@ def judge_mutations(chosen: Sequence[str], arguments: argparse.Namespace) -> int
     for how, kinds in found.items():
         number = kinds.total() - kinds[SAME]
         print(f"{how}: {right[how]} of {number}; {dict(kinds.most_common())}")
-        kinds_found = ", ".join(f"{kind} {times}" for kind, times in kinds.most_common() if kind != SAME)
-        rows.append([how, number, kinds_found, f"{100 * right[how] / number:.0f} %"])
+        counts = [f"{kind} {times}" for kind, times in kinds.most_common() if kind != SAME]
+        rows.append([how, number, ", ".join(counts).replace("_", " "), f"{100 * right[how] / number:.0f} %"])
     if arguments.write:
         write_rows("behavior_1k_faults", rows)
     number = sum(kinds.total() - kinds[SAME] for kinds in found.values())

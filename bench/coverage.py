@@ -110,7 +110,7 @@ def main() -> None:
         intervals = [each.interval for each in found if each is not None]
         name = f"from {100 * pair[0]:.0f} to {100 * pair[1]:.0f} %"
         within = cell(intervals, 100 * (pair[1] - pair[0]))
-        rows.append([name, within.strip(), "", "", ""])
+        rows.append([name, tidy(within), "", "", ""])
         print(name.ljust(16), within)
     effects(samples)
     if arguments.write:
@@ -151,7 +151,12 @@ def row(name: str, runs: Sequence[Sequence[Case]], truth: float) -> list[str]:
     generator = seeded(name)
     cells = [cell([method(run, generator) for run in runs], truth) for method in METHODS.values()]
     print(name.ljust(16), *cells)
-    return [name, *(each.strip() for each in cells)]
+    return [name, *map(tidy, cells)]
+
+
+def tidy(text: str) -> str:
+    """Return a cell without the spaces that align it."""
+    return text.strip().replace("( ", "(")
 
 
 def cell(intervals: Sequence[Interval], truth: float) -> str:

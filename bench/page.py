@@ -49,7 +49,7 @@ def write_page() -> None:
 
 def page_text() -> str:
     """Return the text of the page."""
-    return "\n".join([HEAD, *(line for result in read_results().values() for line in _section(result))])
+    return "\n".join([HEAD, *(line for result in read_results().values() for line in section_lines(result))])
 
 
 def table_lines(table: FigureTable) -> list[str]:
@@ -75,23 +75,35 @@ def measurement_text(measured: Measurement) -> str:
     return f"{command}; machine: {measured.machine}{commit}"
 
 
-def _section(result: Result) -> Iterator[str]:
+def section_lines(result: Result) -> Iterator[str]:
+    """Yield the lines of a result's section."""
     yield f"## {result.title}\n"
     yield f"{measurement_text(result.measured)}\n"
     if result.claims:
         yield from (
-            f"- {claim.claim}: **{figure_text(claim.figure)}**{_own(claim)}" for claim in result.claims
+            f"- {claim.claim}: **{figure_text(claim.figure)}**{_of_claim(claim)}" for claim in result.claims
         )
         yield ""
     for table in result.tables:
-        yield f"{table.title}{_own(table)}:\n"
+        yield f"{table.title}{_of_rows(table)}:\n"
         yield from [*table_lines(table), ""]
     if result.picture is not None:
         yield f"![{result.title}]({result.picture})\n"
 
 
-def _own(item: Claim | FigureTable) -> str:
-    return "" if item.measured is None else f" ({measurement_text(item.measured)})"
+def _of_claim(claim: Claim) -> str:
+    return "" if claim.measured is None else f" ({measurement_text(claim.measured)})"
+
+
+def _of_rows(table: FigureTable) -> str:
+    rows_of: dict[Measurement, list[str]] = {}
+    for row, measured in table.measured.items():
+        rows_of.setdefault(measured, []).append(row)
+    texts = []
+    for measured, rows in rows_of.items():
+        names = "" if len(rows) == len(table.rows) else f"{', '.join(rows)}: "
+        texts.append(f" ({names}{measurement_text(measured)})")
+    return "".join(texts)
 
 
 def _is_numeric(cells: Sequence[Figure]) -> bool:

@@ -78,6 +78,6 @@ def measurement() -> Measurement:
     words = [shlex.quote(word) for word in sys.argv[1:] if word != "--write"]
     git = ["git", "rev-parse", "--short", "HEAD"]
     commit = subprocess.run(git, cwd=FOLDER, capture_output=True, text=True).stdout.strip()
-    gigabytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
-    machine = f"{os.cpu_count()} cores, {gigabytes:.0f} GB"
+    gibibytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    machine = f"{os.cpu_count()} cores, {gibibytes:.0f} GiB"
     return Measurement(" ".join([sys.argv[0], *words]), commit or None, machine)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -40,12 +40,19 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class FigureTable:
-    """Rows of figures; `measured` is None if the result's measurement applies."""
+    """Rows of figures.
+
+    Attributes:
+        title: What the table shows.
+        columns: Titles of the columns.
+        rows: Rows as wide as the columns; the first cells name the row.
+        measured: Measurements by name of row, for rows to which the result's measurement does not apply.
+    """
 
     title: str
     columns: tuple[str, ...]
     rows: tuple[tuple[Figure, ...], ...]
-    measured: Measurement | None = None
+    measured: Mapping[str, Measurement] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +80,10 @@ def read_result(path: Path) -> Result:
     claims = [Claim(**{**claim, "measured": _measurement(claim)}) for claim in fields["claims"]]
     tables = [
         FigureTable(
-            table["title"], tuple(table["columns"]), tuple(map(tuple, table["rows"])), _measurement(table)
+            table["title"],
+            tuple(table["columns"]),
+            tuple(map(tuple, table["rows"])),
+            {row: Measurement(**measured) for row, measured in table.get("measured", {}).items()},
         )
         for table in fields["tables"]
     ]
@@ -115,7 +125,7 @@ def with_figures(
 
 
 def with_rows(
-    table: FigureTable, rows: Sequence[Sequence[Figure]], keys: int, measured: Measurement | None
+    table: FigureTable, rows: Sequence[Sequence[Figure]], keys: int, measured: Measurement
 ) -> FigureTable:
     """Return a table in which rows replace those with the same first cells, or are added at the end.
 
@@ -123,11 +133,13 @@ def with_rows(
         ValueError: A row is not as wide as the table.
     """
     by_key = {row[:keys]: row for row in table.rows}
+    measurements = dict(table.measured)
     for row in map(tuple, rows):
         if len(row) != len(table.columns):
             raise ValueError(f"{table.title}: expected {len(table.columns)} cells, not {len(row)}: {row}")
         by_key[row[:keys]] = row
-    return replace(table, rows=tuple(by_key.values()), measured=measured)
+        measurements[", ".join(map(str, row[:keys]))] = measured
+    return replace(table, rows=tuple(by_key.values()), measured=measurements)
 
 
 def _measurement(fields: Mapping[str, Any]) -> Measurement | None:
@@ -145,8 +157,9 @@ def _table_text(table: FigureTable) -> str:
         f'   "columns": {_json(table.columns)}',
         f'   "rows": {rows}',
     ]
-    if table.measured is not None:
-        parts.append(f'   "measured": {_json(asdict(table.measured))}')
+    if table.measured:
+        measured = {row: asdict(measurement) for row, measurement in table.measured.items()}
+        parts.append(f'   "measured": {_json(measured)}')
     return "  {\n" + ",\n".join(parts) + "\n  }"
 
 

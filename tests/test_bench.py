@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from bench.page import HEAD, PAGE, measurement_text, page_text, table_lines
+from bench.page import HEAD, PAGE, measurement_text, page_text, section_lines, table_lines
 from bench.result import (
     FOLDER,
     Claim,
     FigureTable,
     Measurement,
+    Result,
     read_result,
     read_results,
     result_text,
@@ -92,7 +93,7 @@ def written_claims() -> Iterator[tuple[str, str]]:
 def test_new_rows_replace_rows_with_the_same_first_cell_or_are_added() -> None:
     table = with_rows(TABLE, [("plans", 4, 5), ("operators", 6, 7)], 1, MEASURED)
     assert table.rows == (("goals", 1, 2.5), ("plans", 4, 5), ("operators", 6, 7))
-    assert table.measured == MEASURED
+    assert table.measured == {"plans": MEASURED, "operators": MEASURED}
 
 
 def test_a_row_of_another_width_is_an_error() -> None:
@@ -124,11 +125,22 @@ def test_a_measurement_shows_command_machine_and_commit() -> None:
 def test_a_result_with_measurements_of_its_own_is_read_as_it_was_written(tmp_path: Path) -> None:
     result = RESULTS["coverage"]
     claims = with_figures(result.claims, {result.claims[0].claim: 7}, MEASURED)
-    table = with_rows(result.tables[0], [], 1, MEASURED)
-    changed = type(result)(result.title, result.measured, tuple(claims), (table,))
+    table = with_rows(result.tables[0], result.tables[0].rows[:2], 1, MEASURED)
+    changed = Result(result.title, result.measured, tuple(claims), (table,))
     path = tmp_path / "coverage.json"
     path.write_text(result_text(changed), encoding="utf-8")
     assert read_result(path) == changed
+
+
+def test_the_page_names_the_rows_that_were_measured_apart() -> None:
+    measured = measurement_text(MEASURED)
+    some = with_rows(TABLE, [("plans", 4, 5)], 1, MEASURED)
+    whole = with_rows(some, [("goals", 4, 5)], 1, MEASURED)
+    result = Result("Speed", MEASURED, (), (some, whole, TABLE))
+    text = "\n".join(section_lines(result))
+    assert f"\nSpeed (plans: {measured}):\n" in text
+    assert f"\nSpeed ({measured}):\n" in text
+    assert "\nSpeed:\n" in text
 
 
 def test_an_unknown_program_is_refused() -> None:
