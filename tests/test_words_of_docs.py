@@ -1,4 +1,4 @@
-"""Documentation stays short: README, each page, and all pages together have at most so many words."""
+"""Documentation stays short: README, the changelog, each page, and all pages together."""
 
 from __future__ import annotations
 
@@ -67,3 +67,10 @@ def test_each_extension_has_a_page_that_begins_with_its_purpose_and_how_to_insta
         head, *_ = (ROOT / "docs/extensions" / name / "README.md").read_text("utf-8").split("\n## ")
         assert "\n\nThis extension " in head, name
         assert "It comes with `eai`" in head or "$ pip install" in head, name
+
+
+def test_the_changelog_has_at_most_1500_words_until_there_is_a_release() -> None:
+    page = ROOT / "CHANGELOG.md"
+    versions = re.findall(r"^## \[(.+)\]$", page.read_text("utf-8"), re.MULTILINE)
+    assert versions[0] == "Unreleased"
+    assert len(versions) > 1 or words(page) <= 1500
