@@ -18,8 +18,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT, Repair
 from eai.abilities.verdict import PlanVerdict, Unreadable
 from eai.base.store import Store
-from eai.planning import repair as planning_repair
-from eai.planning.repair import Plan, Told
+from eai.planning.repair import search as repair_search
+from eai.planning.repair.edits import Plan, PlanEdit
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import planning_goal
 from eai.tasks.source import Source
@@ -127,7 +127,7 @@ def test_what_is_kept_of_plans_is_bounded_and_makes_no_difference(monkeypatch: p
     assert repair_of(scorer, text) == first
     assert mending._mender_of.cache_info().currsize == 1
     assert mending._mender_of.cache_info().maxsize
-    monkeypatch.setattr(planning_repair, "_KEPT", 0)
+    monkeypatch.setattr(repair_search, "_KEPT", 0)
     assert repair_of(scorer, text) == first
 
 
@@ -157,7 +157,7 @@ def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
     return found
 
 
-Fault = tuple[list[Action], Told]
+Fault = tuple[list[Action], PlanEdit]
 """A plan with a fault, and the edit that undoes it."""
 
 
@@ -167,14 +167,14 @@ def planted(task: Task, plan: Sequence[Action], kind: str, random: Random) -> Fa
     was = steps[at]
     if kind == "drop":
         del steps[at]
-        return steps, Told(at, None, was)
+        return steps, PlanEdit(at, None, was)
     if kind == "extra":
         steps.insert(at, random.choice(plan))
-        return steps, Told(at, at, None)
+        return steps, PlanEdit(at, at, None)
     others = [index for step in plan for index in step.arguments if index not in was.arguments]
     if others and was.arguments:
         steps[at] = Action(was.operator, (random.choice(others), *was.arguments[1:]))
-    return steps, Told(at, at, was)
+    return steps, PlanEdit(at, at, was)
 
 
 def is_idle(scorer: ActionSequencing, action: Action) -> bool:

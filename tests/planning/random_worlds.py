@@ -20,7 +20,7 @@ from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.execute import Executor, PddlState, PlanStep
 from eai.pddl.files import domain_in, problem_in
 from eai.pddl.model import objects_by_type, type_of
-from eai.planning.repair import Plan
+from eai.planning.repair.edits import Plan
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
 

@@ -16,7 +16,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.planning.landmarks import Landmarks, _HittingSets
 from eai.planning.planner import Planner
-from eai.planning.repair import Mender
+from eai.planning.repair.search import Mender
 from eai.planning.search import Effort
 from eai.tasks.planning import planning_goal
 from eai.world.action import Action

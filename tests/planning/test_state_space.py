@@ -20,7 +20,7 @@ from eai.pddl.search import search
 from eai.planning.exclusion import Exclusion, ExclusionRules
 from eai.planning.planner import Planner
 from eai.planning.possible import Possible, out_of_reach
-from eai.planning.repair import Mender
+from eai.planning.repair.search import Mender
 from eai.planning.search import Effort, Limits, SearchEnd
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.planning import find_plan, planning_goal

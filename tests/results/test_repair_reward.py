@@ -16,7 +16,8 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.repair import EFFORT
 from eai.agents.gym import make
 from eai.base.store import Store
-from eai.planning.repair import Mender, Plan, Told
+from eai.planning.repair.edits import Plan, PlanEdit
+from eai.planning.repair.search import Mender
 from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
 from eai.results.reward import Shaping
@@ -144,7 +145,7 @@ def test_effort_is_bounded_and_what_was_seen_costs_nothing(monkeypatch: pytest.M
     mender, limits = scorer.mender, list[float]()
     mend = Mender.mend
 
-    def counted(self: Mender, plan: Plan, effort: Effort) -> tuple[int, tuple[Told, ...] | None]:
+    def counted(self: Mender, plan: Plan, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
         limits.append(effort.limit)
         found = mend(self, plan, effort)
         assert effort.used < 2 * effort.limit + 1_000

@@ -11,7 +11,8 @@ from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict
 from eai.logic.traversal import objects
 from eai.planning.planner import planner_of
-from eai.planning.repair import Mender, Plan, Told
+from eai.planning.repair.edits import Plan, PlanEdit
+from eai.planning.repair.search import Mender
 from eai.planning.search import Effort
 from eai.tasks.planning import planning_goal
 from eai.tasks.task import Task
@@ -142,7 +143,7 @@ class PlanMender:
         failed = steps[shown] if shown is not None and shown < len(steps) else None
         failing = set() if failed is None else {*failed.arguments}
 
-        def key(edit: Told) -> tuple[object, ...]:
+        def key(edit: PlanEdit) -> tuple[object, ...]:
             action = edit.action
             new = () if action is None else tuple(set(action.arguments) - known)
             kind = self._kind(edit, plan, steps)
@@ -184,7 +185,7 @@ class PlanMender:
         found = {index[name] for name in named if name in index}
         return found | {i for step in steps if step is not None for i in step.arguments}
 
-    def _kind(self, edit: Told, plan: WrittenPlan, steps: Plan) -> EditKind:
+    def _kind(self, edit: PlanEdit, plan: WrittenPlan, steps: Plan) -> EditKind:
         if edit.action is None:
             return "delete"
         if edit.gone is None:
@@ -199,7 +200,7 @@ class PlanMender:
         changed = {pair for pair in words if pair[0] != pair[1]}
         return "hand" if len(changed) == 1 and changed <= _HANDS else "action"
 
-    def _told(self, edit: Told, plan: WrittenPlan, steps: Plan) -> Edit:
+    def _told(self, edit: PlanEdit, plan: WrittenPlan, steps: Plan) -> Edit:
         """An edit with what it is about as text."""
         kind = self._kind(edit, plan, steps)
         action = "" if edit.action is None else action_text(edit.action, self.task.scene)

@@ -15,7 +15,8 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.planning.planner import Planner
-from eai.planning.repair import Mender, Plan, Told
+from eai.planning.repair.edits import Plan, PlanEdit
+from eai.planning.repair.search import Mender
 from eai.planning.search import Effort, SearchResult
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.goal_test import GoalTest
@@ -85,7 +86,7 @@ def by_brute_force(domain: Domain, task: Task, plan: Plan, actions: Sequence[Act
     return FAR
 
 
-def edited(plan: Plan, edits: Sequence[Told]) -> tuple[Action | None, ...]:
+def edited(plan: Plan, edits: Sequence[PlanEdit]) -> tuple[Action | None, ...]:
     """A plan with some edits made."""
     steps: list[Action | None] = []
     for i, step in enumerate((*plan, None)):

@@ -1,0 +1,189 @@
+"""Edits of a plan: inserted, deleted and replaced steps, and how many edits make one plan of another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby, product
+from math import inf
+from typing import NamedTuple, TypeAlias
+
+from eai.world.action import Action
+
+Plan: TypeAlias = Sequence["Action | None"]
+"""The steps of a written plan; None stands for an unreadable step."""
+
+
+class Entry(NamedTuple):
+    """An entry of an edited plan.
+
+    Attributes:
+        step: the number of the original step, which may be deleted; -1 of an inserted step.
+        action: the action; None if the step was deleted.
+    """
+
+    step: int
+    action: Action | None
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether the entry is an unchanged step."""
+        return self.step >= 0 and self.action is not None
+
+
+Edited: TypeAlias = tuple[Entry, ...]
+
+
+class PlanEdit(NamedTuple):
+    """An edit of a plan.
+
+    Attributes:
+        step: the number, from 0, of the step before which an action is inserted.
+        gone: the number of the deleted or replaced step; None if the edit only inserts.
+        action: the inserted action; None if the edit only deletes.
+    """
+
+    step: int
+    gone: int | None
+    action: Action | None
+
+
+def as_entries(plan: Plan) -> Edited:
+    """Return the entries of a plan without edits."""
+    return tuple([Entry(i, action) for i, action in enumerate(plan)])
+
+
+def aligned(plan: Plan, other: Sequence[Action]) -> Edited:
+    """Return another plan as edits of a plan, with fewest edits (Levenshtein 1966)."""
+    rows = [[*range(len(other) + 1)]]
+    for i, step in enumerate(plan, 1):
+        row = [i]
+        for j, action in enumerate(other):
+            row.append(min(rows[-1][j] + (step != action), rows[-1][j + 1] + 1, row[j] + 1))
+        rows.append(row)
+    found: list[Entry] = []
+    i, j = len(plan), len(other)
+    while i or j:
+        if i and j and plan[i - 1] == other[j - 1] and rows[i][j] == rows[i - 1][j - 1]:
+            i, j = i - 1, j - 1
+            found.append(Entry(i, other[j]))
+            continue
+        paired = i and j and rows[i][j] == rows[i - 1][j - 1] + 1
+        if i and (paired or rows[i][j] == rows[i - 1][j] + 1):
+            i -= 1
+            found.append(Entry(i, None))
+        if j and (paired or found[-1:] != [Entry(i, None)]):
+            j -= 1
+            found.append(Entry(-1, other[j]))
+    return tuple(reversed(found))
+
+
+def with_one_undone(plan: Edited, original: Plan) -> Iterator[Edited]:
+    """Yield the edited plans with one insertion less, with one deletion less, and with one of each less."""
+    yield from _with_less(plan)
+    start = 0
+    for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
+        own = [*entries]
+        before, after = plan[:start], plan[start + len(own) :]
+        start += len(own)
+        inserted = [entry for entry in own if entry.step < 0]
+        gone = [] if is_kept else own[len(inserted) :]
+        for i, place in product(range(len(gone)), range(len(inserted), -1, -1)):
+            kept = gone[i]._replace(action=original[gone[i].step])
+            if kept.is_kept:
+                segment = (*inserted[:place], *gone[:i], kept, *inserted[place:], *gone[i + 1 :])
+                yield (*before, *segment, *after)
+                yield from _with_less((*before, *segment, *after))
+
+
+def _with_less(plan: Edited) -> Iterator[Edited]:
+    """Yield the edited plans with one inserted step less."""
+    yield from ((*plan[:i], *plan[i + 1 :]) for i, entry in enumerate(plan) if entry.step < 0)
+
+
+class Cost(NamedTuple):
+    """The number of edits of a plan, and how many of them only delete or only insert a step."""
+
+    edits: int
+    deletions: int
+    insertions: int
+
+    def with_steps(self, number: int) -> int:
+        """Return the minimum number of edits if a number of further steps is inserted."""
+        return self.edits + max(0, number - self.deletions)
+
+
+def cost(plan: Edited) -> Cost:
+    """Return the cost of an edited plan. A deleted and an inserted step between kept steps are one edit."""
+    edits = deletions = insertions = deleted = inserted = 0
+    for step, action in (*plan, _END):
+        if step < 0:
+            inserted += 1
+        elif action is None:
+            deleted += 1
+        elif deleted or inserted:
+            edits += max(deleted, inserted)
+            deletions += max(0, deleted - inserted)
+            insertions += max(0, inserted - deleted)
+            deleted = inserted = 0
+    return Cost(edits, deletions, insertions)
+
+
+def count_edits(plan: Edited | None) -> float:
+    """Return the number of edits of an edited plan; infinity for None."""
+    return inf if plan is None else cost(plan).edits
+
+
+def replaceable(plan: Edited) -> Iterator[int]:
+    """Yield the kept steps that can be deleted for free: more steps are inserted before than deleted."""
+    surplus = 0
+    for place, entry in enumerate(plan):
+        if entry.is_kept and surplus > 0:
+            yield place
+        surplus = 0 if entry.is_kept else surplus + (1 if entry.step < 0 else -1)
+
+
+_END = Entry(0, Action("", ()))
+"""An entry that stands for a kept step."""
+
+
+def edits_of(plan: Edited) -> tuple[PlanEdit, ...]:
+    """Return the edits of an edited plan. Deletions and insertions between kept steps are paired."""
+    found: list[PlanEdit] = []
+    inserted: list[Action | None] = []
+    gone: list[int] = []
+    for step, action in (*plan, Entry(max((entry.step for entry in plan), default=-1) + 1, _END.action)):
+        if step < 0:
+            inserted.append(action)
+        elif action is None:
+            gone.append(step)
+        else:
+            pairs = min(len(inserted), len(gone))
+            found += [PlanEdit(g, g, a) for g, a in zip(gone, inserted, strict=False)]
+            found += [PlanEdit(g, g, None) for g in gone[pairs:]] + [
+                PlanEdit(step, None, a) for a in inserted[pairs:]
+            ]
+            inserted, gone = [], []
+    return tuple(found)
+
+
+def normal(plan: Edited) -> Edited:
+    """Return the edited plan with inserted steps before deleted ones, between every two kept steps."""
+    found: list[Entry] = []
+    for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
+        own = [*entries]
+        found += own if is_kept else sorted(own, key=lambda entry: entry.step >= 0)
+    return tuple(found)
+
+
+def edited(plan: Edited, place: int, action: Action | None) -> tuple[Edited, int]:
+    """Return a plan after one more edit, in the order of `normal`, and its first entry that differs."""
+    start = place
+    while start and plan[start - 1].step >= 0 and plan[start - 1].action is None:
+        start -= 1
+    if action is not None:
+        return (*plan[:start], Entry(-1, action), *plan[start:]), start
+    end = place + 1
+    while end < len(plan) and plan[end].step < 0:
+        end += 1
+    gone = plan[place]._replace(action=None)
+    return (*plan[:start], *plan[place + 1 : end], *plan[start:place], gone, *plan[end:]), start
