@@ -18,7 +18,7 @@ from dataclasses import replace
 import eai.logic.formula as f
 from bench.record import add_write_option, write_figures
 from eai.benchmarks.registry import find_benchmark
-from eai.planning.exclusion import Exclusion, ExclusionRules
+from eai.planning.exclusion import ExclusionRules
 from eai.planning.possible import Possible
 from eai.planning.subgoal import GroundAtom, Subgoal, conjuncts
 from eai.tasks.source import Source
@@ -119,7 +119,7 @@ def main() -> int:
         possible = _Possible(benchmark.domain, task.initial, task.relevant)
         never = [goal for goal in task.goals if not possible.holds(goal.formula, {})]
         shown = "; ".join(str(goal.formula) for goal in never)
-        if not never and Exclusion(rules, task.initial).excludes(_literals(task)):
+        if not never and rules.in_episode(task.initial).excludes(_literals(task)):
             never, shown = list(task.goals), "its facts exclude each other"
         proved += bool(never)
         print(f"{task.id}: {'out of reach' if never else 'open'} {shown}"[:200], flush=True)

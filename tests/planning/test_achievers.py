@@ -9,7 +9,7 @@ import pytest
 import eai
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.planning import achievers as module
-from eai.planning.achievers import Achiever, Achievers, Matches
+from eai.planning.achievers import Achiever, Achievers, _Matches
 from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.effect_schema import effect_schemas
 from eai.planning.subgoal import GroundAtom
@@ -94,7 +94,7 @@ def carried(state: State) -> State:
     return state
 
 
-def matched(matches: Matches, atom: GroundAtom, state: State) -> list[tuple[Achiever, list[list[int]]]]:
+def matched(matches: _Matches, atom: GroundAtom, state: State) -> list[tuple[Achiever, list[list[int]]]]:
     """What achieves an atom, where anything does, and with what."""
     found = [(m.achiever, [[*b] for b in m.bindings(state, ALL)]) for m in matches.of(atom)]
     return [(achiever, bindings) for achiever, bindings in found if bindings]
@@ -112,9 +112,9 @@ def matched_anew(
 
 def test_what_is_found_once_is_so_in_all_states_of_an_episode() -> None:
     heuristic, first = AdditiveHeuristic(DOMAIN), start("blue")
-    matches = heuristic.matches(first, ALL)
+    matches = heuristic.achievers.matches(first, ALL)
     for state in (first, carried(first)):
-        assert heuristic.matches(state, ALL) is matches
+        assert heuristic.achievers.matches(state, ALL) is matches
         for predicate, truth in product((toy.at, toy.holding, toy.lit), (True, False)):
             for arguments in product(range(len(HOUSE.objects)), repeat=predicate.arity):
                 atom = GroundAtom(predicate.name, arguments, truth)
@@ -124,15 +124,15 @@ def test_what_is_found_once_is_so_in_all_states_of_an_episode() -> None:
 def test_they_are_found_anew_where_something_else_is_so_for_good() -> None:
     heuristic = AdditiveHeuristic(DOMAIN)
     held = GroundAtom("holding", (INDEX["blue"],), True)
-    assert not heuristic.matches(start("blue"), ALL).of(held)
-    assert heuristic.matches(start("red"), ALL).of(held)
-    last = heuristic.matches(start("red"), ALL)
-    assert last is not heuristic.matches(start("red"), ALL & ~(1 << INDEX["blue"]))
+    assert not heuristic.achievers.matches(start("blue"), ALL).of(held)
+    assert heuristic.achievers.matches(start("red"), ALL).of(held)
+    last = heuristic.achievers.matches(start("red"), ALL)
+    assert last is not heuristic.achievers.matches(start("red"), ALL & ~(1 << INDEX["blue"]))
 
 
 def test_nothing_that_is_done_with_a_binding_stays() -> None:
     state = start()
-    matches = AdditiveHeuristic(DOMAIN).matches(state, ALL)
+    matches = AdditiveHeuristic(DOMAIN).achievers.matches(state, ALL)
     held = GroundAtom("holding", (INDEX["red"],), True)
     (match,) = matches.of(held)
     before = [[*binding] for binding in match.bindings(state, ALL)]

@@ -4,7 +4,7 @@ from itertools import combinations
 
 import pytest
 
-from eai.planning.exclusion import Exclusion, ExclusionRules
+from eai.planning.exclusion import ExclusionRules
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -37,16 +37,16 @@ def literal(text: str) -> GroundAtom:
     ],
 )
 def test_what_no_state_meets(literals: list[str], excluded: bool) -> None:
-    assert Exclusion(ExclusionRules(toy.DOMAIN), INITIAL).excludes(map(literal, literals)) is excluded
+    assert ExclusionRules(toy.DOMAIN).in_episode(INITIAL).excludes(map(literal, literals)) is excluded
 
 
 def test_what_holds_at_the_start_or_is_added_by_another_action_is_not_excluded() -> None:
     both = [literal("holding red"), literal("holding blue")]
     held = [Fact(each.predicate, each.arguments) for each in both]
     started = INITIAL.scene.state([*INITIAL.facts(), *held])
-    assert not Exclusion(ExclusionRules(toy.DOMAIN), started).excludes(both)
+    assert not ExclusionRules(toy.DOMAIN).in_episode(started).excludes(both)
     snatch = Operator("SNATCH", (toy.X,), (), (Add(toy.holding(toy.X)),))
-    assert not Exclusion(ExclusionRules(toy.DOMAIN.with_operators(snatch)), INITIAL).excludes(both)
+    assert not ExclusionRules(toy.DOMAIN.with_operators(snatch)).in_episode(INITIAL).excludes(both)
 
 
 def reachable(domain: Domain) -> set[State]:
@@ -62,7 +62,7 @@ def reachable(domain: Domain) -> set[State]:
 
 
 def test_no_state_that_is_reached_meets_what_is_excluded() -> None:
-    exclusion, states = Exclusion(ExclusionRules(toy.DOMAIN), INITIAL), reachable(toy.DOMAIN)
+    exclusion, states = ExclusionRules(toy.DOMAIN).in_episode(INITIAL), reachable(toy.DOMAIN)
     facts = sorted({fact for state in states for fact in state.facts()})
     literals = [GroundAtom(*fact, truth) for fact in facts for truth in (True, False)]
     excluded = [pair for pair in combinations(literals, 2) if exclusion.excludes(pair)]

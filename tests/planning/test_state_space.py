@@ -7,6 +7,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
+from planning.test_repair import edited, one_edit
 
 import eai.logic.formula as f
 from eai.abilities.action_sequencing.scorer import ActionSequencing
@@ -17,7 +18,7 @@ from eai.agents.scorer import Moment, loss
 from eai.benchmarks.suite import open_suite
 from eai.pddl.execute import DerivedPredicates
 from eai.pddl.search import search
-from eai.planning.exclusion import Exclusion, ExclusionRules
+from eai.planning.exclusion import ExclusionRules
 from eai.planning.planner import Planner
 from eai.planning.possible import Possible, out_of_reach
 from eai.planning.repair.search import Mender
@@ -26,7 +27,6 @@ from eai.planning.subgoal import GroundAtom
 from eai.tasks.planning import find_plan, planning_goal
 from eai.world.action import Action
 from planning.random_worlds import DERIVED, PREDICATES, World, draw_plan, worlds
-from planning.test_repair import edited, one_edit
 from sweeps import swept
 
 EVERYTHING = Limits(3_000, looks=10_000_000)
@@ -56,7 +56,7 @@ def check_states(world: World, random: Random) -> None:
     """What is called impossible or exclusive holds in no state."""
     domain, initial = world.domain, world.task.initial
     possible = Possible(domain, initial, world.task.relevant)
-    exclusion = Exclusion(ExclusionRules(domain), initial)
+    exclusion = ExclusionRules(domain).in_episode(initial)
     names = [*initial.scene.index]
     literals = []
     for name, types in {**PREDICATES, **DERIVED}.items():

@@ -230,6 +230,7 @@ class Achievers:
         self._by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
         self._taking = {o.name: Achiever(taking(o), vocabulary) for o in domain.operators}
+        self._matches: _Matches | None = None
         for operator in domain.operators:
             for schema in effect_schemas(operator):
                 self._by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(schema)
@@ -261,6 +262,17 @@ class Achievers:
     def taking(self, names: Iterable[str]) -> list[Achiever]:
         """The operators of these names, if there are any, as they are taken for their own sake."""
         return [self._taking[name] for name in names if name in self._taking]
+
+    def matches(self, state: State, usable: int) -> _Matches:
+        """Return the matches in a state; those of the last state if they are equal.
+
+        Args:
+            state: the state.
+            usable: the mask of the objects that actions may be about.
+        """
+        if self._matches is None or not self._matches.are_of(state, usable):
+            self._matches = _Matches(self, state, usable)
+        return self._matches
 
     def writers(self, predicates: Iterable[str]) -> list[Operator]:
         """The operators that change any of these predicates, in a fixed order."""
@@ -366,7 +378,7 @@ class _Match(NamedTuple):
         return completed(state, self.partial, usable, effort) if self.kept is None else map(list, self.kept)
 
 
-class Matches:
+class _Matches:
     """The matches in states with the same fixed facts.
 
     Args:

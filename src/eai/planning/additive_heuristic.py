@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 from eai.logic.choice import AllOf, AnyOf, Choose, Pairing
 from eai.logic.formula import Atom, Exists, ForAll
-from eai.planning.achievers import Achiever, Achievers, Matches
+from eai.planning.achievers import Achiever, Achievers
 from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom, Parts, Subgoal, Unfolding
 from eai.world.action import Action
@@ -114,13 +114,6 @@ class AdditiveHeuristic:
         self.readings = Readings(domain.vocabulary)
         self.derived = domain.vocabulary.derived_by_name
         self.static = frozenset(p.name for p in domain.vocabulary.predicates if p.static)
-        self._matches: Matches | None = None
-
-    def matches(self, state: State, usable: int) -> Matches:
-        """The matches in a state; those of the last state if they are the same."""
-        if self._matches is None or not self._matches.are_of(state, usable):
-            self._matches = Matches(self.achievers, state, usable)
-        return self._matches
 
 
 class Estimates:
@@ -159,7 +152,7 @@ class Estimates:
         self.atom = self._unfolding.atom
         self._kept = [condition for condition in kept if self.holds(condition)]
         self._usable = mask_of(objects)
-        self._matches = heuristic.matches(state, self._usable)
+        self._matches = heuristic.achievers.matches(state, self._usable)
         self._supporters: dict[GroundAtom, tuple[_Supporter, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}
         self._undone: dict[Action, int] = {}

@@ -62,6 +62,10 @@ class ExclusionRules:
         self.denying = self._denied_by(domain)
         self.rivals = {p: self.denying.get(p, set()) | ({p} & self.single) for p in self.changed}
 
+    def in_episode(self, initial: State) -> _Exclusion:
+        """Return what excludes literals in the episode that begins in a state."""
+        return _Exclusion(self, initial)
+
     def _denied_by(self, domain: Domain) -> dict[str, set[str]]:
         """For each predicate those that may exclude it: what adds one deletes or denies the other."""
         found: dict[str, set[str]] = {}
@@ -78,7 +82,7 @@ class ExclusionRules:
         return found
 
 
-class Exclusion:
+class _Exclusion:
     """The literals that no state of an episode meets.
 
     Args:
@@ -154,7 +158,7 @@ class _Induction:
         known: what is known of all actions of the episode.
     """
 
-    def __init__(self, known: Exclusion) -> None:
+    def __init__(self, known: _Exclusion) -> None:
         self.known = known
         self._assumed: dict[_Pair, bool] = {}
         self._pending: dict[_Pair, None] = {}

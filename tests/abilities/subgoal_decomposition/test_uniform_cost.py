@@ -9,10 +9,10 @@ from eai.abilities.subgoal_decomposition.repertoire import Ground, Repertoire
 from eai.abilities.subgoal_decomposition.uniform_cost import (
     Permitted,
     SearchGoal,
-    UniformCostSearch,
     Way,
+    _best_failed_attempt,
     _Movement,
-    best_failed_attempt,
+    _UniformCostSearch,
 )
 from eai.planning.search import Effort
 from eai.world.action import Action
@@ -109,10 +109,10 @@ def test_few_parts_are_tested_and_what_it_takes_is_counted(lamps: int) -> None:
         for i in range(lamps)
     ]
     goal = SearchGoal(0, met, everything, lambda _: False, ())
-    search = UniformCostSearch(goal, Permitted(press, (), (), (), 0), 600)
+    search = _UniformCostSearch(goal, Permitted(press, (), (), (), 0), 600)
     assert search.shortest(start) == []
     tested[0] = 0
-    found = best_failed_attempt([search])
+    found = _best_failed_attempt([search])
     assert found.refused is not None or found.plans
     assert 0 < tested[0] <= MOST
     assert found.effort >= tested[0] // 32, "effort stands for tests, too"

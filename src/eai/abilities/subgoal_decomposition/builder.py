@@ -43,7 +43,6 @@ from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import negation_normal, substitute
 from eai.logic.traversal import children, is_state_formula, quantified, walk
-from eai.planning.exclusion import Exclusion
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.goal_test import StateTest
 from eai.tasks.lexicon import FormulaLexicon
@@ -211,7 +210,7 @@ class Programs:
         self._distinguished = distinguished
         self.extent = _Extent(task)
         self.brings_about = refinement.brings_about
-        self._exclusion = cache(lambda: Exclusion(refinement.exclusion_rules(), task.initial))
+        self._exclusion = cache(lambda: refinement.exclusion_rules().in_episode(task.initial))
         self.required = lru_cache(_REMEMBERED)(self._required)
         self.needless = lru_cache(_REMEMBERED)(self._needless)
         self.plans = lru_cache(_REMEMBERED)(self._plans)

@@ -26,12 +26,7 @@ from eai.abilities.subgoal_decomposition.repertoire import (
     is_needless,
     named_in,
 )
-from eai.abilities.subgoal_decomposition.uniform_cost import (
-    Permitted,
-    SearchGoal,
-    UniformCostSearch,
-    best_failed_attempt,
-)
+from eai.abilities.subgoal_decomposition.uniform_cost import Permitted, SearchGoal, find_plans
 from eai.planning.exclusion import ExclusionRules
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
@@ -168,18 +163,8 @@ class Refinement:
         return plans
 
     def _search(self, goal: SearchGoal, need: _Need) -> Found:
-        """The shortest plans by the first means that are enough; where none are, the best attempt, if any."""
-        failed: list[UniformCostSearch] = []
-        effort, budget = 0, min(self._budget * goal.size, _MOST_TESTS // goal.size)
-        for permitted in self._permitted(need):
-            search = UniformCostSearch(goal, permitted, budget)
-            plans = search.shortest(need.state)
-            effort += search.effort.used * goal.step_effort
-            if plans:
-                return Found(plans, effort)
-            failed.append(search)
-        attempt = best_failed_attempt(failed)
-        return attempt._replace(effort=effort + attempt.effort)
+        budget = min(self._budget * goal.size, _MOST_TESTS // goal.size)
+        return find_plans(goal, self._permitted(need), need.state, budget)
 
     def _permitted(self, need: _Need) -> Iterator[Permitted]:
         """The permitted actions, widened step by step.

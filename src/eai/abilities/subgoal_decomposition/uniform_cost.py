@@ -1,8 +1,8 @@
 """Uniform-cost search for the actions that carry out a subgoal from a state: the shortest plans.
 
 Actions that may bring the subgoal about, and those that may make them possible, are permitted in turn
-(`refinement`), each after the shortest movement that it needs. Where no plan is found, `best_failed_attempt`
-gives the plan nearest to the subgoal, and the action that fails.
+(`refinement`), each after the shortest movement that it needs. If no plan is found, the result is the
+plan nearest to the subgoal, and the action that fails.
 """
 
 from __future__ import annotations
@@ -82,6 +82,28 @@ class SearchGoal(NamedTuple):
         return 1 + self.size // _TESTED_AT_ONCE
 
 
+def find_plans(goal: SearchGoal, sets: Iterable[Permitted], start: State, budget: int) -> Found:
+    """Return the shortest plans by the first set of actions that has any, or else the best failed attempt.
+
+    Args:
+        goal: the goal of the searches.
+        sets: the sets of permitted actions, one for each search.
+        start: the state in which plans begin.
+        budget: maximum number of actions that each search may apply to states.
+    """
+    failed: list[_UniformCostSearch] = []
+    effort = 0
+    for permitted in sets:
+        search = _UniformCostSearch(goal, permitted, budget)
+        plans = search.shortest(start)
+        effort += search.effort.used * goal.step_effort
+        if plans:
+            return Found(plans, effort)
+        failed.append(search)
+    attempt = _best_failed_attempt(failed)
+    return attempt._replace(effort=effort + attempt.effort)
+
+
 class _Movement:
     """Where movement leads: what makes another action possible, and is done as often as that needs it.
 
@@ -125,7 +147,7 @@ class _Movement:
             ways = farther
 
 
-class UniformCostSearch:
+class _UniformCostSearch:
     """A search by the length of plans, of which none has more than `MAX_ACTIONS`.
 
     Of a node ``met`` is the mask of the parts that hold in its state.
@@ -275,7 +297,7 @@ _Nearest: TypeAlias = tuple[_Rank, _Attempt | None]
 """How near an attempt comes, and the one to report; None where a plan would be too long."""
 
 
-def best_failed_attempt(searches: Sequence[UniformCostSearch]) -> Found:
+def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> Found:
     """The plan that comes nearest to the goal of searches that found none, and the action that fails there.
 
     That is the most direct of those that lack least for what would meet most parts, or another action that
@@ -308,7 +330,7 @@ class _Failed:
         most_met: how many parts are met in one of its states, at the most.
     """
 
-    def __init__(self, search: UniformCostSearch) -> None:
+    def __init__(self, search: _UniformCostSearch) -> None:
         self._goal = search.goal
         self._permitted = search.permitted
         self._movement = search.movement

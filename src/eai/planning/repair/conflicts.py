@@ -6,6 +6,7 @@ has an edit by which some change happens without which the conflict stays (`eai.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TypeAlias
 
 from eai.planning.effect_schema import Change
@@ -135,7 +136,16 @@ HelpingEdits: TypeAlias = tuple[int, tuple[Action | None, ...]]
 """The number of an entry, and the actions to insert before it; None stands for deleting the entry."""
 
 
-class Conflicts:
+EditsFinder: TypeAlias = "Callable[[Edited, Path], list[HelpingEdits]]"
+"""Returns edits of a plan, by its path, of which every repair has at least one."""
+
+
+def helping_edits(states: PlanStates) -> EditsFinder:
+    """Return a function that finds the edits that may help the conflicts of plans for one task."""
+    return _Conflicts(states).edits
+
+
+class _Conflicts:
     """Finds the conflicts of edited plans, and the edits that may help them.
 
     Args:

@@ -100,7 +100,7 @@ def _with_less(plan: Edited) -> Iterator[Edited]:
     yield from ((*plan[:i], *plan[i + 1 :]) for i, entry in enumerate(plan) if entry.step < 0)
 
 
-class Cost(NamedTuple):
+class EditCost(NamedTuple):
     """The number of edits of a plan, and how many of them only delete or only insert a step."""
 
     edits: int
@@ -112,7 +112,7 @@ class Cost(NamedTuple):
         return self.edits + max(0, number - self.deletions)
 
 
-def cost(plan: Edited) -> Cost:
+def cost(plan: Edited) -> EditCost:
     """Return the cost of an edited plan. A deleted and an inserted step between kept steps are one edit."""
     edits = deletions = insertions = deleted = inserted = 0
     for step, action in (*plan, _END):
@@ -125,7 +125,7 @@ def cost(plan: Edited) -> Cost:
             deletions += max(0, deleted - inserted)
             insertions += max(0, inserted - deleted)
             deleted = inserted = 0
-    return Cost(edits, deletions, insertions)
+    return EditCost(edits, deletions, insertions)
 
 
 def count_edits(plan: Edited | None) -> float:

@@ -14,9 +14,9 @@ from typing import NamedTuple
 from eai.planning.flips import Flips
 from eai.planning.landmarks import Landmarks
 from eai.planning.planner import Planner, PlanningGoal
-from eai.planning.repair.conflicts import START, Conflicts, HelpingEdits, Moment, Path, PlanStates
+from eai.planning.repair.conflicts import START, HelpingEdits, Moment, Path, PlanStates, helping_edits
 from eai.planning.repair.edits import (
-    Cost,
+    EditCost,
     Edited,
     Entry,
     Plan,
@@ -228,10 +228,10 @@ class Mender:
 
     def singles(self, plan: Plan) -> Iterator[PlanEdit]:
         """Yield all single edits that make a plan succeed."""
-        entries, conflicts, known = as_entries(plan), Conflicts(self.states), self.landmarks(plan)
+        entries, find_edits, known = as_entries(plan), helping_edits(self.states), self.landmarks(plan)
         path = self.states.path(entries, START, 0)
         if None not in plan:
-            helping = conflicts.edits(entries, path)
+            helping = find_edits(entries, path)
         else:  # an unreadable step has to go
             helping = [(place, (None,)) for place in (plan.index(None),) if place < len(path)]
         if sum([len(actions) for _, actions in helping]) > _MANY:
@@ -244,7 +244,7 @@ class Mender:
                 if self.states.succeeds(without, left):
                     yield PlanEdit(place, place, None)
                 else:
-                    anything = dict(conflicts.edits(without, left)).get(place, ())
+                    anything = dict(find_edits(without, left)).get(place, ())
                 yield from self._put(plan, PlanEdit(place, place, None), path[place], anything, known)
             else:
                 yield from self._put(plan, PlanEdit(place, None, None), path[place], actions, known)
@@ -311,7 +311,7 @@ class _Node(NamedTuple):
     path: Path
     at: int
     lacks: int
-    cost: Cost
+    cost: EditCost
     open: int
     known: int
     lacking: int
@@ -338,7 +338,7 @@ class _Search:
 
     def __init__(self, mender: Mender, plan: Plan) -> None:
         self._states = mender.states
-        self._conflicts = Conflicts(mender.states)
+        self._find_edits = helping_edits(mender.states)
         self._landmarks = mender.landmarks(plan)
         self._steps = frozenset([step for step in plan if step is not None])
         self.effort = Effort()
@@ -404,7 +404,7 @@ class _Search:
 
         Most of them are never needed (partial expansion, Yoshizumi, Miura and Ishida 2000).
         """
-        edits = node.edits or self._conflicts.edits(node.plan, node.path)
+        edits = node.edits or self._find_edits(node.plan, node.path)
         self.effort.used += 0 if node.edits else _CONFLICT * len(node.path)
         lacking: dict[Action, int] = {}
         most = node.at_least
@@ -468,7 +468,7 @@ class _Search:
         lacked = known.open(steps)
         return node._replace(open=lacked, known=len(known.cuts), lacking=known.lacking(lacked))
 
-    def _child(self, node: _Node, plan: Edited, at: int, costs: Cost, lacked: int) -> _Node:
+    def _child(self, node: _Node, plan: Edited, at: int, costs: EditCost, lacked: int) -> _Node:
         """Return the node of a plan that differs from the plan of a node from an entry on."""
         at = min(at, len(node.path) - 1)
         lacking = self._landmarks.lacking(lacked)
