@@ -218,7 +218,12 @@ def _complete(
 
 
 class Achievers:
-    """The achievers of a domain: all effects of its operators, by what they make true or false."""
+    """The achievers of a domain: all effects of its operators, by what they make true or false.
+
+    Attributes:
+        schemas: the effects of each operator, in the order in which they are written.
+        by_effect: the effects that make atoms of a predicate true, or false.
+    """
 
     def __init__(self, domain: Domain) -> None:
         self._vocabulary = vocabulary = domain.vocabulary
@@ -227,13 +232,14 @@ class Achievers:
         self._fixed_binary = [slot for name, slot in vocabulary.binary_slots.items() if name in fixed]
         self._fixed_tuples = [slot for name, slot in vocabulary.tuple_slots.items() if name in fixed]
         self._compiled = cache(self._compile)
-        self._by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
+        self.schemas = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
+        self.by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
         self._taking = {o.name: Achiever(taking(o), vocabulary) for o in domain.operators}
         self._matches: _Matches | None = None
         for operator in domain.operators:
-            for schema in effect_schemas(operator):
-                self._by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(schema)
+            for schema in self.schemas[operator.name]:
+                self.by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(schema)
                 self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
 
     def of(self, predicate: str, *, adding: bool, wide: bool = False) -> Sequence[Achiever]:
@@ -245,7 +251,7 @@ class Achievers:
         return self._compiled(predicate, adding, wide)
 
     def _compile(self, predicate: str, adding: bool, wide: bool) -> Sequence[Achiever]:
-        schemas = self._by_effect.get((predicate, adding), ())
+        schemas = self.by_effect.get((predicate, adding), ())
         asking = [each for each in schemas if not wide or _asks_wider(each, self._vocabulary)]
         achievers = [Achiever(each, self._vocabulary, wide=wide) for each in asking]
         return sorted(achievers, key=_straightness)

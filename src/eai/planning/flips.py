@@ -13,7 +13,7 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables, predicates_of
 from eai.planning.achievers import Achievers, completed
-from eai.planning.effect_schema import Change, EffectSchema, changes_towards, effect_schemas, match, unread_by
+from eai.planning.effect_schema import Change, EffectSchema, changes_towards, match, unread_by
 from eai.planning.search import Effort
 from eai.planning.subgoal import arguments_of, object_named
 from eai.planning.successor_generator import ACTION
@@ -56,7 +56,6 @@ class Flips:
         self._usable = mask_of(objects)
         self._achievers = achievers
         self._static = {p.name for p in domain.vocabulary.predicates if p.static}
-        self._schemas = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
         self._conditions: dict[int, list[tuple[f.Formula, frozenset[str]]]] = {}
         self._unread = {o.name: unread for o in domain.operators if (unread := unread_by(o))}
         # Kept by hand: a `cache` of a method would keep all of an episode until garbage is collected.
@@ -64,13 +63,10 @@ class Flips:
         self._taking: dict[str, tuple[Action, ...]] = {}
         self._indices: dict[tuple[str, int], dict[int, list[Action]]] = {}
         self._open: set[tuple[str, tuple[int, ...], bool]] = set()
-        self._by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._of_operator: dict[tuple[str, str, bool], list[EffectSchema]] = {}
-        for name, schemas in self._schemas.items():
+        for (predicate, adds), schemas in achievers.by_effect.items():
             for schema in schemas:
-                effect = schema.atom.predicate, schema.adds
-                self._by_effect.setdefault(effect, []).append(schema)
-                self._of_operator.setdefault((name, *effect), []).append(schema)
+                self._of_operator.setdefault((schema.operator.name, predicate, adds), []).append(schema)
         self._depths: dict[int, tuple[int, f.Formula]] = {}
         self._readings = Readings(domain.vocabulary)
         self.holds = self._readings.holds
@@ -113,7 +109,7 @@ class Flips:
 
     def _by_schema(self, change: Change) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
         """The effects that make a change, what their variables stand for in it, and the actions."""
-        for schema in self._by_effect.get((change.predicate, change.truth), ()):
+        for schema in self._achievers.by_effect.get((change.predicate, change.truth), ()):
             scope = match(schema.atom, change.arguments, self._object_named)
             if scope is not None:
                 places = enumerate(schema.operator.parameters)
@@ -226,7 +222,7 @@ class Flips:
         self, action: Action, changes: Changes
     ) -> Iterator[tuple[EffectSchema, dict[str, int], bool]]:
         """The effects of an action that may make one of some changes, or its opposite."""
-        for schema in self._schemas[action.operator]:
+        for schema in self._achievers.schemas[action.operator]:
             for change in changes:
                 if change.predicate == schema.atom.predicate:
                     scope = self._matches(schema, action, change._replace(truth=schema.adds))
