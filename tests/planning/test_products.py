@@ -36,7 +36,7 @@ from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.operator import Operator, missing
 from eai.world.relation import bits, mask_of
-from planning.test_repair import draw, restricted
+from planning.repair.test_search import draw, restricted
 from sweeps import swept
 
 SKIPPED = "_SKIPPED_"

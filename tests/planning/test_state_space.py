@@ -7,7 +7,6 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from planning.test_repair import edited, one_edit
 
 import eai.logic.formula as f
 from eai.abilities.action_sequencing.scorer import ActionSequencing
@@ -27,6 +26,7 @@ from eai.planning.subgoal import GroundAtom
 from eai.tasks.planning import find_plan, planning_goal
 from eai.world.action import Action
 from planning.random_worlds import DERIVED, PREDICATES, World, draw_plan, worlds
+from planning.repair.test_search import edited, one_edit
 from sweeps import swept
 
 EVERYTHING = Limits(3_000, looks=10_000_000)
