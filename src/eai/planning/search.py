@@ -1,10 +1,14 @@
-"""Search: what all searches of this package share, whatever they search for and in.
+"""Nodes, open list, loop, limits and effort of all searches.
 
-A best-first search visits the open node that comes first until it finds a goal, or nothing is left. In which
-order nodes come (a heuristic, the length of the way), which actions are permitted and what is a goal differs:
-`greedy_search` reaches conditions on a declared domain, `eai.pddl.search` solves problems with given
-operators, and the uniform-cost search of subgoal decomposition carries out subgoals. Effort is counted and
-never timed, so that equal input gives equal output.
+A best-first search visits the first open node until it finds a goal, or no node is left. Searches differ in
+the order of nodes, the permitted actions and the goal:
+
+* `greedy_search` reaches conditions on a declared domain, guided by a heuristic;
+* `eai.pddl.search` solves problems with given operators, guided by a heuristic on ground literals;
+* `uniform_cost` of subgoal decomposition finds all shortest plans for one subgoal;
+* `repair.search` finds fewest edits of a plan; its nodes are edited plans instead of states.
+
+Effort is counted and never timed, so that equal input gives equal output.
 """
 
 from __future__ import annotations
@@ -24,22 +28,21 @@ A = TypeVar("A")
 """An action."""
 
 T = TypeVar("T")
-"""An item to visit: a node, or one with the actions by which it is to be expanded."""
+"""An item of an open list: a node, or a node with the actions that expand it."""
 
 
 class Effort:
-    """A number of things that may be done: actions applied, states estimated, objects looked at.
+    """Counts the operations of a search: applied actions, estimated states, objects looked at.
 
-    Who does something adds it to `used`. Beyond the limit there are no more objects (`at`), so that any
-    computation comes to its end soon; what it finds then means nothing, and who made the computation asks
-    whether the effort is exceeded.
+    Callers add to `used`. Beyond the limit `at` yields no more objects, so that every computation ends soon.
+    Its result then means nothing, and its caller checks `is_exceeded`.
 
     Args:
-        limit: how many are allowed, to all who share the effort; any number by default.
+        limit: maximum number of operations of all callers together; infinite by default.
 
     Attributes:
-        limit: how many are allowed.
-        used: how many there have been; more than allowed if the last thing done was dear.
+        limit: maximum number of operations.
+        used: number of operations so far; may exceed the limit by the last one.
     """
 
     __slots__ = ("limit", "used")
@@ -50,21 +53,21 @@ class Effort:
 
     @property
     def is_used_up(self) -> bool:
-        """Whether nothing more is allowed."""
+        """Whether no further operation is allowed."""
         return self.used >= self.limit
 
     @property
     def is_exceeded(self) -> bool:
-        """Whether there was more to do than is allowed."""
+        """Whether more operations were needed than allowed."""
         return self.used > self.limit
 
     def spend(self, number: int = 1) -> bool:
-        """Count things that are done, and return whether that is more than is allowed."""
+        """Count operations, and return whether there are more than allowed."""
         self.used += number
         return self.used > self.limit
 
     def at(self, names: Iterable[str]) -> Iterator[str]:
-        """The names, as far as they may be looked at."""
+        """Yield names until the limit is exceeded; each counts as one operation."""
         for name in names:
             if self.spend():
                 return
@@ -73,17 +76,17 @@ class Effort:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """How much a search may do, counted and never timed.
+    """The limits of a search, counted and never timed.
 
     Attributes:
-        states: states that may be reached and estimated.
-        thorough: whether goals are tried in another order, and actions that do not look promising are taken,
-            when nothing else is left. Where they are not, nothing is said of what looks out of reach.
-        bindings: how many values parameters may be given to find the actions of a search on a declared
-            domain; each action counts for some more.
-        looks: how many literals, options and effects a search with given operators may look at, or how many
-            actions the estimates of one on a declared domain, in all states together; no problem of nine
-            models' operators that is decided needs 400,000.
+        states: maximum number of states that are reached and estimated.
+        thorough: whether to try another order of goals, and unpromising actions, when nothing else is left.
+            If not, a goal that looks out of reach stays undecided.
+        bindings: maximum number of values given to parameters to find actions on a declared domain; each
+            action counts for `successor_generator.ACTION` more.
+        looks: maximum number of literals, options and effects that a search with given operators looks at,
+            or of actions that estimates on a declared domain look at. Operators of nine models' answers need
+            fewer than 400,000 for every decided problem.
     """
 
     states: int = 2_000
@@ -97,22 +100,21 @@ class SearchEnd(str, Enum):
 
     SOLVED = "solved"
     UNREACHABLE = "unreachable"
-    """A proof: no state that the permitted actions lead to is a goal."""
+    """A proof: the permitted actions lead to no goal."""
     STATES = "states"
     """A limit was reached."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node(Generic[S, A]):
-    """A state that a search has reached, and the way to it.
+    """A state that a search has reached, and the path to it.
 
     Attributes:
         state: the state.
-        met: the part of the goal that has been met by now, where the state alone does not show it: how many
-            of several, or the mask of those.
-        depth: how many actions led here.
-        parent: where the last of them were taken; None where the search began.
-        actions: those, one or several.
+        met: the met part of the goal, if the state alone does not show it: a number of parts, or their mask.
+        depth: number of actions on the path.
+        parent: the node before the last actions; None for the start.
+        actions: the actions that lead here from the parent, one or several.
     """
 
     state: S
@@ -122,17 +124,17 @@ class Node(Generic[S, A]):
     actions: tuple[A, ...] = ()
 
     def plan(self) -> tuple[A, ...]:
-        """The actions that led here."""
+        """Return the actions on the path."""
         return tuple(chain.from_iterable([node.actions for node in self.way()]))
 
     def way(self) -> list[Node[S, A]]:
-        """The nodes on the way here, where the search began first."""
-        found = []
+        """Return the nodes on the path, the start first."""
+        nodes = []
         node: Node[S, A] | None = self
         while node is not None:
-            found.append(node)
+            nodes.append(node)
             node = node.parent
-        return found[::-1]
+        return nodes[::-1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,9 +142,9 @@ class SearchResult(Generic[A]):
     """The outcome of a search.
 
     Attributes:
-        end: how it ended.
-        plan: the plan, if it was solved.
-        states: how many states were estimated.
+        end: how the search ended.
+        plan: the plan; empty if none was found.
+        states: number of estimated states.
     """
 
     end: SearchEnd
@@ -151,7 +153,7 @@ class SearchResult(Generic[A]):
 
 
 class OpenList(Generic[T]):
-    """The items to be visited, that of the least rank first. No two may have the same rank."""
+    """The items to visit, the least rank first. Every item needs a rank of its own."""
 
     def __init__(self) -> None:
         self._entries: list[tuple[tuple[float, ...], T]] = []
@@ -160,26 +162,26 @@ class OpenList(Generic[T]):
         return bool(self._entries)
 
     def push(self, item: T, *rank: float) -> None:
-        """Put something where its rank says."""
+        """Add an item by its rank."""
         heapq.heappush(self._entries, (rank, item))
 
     def pop(self) -> T | None:
-        """Take what comes first; None if nothing is left."""
+        """Remove and return the first item, or None if the list is empty."""
         return heapq.heappop(self._entries)[1] if self._entries else None
 
 
 def best_first(
     following: Callable[[], T | None], visit: Callable[[T], Node[S, A] | SearchEnd | None]
 ) -> Node[S, A] | SearchEnd:
-    """Visit what comes first until that ends the search: the goal, or why there is none.
+    """Visit items until the search ends; return the goal, or why there is none.
 
     Args:
-        following: takes the node that comes next from the open list, if any is left.
-        visit: tests a node, or expands it by the permitted actions and puts what they lead to into the open
-            list; the goal, or why the search ends, if it does.
+        following: removes and returns the next item of the open list, or None if none is left.
+        visit: tests an item, or expands it and adds its successors to the open list; returns the goal or the
+            reason if the search ends there, else None.
     """
     while (item := following()) is not None:
-        found = visit(item)
-        if found is not None:
-            return found
+        end = visit(item)
+        if end is not None:
+            return end
     return SearchEnd.UNREACHABLE

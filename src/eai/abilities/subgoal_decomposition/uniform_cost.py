@@ -2,7 +2,8 @@
 
 Actions that may bring the subgoal about, and those that may make them possible, are permitted in turn
 (`refinement`), each after the shortest movement that it needs. If no plan is found, the result is the
-plan nearest to the subgoal, and the action that fails.
+plan nearest to the subgoal, and the action that fails. It stays beside `eai.planning.planner`, with which it
+shares nodes, open list and loop: a subgoal needs several shortest plans, and the planner gives one plan.
 """
 
 from __future__ import annotations
