@@ -14,9 +14,12 @@ import resource
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
+from bench.record import add_write_option, write_figures, write_rows
+from bench.result import Figure
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
@@ -48,19 +51,25 @@ def main() -> None:
     parser.add_argument("files", nargs="*", metavar="TASKS")
     parser.add_argument("--step", type=int, default=1)
     parser.add_argument("--seen", action="store_true")
-    chosen = parser.parse_args()
+    add_write_option(parser)
+    chosen, rows = parser.parse_args(), list[list[Figure]]()
     for name in ("behavior", *chosen.files):
         suite = open_suite(name, Ability.ACTION_SEQUENCING)
         task_ids = suite.task_ids[:: chosen.step]
-        scenes = built(suite, task_ids)
+        scenes, cost = built(suite, task_ids)
+        rows.append([Path(name).name, f"{len(scenes)} of {len(task_ids)}", cost])
         if name == "behavior":
-            frames(list(scenes.values())[::10])
+            of_frame = frames(list(scenes.values())[::10])
+            if chosen.write:
+                write_figures("bodies", {"CPU s of a frame of 640 x 480: with shadows, without": of_frame})
         if chosen.seen:
             told(suite, {i: seen_of(scene, suite) for i, scene in scenes.items()})
+    if chosen.write:
+        write_rows("bodies", rows)
 
 
-def built(suite: Suite, task_ids: Sequence[str]) -> dict[str, BodyScene]:
-    """The scenes that can be made; prints what they cost and why others cannot."""
+def built(suite: Suite, task_ids: Sequence[str]) -> tuple[dict[str, BodyScene], str]:
+    """Return the scenes that can be made, and their cost; print the cost and why others cannot."""
     scenes, times = dict[str, BodyScene](), []
     for task_id in task_ids:
         start = time.process_time()
@@ -75,14 +84,17 @@ def built(suite: Suite, task_ids: Sequence[str]) -> dict[str, BodyScene]:
         f"{suite.domain}: facts hold in {len(scenes)} of {len(task_ids)}; CPU s median {median(times):.3f}, "
         f"most {max(times):.2f}; arranged {dict(sorted(attempts.items()))} times; {memory:.0f} MB so far"
     )
-    return scenes
+    return scenes, f"{median(times):.2f} ({max(times):.2f})"
 
 
-def frames(scenes: Sequence[BodyScene]) -> None:
-    """Print what a frame of 640 x 480 costs."""
+def frames(scenes: Sequence[BodyScene]) -> str:
+    """Print and return the cost of a frame of 640 x 480."""
+    costs = []
     for shadows in (True, False):
         times = list(timed(scenes, shadows=shadows))
         print(f"frame, shadows {shadows}: CPU s median {median(times):.3f}, most {max(times):.2f}")
+        costs.append(f"{median(times):.2f} ({max(times):.2f})")
+    return ", ".join(costs)
 
 
 def timed(scenes: Sequence[BodyScene], *, shadows: bool) -> Iterator[float]:

@@ -14,9 +14,10 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
+from bench.record import add_write_option, write_rows
+from bench.result import Figure
 from boxes import lacking
 from eai.base.store import Store
 from eai.benchmarks.registry import FIRST
@@ -32,21 +33,22 @@ def rewards(folder: Path, place: Path) -> tuple[float, float]:
         return idle, trial.judge()["reward"]
 
 
-def measured(domain: str, ability: str, sample: int, place: Path) -> Iterator[str]:
-    """What becomes of a sample of tasks, as words."""
+def measured(domain: str, ability: str, sample: int, place: Path) -> list[Figure]:
+    """Print what becomes of a sample of tasks, and return the folders and both sums of rewards."""
     start = time.perf_counter()
     suite, prompts = asked(domain, ability)
     chosen = dict(list(prompts.items())[:: max(1, len(prompts) // sample)])
     written, left_out = write_task_folders(suite, chosen, place / "out")
     folders = [path for path in (place / "out").iterdir() if path.name != IMAGE]
     size = sum(file.stat().st_size for path in folders for file in path.rglob("*") if file.is_file())
-    yield f"{written} folders of {size // written:,} bytes, {left_out.total()} left out;"
+    print(f"{domain} {ability}: {written} folders of {size // written:,} bytes, {left_out.total()} left out")
     found = [rewards(path, place / path.name) for path in folders]
     idle, right = map(sum, zip(*found, strict=True))
-    yield f"nothing has {idle:g}, the solution {right:g};"
+    print(f"    reward of doing nothing {idle:g}, of the solution {right:g}")
     if HARBOR is not None:
-        yield f"findings of Harbor's check: {sum(len(lint(path)) for path in folders)};"
-    yield f"{time.perf_counter() - start:.0f} s"
+        print(f"    findings of Harbor's check: {sum(len(lint(path)) for path in folders)}")
+    print(f"    {time.perf_counter() - start:.0f} s", flush=True)
+    return [len(folders), idle, right]
 
 
 def main() -> None:
@@ -57,15 +59,15 @@ def main() -> None:
     parser.add_argument("--sample", type=int, default=20, help="tasks of each suite")
     parser.add_argument("--domain", nargs="+", default=list(FIRST))
     parser.add_argument("--ability", nargs="+", default=["acting"])
-    arguments = parser.parse_args()
+    add_write_option(parser)
+    arguments, rows = parser.parse_args(), list[list[Figure]]()
     why_not = lacking()
     if why_not is not None:
         raise SystemExit(f"there are no boxes here: {why_not}")
     for domain in arguments.domain:
         for ability in arguments.ability:
             with tempfile.TemporaryDirectory() as place:
-                print(
-                    f"{domain} {ability}:",
-                    *measured(domain, ability, arguments.sample, Path(place)),
-                    flush=True,
-                )
+                counts = measured(domain, ability, arguments.sample, Path(place))
+                rows.append([f"{domain} {ability}", *counts])
+    if arguments.write:
+        write_rows("harbor", rows)

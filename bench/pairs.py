@@ -16,6 +16,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from bench.record import add_write_option, write_rows
 from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
 from eai.benchmarks.benchmark import Benchmark
@@ -38,6 +39,7 @@ def main() -> None:
     )
     parser.add_argument("folder", type=Path)
     parser.add_argument("--planned", type=int, default=0)
+    add_write_option(parser)
     arguments = parser.parse_args()
     benchmark = find_benchmark(str(arguments.folder))
     tasks = list(benchmark.tasks(Source()).values())
@@ -48,8 +50,11 @@ def main() -> None:
         "id": lambda task: task.id[-1],
         "kind": lambda task: _kind(task, about[task.id]),
     }
-    for name, feature in shortcuts.items():
-        print(f"{name}: {_right(tasks, feature)} of {len(tasks)}")
+    right = {name: _right(tasks, feature) for name, feature in shortcuts.items()}
+    for name, number in right.items():
+        print(f"{name}: {number} of {len(tasks)}")
+    if arguments.write:
+        write_rows("hazards", [[arguments.folder.name, len(tasks), *right.values()]])
     listed = [
         task.scene.index[task.fits[0]] < task.scene.index[task.fits[1]]
         for task in tasks

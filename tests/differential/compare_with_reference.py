@@ -27,6 +27,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from bench.record import add_write_option, suite_title, write_rows
+from bench.result import Figure
 from differential.behavior_scenes import ALSO_IMPORTED, described
 from differential.mutated_answers import maker
 from differential.mutations import Dice
@@ -128,8 +130,8 @@ def scenes_for(ability: Ability, task_ids: set[str]) -> dict[str, Any]:
     return found
 
 
-def examine(suite: str, rows: Sequence[Row], python: Path, workers: int, show: int) -> bool:
-    """Judge the rows twice and print what differs; whether nothing does."""
+def examine(suite: str, rows: Sequence[Row], python: Path, workers: int, show: int) -> tuple[int, int]:
+    """Judge the rows twice, print what differs, and return the compared and the different rows."""
     scored = scorers(suite)
     apart: Counter[str] = Counter()
     reached: Counter[str] = Counter()
@@ -149,7 +151,7 @@ def examine(suite: str, rows: Sequence[Row], python: Path, workers: int, show: i
         print(f"    {difference.row.task_id}: {difference.row.text!r}")
         for name, (reference, mine) in difference.fields.items():
             print(f"        {name}: {reference} in the reference, {mine} here")
-    return not found
+    return len(rows) - apart.total(), len(found)
 
 
 def differing(theirs: Mapping[str, Any], ours: Verdict) -> Mapping[str, Pair] | str:
@@ -175,17 +177,21 @@ def main() -> int:
     parser.add_argument("--show", type=int, default=5, help="how many differences of a suite are printed")
     parser.add_argument("--workers", type=int, default=1, help="processes of the reference")
     parser.add_argument("--cache", type=Path, default=CACHE, help="where the reference's environment is kept")
+    add_write_option(parser)
     arguments = parser.parse_args()
     python = prepared(arguments.cache)
     print(f"mutated answers, {REFERENCE}, seed {arguments.seed}")
-    same = [
-        examine(
-            suite, made_rows(suite, arguments.rows, arguments.seed), python, arguments.workers, arguments.show
-        )
-        for suite in SUITES
-        if arguments.suite in suite
-    ]
-    return 0 if all(same) else 1
+    counts = {}
+    for suite in SUITES:
+        if arguments.suite in suite:
+            rows = made_rows(suite, arguments.rows, arguments.seed)
+            counts[suite] = examine(suite, rows, python, arguments.workers, arguments.show)
+    if arguments.write:
+        table: list[list[Figure]] = [
+            [suite_title(*suite.split("/")), *numbers] for suite, numbers in counts.items()
+        ]
+        write_rows("compare_with_reference", table)
+    return int(any(different for _, different in counts.values()))
 
 
 def prepared(cache: Path) -> Path:
