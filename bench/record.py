@@ -13,6 +13,7 @@ import sys
 from argparse import ArgumentParser
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from bench.page import write_page
 from bench.result import (
@@ -74,8 +75,12 @@ def save_result(name: str, result: Result) -> None:
 
 
 def measurement() -> Measurement:
-    """Return how this process measures: its command line, the commit and the machine."""
-    words = [shlex.quote(word) for word in sys.argv[1:] if word != "--write"]
+    """Return how this process measures: its command line, the commit and the machine.
+
+    Absolute paths are shortened to their last name, because results are published.
+    """
+    words = [Path(word).name if Path(word).is_absolute() else word for word in sys.argv[1:]]
+    words = [shlex.quote(word) for word in words if word != "--write"]
     git = ["git", "rev-parse", "--short", "HEAD"]
     commit = subprocess.run(git, cwd=FOLDER, capture_output=True, text=True).stdout.strip()
     gibibytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from bench.page import HEAD, PAGE, measurement_text, page_text, section_lines, table_lines
+from bench.record import measurement
 from bench.result import (
     FOLDER,
     Claim,
@@ -141,6 +142,14 @@ def test_the_page_names_the_rows_that_were_measured_apart() -> None:
     assert f"\nSpeed (plans: {measured}):\n" in text
     assert f"\nSpeed ({measured}):\n" in text
     assert "\nSpeed:\n" in text
+
+
+def test_a_measurement_has_no_absolute_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    words = ["python -m bench report", str(tmp_path / "records"), "--models", "2", "--write"]
+    monkeypatch.setattr(sys, "argv", words)
+    measured = measurement()
+    assert measured.command == "python -m bench report records --models 2"
+    assert re.fullmatch(r"\d+ cores, \d+ GiB", measured.machine)
 
 
 def test_an_unknown_program_is_refused() -> None:
