@@ -72,8 +72,10 @@ def test_every_declared_study_is_found_by_its_name() -> None:
 
 def test_every_folder_of_studies_has_one_value_and_every_value_is_registered() -> None:
     """It is the only public value of its ``study.py``."""
-    folders = {path.parent.name for path in Path(registry.__file__).parent.glob("*/__init__.py")}
-    assert {text.split(".")[2] for text in declared(registry.GROUP).values()} == folders
+    source = Path(registry.__file__).parents[1]
+    files = [*source.glob("studies/*/study.py"), *source.glob("extensions/*/study.py")]
+    modules = {".".join(("eai", *file.relative_to(source).with_suffix("").parts)) for file in files}
+    assert {place.partition(":")[0] for place in declared(registry.GROUP).values()} == modules
 
 
 def test_a_study_of_a_third_party_is_found_by_its_entry_point_and_made(

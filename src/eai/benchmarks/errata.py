@@ -17,6 +17,7 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import DataError
 from eai.base.files import parse_toml
 from eai.base.grouping import grouped
+from eai.benchmarks.errata_use import ErrataUse
 from eai.tasks.options import Options, misfit
 from eai.tasks.source import TaskSet
 from eai.tasks.task import Task
@@ -45,19 +46,6 @@ def _head(task: TransitionTask, name: str) -> str:
     """An operator to be finished as the other questions have it, the bracket behind its name included."""
     parameters = task.domain.operators[name].parameters
     return f"(:action {name})\n:parameters {parameters}\n:precondition ()\n:effect ()\n)\n"
-
-
-@dataclass(frozen=True, slots=True)
-class ErrataUse:
-    """The errata behind a verdict.
-
-    Attributes:
-        version: version of the table of errata.
-        entries: ids of the errata that concern the task and decide verdicts on it.
-    """
-
-    version: str
-    entries: tuple[str, ...] = ()
 
 
 class _Replacement(Options):

@@ -15,7 +15,7 @@ from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Confusion, Verdict
-from eai.benchmarks.errata import ErrataUse
+from eai.benchmarks.errata_use import ErrataUse
 from eai.tasks.task import TaskExclusion
 
 

@@ -162,7 +162,7 @@ def test_what_is_on_no_known_floor_is_seen_from_anywhere(activities: TaskSet[Tas
     task = activities["clean_the_exterior_of_your_garage"]
     door, stain = (task.scene.index[name] for name in ("door_1", "stain_1"))
     assert not task.initial.relation("by_floor").row(door)
-    assert stain in Game(staged(task, behavior_1k(), STANDARD)).known
+    assert stain in Game(staged(task, behavior_1k(), STANDARD)).memory.known
 
 
 def test_prompts_of_plans_tell_the_conventions_unless_they_are_asked(activity_store: Store) -> None:

@@ -12,7 +12,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.generator.problem_files import problem_files_in, read_problems
 from eai.benchmarks.registry import find_benchmark
-from eai.pddl.export import export
+from eai.pddl.export import ProblemSource, export_problems
 from eai.pddl.writer import write_problem
 from eai.tasks.source import Source
 from eai.tasks.task import Task
@@ -209,7 +209,8 @@ def test_exports_are_imported_as_the_same_tasks(
     for path, task, found in zip(paths, tasks, read_problems(paths, benchmark, Source()), strict=True):
         kept = {task.scene.objects[i].name for i in about(task)}
         assert facts(found.initial) == {each for each in facts(task.initial) if kept.issuperset(each[1:])}
-        again = export(benchmark.domain, found.initial, [goal.formula for goal in found.goals], name="it")
+        goals = tuple(goal.formula for goal in found.goals)
+        (again,) = export_problems(benchmark.domain, [ProblemSource("it", found.initial, goals)])
         assert words(write_problem(again.problem)) == words(path.read_text())
 
 
@@ -228,7 +229,8 @@ def exported(task: Task, domain: str) -> str:
     """The task in PDDL, without what it is not about."""
     mask = sum(1 << i for i in about(task))
     goals = [goal.formula for goal in task.goals]
-    made = export(find_benchmark(domain).domain, task.initial, goals, name=task.id, objects=mask)
+    source = ProblemSource(task.id, task.initial, tuple(goals), mask)
+    (made,) = export_problems(find_benchmark(domain).domain, [source])
     return write_problem(made.problem)
 
 

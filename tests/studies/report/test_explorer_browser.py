@@ -202,9 +202,9 @@ def episodes(tmp_path_factory: pytest.TempPathFactory) -> str:
     suite = open_suite(SWITCHES, ACTING)
     plays = {name: Arena(SWITCHES).play(suite.tasks["both"]) for name in ("good", "poor")}
     for command in (*WON, "DONE"):
-        plays["good"].act(command, f"I try {command}. {HOSTILE}")
+        plays["good"].say(command, f"I try {command}. {HOSTILE}")
     for command in ("LOOK", "GO(moon)", *["WAVE"] * 16):
-        plays["poor"].act(command)
+        plays["poor"].say(command)
     data = ExplorerData(lambda domain: Background(course=lambda record: course_of(record, suite)))
     for name, play in plays.items():
         answer = [Response("both", play.text("stopped"))]
