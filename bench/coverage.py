@@ -25,9 +25,10 @@ from eai.results.certainty import (
     deviations_of_rate,
     of_names,
 )
+from extensions.adaptive.abilities import ability
 from results.near_copies import SIZES as NAME_SIZES
 from results.near_copies import expected_f1, matches, successes
-from studies.effects import ability, answers, correlation, log_odds
+from studies.effects import answers, correlation, log_odds
 
 DRAWS = 200
 RATES = (0.01, 0.02, 0.05, 0.1, 0.17, 0.25, 0.5, 0.75, 0.83, 0.9, 0.95, 0.98, 0.99)

@@ -22,7 +22,7 @@ from boxes import lacking
 from eai.base.store import Store
 from eai.benchmarks.registry import FIRST
 from eai.extensions.harbor.folders import IMAGE, write_task_folders
-from harbor_trials import HARBOR, Trial, asked, lint
+from extensions.harbor.trials import HARBOR, Trial, asked, lint
 
 
 def rewards(folder: Path, place: Path) -> tuple[float, float]:

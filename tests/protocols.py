@@ -1,18 +1,10 @@
-"""The reference's protocol in tests outside its folder, which are skipped where it is not there."""
+"""The protocols that are installed, for tests of what holds under each of them."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
+from eai.abilities.protocol import Protocol, registered_protocols
 
-def of_reference(module: str) -> Any:
-    """A module of the reference's protocol.
-
-    Raises:
-        Skipped: it is not there.
-    """
-    return pytest.importorskip(
-        f"eai.extensions.reference.{module}", reason="the reference's protocol is not there"
-    )
+PROTOCOLS = (Protocol.STRICT, *map(Protocol, registered_protocols()))
+EACH_PROTOCOL = pytest.mark.parametrize("protocol", PROTOCOLS, ids=str)

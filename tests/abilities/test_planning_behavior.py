@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import pytest
 
 from benchmarks.plan_scorers import behavior_scorer
-from eai.abilities.protocol import Protocol
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.notation import BehaviorSubgoals
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
@@ -54,7 +53,7 @@ def test_plans_score_and_no_step_can_be_left_out(
 ) -> None:
     for task, found in planned:
         assert found.states < MOST_STATES, task.id
-        scorer = behavior_scorer(task, Protocol.STRICT)
+        scorer = behavior_scorer(task)
         verdict = scorer.score(scorer.notation.join(scorer.notation.write(found.plan, task.scene)))
         assert (verdict.success, verdict.executable, verdict.additional_steps) == (True, True, 0), task.id
         for i in range(len(found.plan)):
@@ -65,5 +64,5 @@ def test_plans_of_subgoals_score(planned: list[tuple[BehaviorTask, SearchResult[
     words = BehaviorSubgoals()
     for task, found in planned:
         text = words.join(words.write(task, found.plan))
-        verdict = behavior_subgoals(Protocol.STRICT)(task).score(text)
+        verdict = behavior_subgoals()(task).score(text)
         assert (verdict.success, verdict.executable) == (True, True), task.id

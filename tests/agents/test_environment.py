@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 import warnings
-from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 from random import Random
@@ -19,7 +18,7 @@ from gymnasium.utils.env_checker import check_env
 from agents.switches import SWITCHES, WON
 from by_path import ROOT
 from eai.agents.gym import ANY, IDS, AnyText, make
-from eai.base.errors import EaiError, InputError
+from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.tasks.source import Source
 from eai.world import Luck
@@ -150,34 +149,6 @@ def test_what_is_seen_can_be_drawn(rules: dict[str, str]) -> None:
     assert before.dtype.name == "uint8"
     environment.step(WON[0])
     assert before.tobytes() != environment.render().tobytes()
-
-
-def test_a_camera_shows_the_rooms_of_what_is_played(data_store: Store) -> None:
-    if find_spec("mujoco") is None:
-        pytest.skip("the extra physics is not installed")
-    environment = gymnasium.make("eai/Behavior-v1", render_mode="camera")
-    try:
-        environment.reset(options={"task_id": TASKS["eai/Behavior-v1"]})
-        before = environment.render()
-    except EaiError as error:
-        pytest.skip(str(error))
-    assert (before.shape, before.dtype.name) == ((480, 640, 3), "uint8")
-    environment.step("LEFT_GRASP(strawberry_0)")
-    environment.step("OPEN(fridge_97)")
-    environment.step("LEFT_GRASP(strawberry_0)")
-    assert (environment.render() != before).any()
-    environment.reset(options={"task_id": environment.unwrapped.task_ids[2]})
-    assert (environment.render() != before).any()
-    environment.close()
-
-
-def test_a_world_without_bodies_is_not_rendered() -> None:
-    if find_spec("mujoco") is None:
-        pytest.skip("the extra physics is not installed")
-    environment = make(SWITCHES, render_mode="camera")
-    environment.reset(seed=0)
-    with pytest.raises(InputError, match="no bodies: the world does not say"):
-        environment.render()
 
 
 def test_nothing_is_drawn_unless_it_is_asked_for() -> None:

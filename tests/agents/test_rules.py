@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -235,34 +234,3 @@ def test_exploits_fail_and_are_counted_in_virtualhome(
     assert summary["unreplayable"]["numerator"] == 1
     shown = eai("explain", tmp_path / "out", "11_1").out
     assert "unreplayable: the first observation: the observation is another one" in " ".join(shown.split())
-
-
-def test_a_board_refuses_other_rules_and_counts_what_does_not_replay(
-    eai: Command, tmp_path: Path, data_store: Store
-) -> None:
-    suite = open_suite("virtualhome", ACTING)
-    stage = Arena(suite.benchmark).stage(suite.tasks["27_2"])
-    right = "\n".join([*(stage.reference.commands or ()), "DONE"])
-    board = tmp_path / "board" / "mine"
-    place = board / "virtualhome" / "acting"
-    place.mkdir(parents=True)
-    (board / "submission.toml").write_text('model = "M"\ndate = 2026-11-26\n')
-    bad = {task: CASE["11_1"] for task in suite.task_ids if task != "27_2"}
-    written(place, "m", {**bad, "27_2": right})
-    done = eai("report", tmp_path / "board", "--board", "--out", tmp_path / "site")
-    assert done.status == 0, done.err
-    page = (tmp_path / "site" / "index.html").read_text()
-    row = page[page.index('<a href="#mine">M</a>') :].partition("</tr>")[0]
-    heading = page[: page.index('<a href="#mine">M</a>')].rpartition("<thead>")[2].partition("</thead>")[0]
-    names = re.findall("<th>(.*?)</th>", heading)
-    cells = [re.sub("<sup>.*?</sup>|<small>.*?</small>|<[^>]+>", "", each) for each in row.split("</td>")]
-    shown = {name.rpartition(": ")[2]: cell.strip() for name, cell in zip(names[1:], cells, strict=False)}
-    rates = {name: shown[name] for name in ("Unreplayable", "Answered")}
-    assert rates == {"Unreplayable": "99.7", "Answered": "342/342"}  # 336 of 337 do not replay
-    assert cells[1].strip() == "0.3"
-    written(place, "m", {**bad, "27_2": CASE["813_2"]})
-    refused = eai("report", tmp_path / "board", "--board", "--out", tmp_path / "site")
-    assert refused.status == 2
-    assert f"other rules in the answer to 27_2: {EASY_NAME}" in " ".join(refused.err.split())
-    written(place, "m", {**bad, "27_2": CASE["27_2"]})
-    assert eai("report", tmp_path / "board", "--board", "--out", tmp_path / "site").status == 0

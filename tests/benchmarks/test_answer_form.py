@@ -23,6 +23,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
+from protocols import PROTOCOLS
 
 jsonschema = pytest.importorskip("jsonschema")
 
@@ -91,7 +92,7 @@ def test_good_answers_have_the_form_and_are_read_alike(
 ) -> None:
     found, source = benchmark(name), Source(data_store)
     book = open_answer_book(found, ability, source)
-    protocols = Protocol.known() if name in ("virtualhome", "behavior") else (Protocol.STRICT,)
+    protocols = PROTOCOLS if name in ("virtualhome", "behavior") else (Protocol.STRICT,)
     suites = [open_suite(found, ability, each, source=source) for each in protocols]
     for task_id, form in forms(name, ability, data_store).items():
         gold = book[task_id]

@@ -28,6 +28,7 @@ from eai.world.execution import execute
 from eai.world.state import State
 from made_answers import made_answers
 from oracle import MODELS, Oracle
+from protocols import EACH_PROTOCOL
 from suites import answer_book
 from sweeps import sweep
 
@@ -79,7 +80,7 @@ def run_as_executed(
     return equal
 
 
-@pytest.mark.parametrize("protocol", list(Protocol.known()), ids=lambda protocol: protocol.value)
+@EACH_PROTOCOL
 @pytest.mark.parametrize("name", HELD_ANSWERS)
 def test_every_answer_runs_as_it_is_executed(name: str, protocol: Protocol, data_store: Store) -> None:
     answers = made_answers(name, Ability.ACTION_SEQUENCING, data_store)
@@ -89,7 +90,7 @@ def test_every_answer_runs_as_it_is_executed(name: str, protocol: Protocol, data
 
 
 @sweep
-@pytest.mark.parametrize("protocol", list(Protocol.known()), ids=lambda protocol: protocol.value)
+@EACH_PROTOCOL
 @pytest.mark.parametrize("name", HELD_ANSWERS)
 def test_every_published_answer_runs_as_it_is_executed(
     name: str, protocol: Protocol, data_store: Store, oracle: Oracle

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.protocol import Ability, Protocol, registered_protocols
-from eai.base.errors import InputError
+from eai.abilities.protocol import Protocol, registered_protocols
 from eai.benchmarks import protocols
-from eai.benchmarks.suite import open_suite
 
 
-def test_protocols_are_found_by_name() -> None:
-    assert [*registered_protocols()] == ["eai-1.0.5"]
-    assert isinstance(protocols.implementation_of("eai-1.0.5"), protocols.Implementation)
-    assert protocols.implementation_of("eai-1.0.6") is None
+@pytest.mark.parametrize("name", registered_protocols())
+def test_protocols_are_found_by_name(name: str) -> None:
+    assert Protocol(name) in Protocol.known()
+    assert isinstance(protocols.implementation_of(name), protocols.Implementation)
 
 
-def test_a_benchmark_that_a_protocol_does_not_score_is_refused() -> None:
-    with pytest.raises(InputError, match=r"virtualhome-rules is not scored under eai-1\.0\.5"):
-        open_suite("rules:virtualhome", Ability.ACTION_SEQUENCING, Protocol("eai-1.0.5"))
+def test_a_name_that_is_not_registered_has_no_implementation() -> None:
+    assert protocols.implementation_of("no-such-protocol") is None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import get_args
@@ -27,6 +27,7 @@ from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
 from made_answers import made_answers
 from oracle import MODELS, Oracle
+from protocols import EACH_PROTOCOL
 from suites import answer_book
 from sweeps import sweep
 
@@ -62,7 +63,7 @@ def judged_otherwise(suite: Suite, answers: Iterable[tuple[str, str]]) -> list[s
     return differing
 
 
-@pytest.mark.parametrize("protocol", list(Protocol.known()), ids=lambda protocol: protocol.value)
+@EACH_PROTOCOL
 @pytest.mark.parametrize("name", HELD_ANSWERS)
 def test_an_attempt_is_judged_as_a_single_answer_is(name: str, protocol: Protocol, data_store: Store) -> None:
     answers = made_answers(name, ACTIONS, data_store)
@@ -71,7 +72,7 @@ def test_an_attempt_is_judged_as_a_single_answer_is(name: str, protocol: Protoco
 
 
 @sweep
-@pytest.mark.parametrize("protocol", list(Protocol.known()), ids=lambda protocol: protocol.value)
+@EACH_PROTOCOL
 @pytest.mark.parametrize("name", HELD_ANSWERS)
 def test_an_attempt_of_a_published_model_is_judged_as_a_single_answer_is(
     name: str, protocol: Protocol, data_store: Store, oracle: Oracle
@@ -87,27 +88,38 @@ def test_an_attempt_of_a_published_model_is_judged_as_a_single_answer_is(
         assert len(chosen) >= 11
 
 
-@pytest.mark.parametrize(("prompts", "with_ids"), [("official", False), ("eai", True)])
+@pytest.fixture
+def protocol() -> Protocol:
+    """The protocol `strict`; tests of other protocols have fixtures of these names, too."""
+    return Protocol.STRICT
+
+
+@pytest.fixture
+def with_ids() -> Mapping[PromptSet, bool]:
+    """Whether objects are read with their ids in answers to prompts of a set."""
+    return {"official": True, "eai": True}
+
+
+@pytest.mark.parametrize("prompts", ["official", "eai"])
 def test_how_answers_are_read_is_fixed_by_the_prompts(
-    prompts: PromptSet, with_ids: bool, data_store: Store
+    prompts: PromptSet, protocol: Protocol, with_ids: Mapping[PromptSet, bool], data_store: Store
 ) -> None:
-    for protocol, expected in ((Protocol.STRICT, True), (Protocol("eai-1.0.5"), with_ids)):
-        suite, library = (
-            suite_of("virtualhome", data_store, protocol),
-            Library(prompts, None, Source(data_store)),
-        )
-        asked = library.open(suite.benchmark, ACTIONS)
-        trials = open_trials(suite, EXPLAINED, library.asker(suite.benchmark, ACTIONS, asked), asked)
-        gold = answer_book("virtualhome", ACTIONS, data_store)["27_2"].text
-        scorer = trials.suite.scorer("27_2")
-        assert isinstance(scorer, ActionSequencing)
-        plan = scorer.notation.read(gold)
-        assert isinstance(plan, WrittenPlan)
-        assert any(isinstance(word, Identified) for word in plan.steps[0].objects) is expected
-        read_as_asked = suite.over([asked["27_2"].user])
-        assert replay(read_as_asked, EXPLAINED, "27_2", [gold])[0] == begin_trial(
-            trials.suite, EXPLAINED, "27_2"
-        ).take(gold)
+    suite, library = (
+        suite_of("virtualhome", data_store, protocol),
+        Library(prompts, None, Source(data_store)),
+    )
+    asked = library.open(suite.benchmark, ACTIONS)
+    trials = open_trials(suite, EXPLAINED, library.asker(suite.benchmark, ACTIONS, asked), asked)
+    gold = answer_book("virtualhome", ACTIONS, data_store)["27_2"].text
+    scorer = trials.suite.scorer("27_2")
+    assert isinstance(scorer, ActionSequencing)
+    plan = scorer.notation.read(gold)
+    assert isinstance(plan, WrittenPlan)
+    assert any(isinstance(word, Identified) for word in plan.steps[0].objects) is with_ids[prompts]
+    read_as_asked = suite.over([asked["27_2"].user])
+    assert replay(read_as_asked, EXPLAINED, "27_2", [gold])[0] == begin_trial(
+        trials.suite, EXPLAINED, "27_2"
+    ).take(gold)
 
 
 def played(trials: Trials, task_id: str, policy: Callable[[Prompt, int], str]) -> Sequence[Attempt]:

@@ -11,6 +11,7 @@ import pytest
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
+from protocols import EACH_PROTOCOL
 from suites import answer_book
 
 SUITE = ("--domain", "behavior", "--ability", "action_sequencing", "--no-explanations")
@@ -35,7 +36,7 @@ def written(folder: Path) -> Mapping[str, bytes]:
     return {str(file.relative_to(folder)): file.read_bytes() for name in names for file in folder.rglob(name)}
 
 
-@pytest.mark.parametrize("protocol", ["strict", "eai-1.0.5"])
+@EACH_PROTOCOL
 def test_parts_together_are_the_bytes_of_a_run_in_one_part(eai: Command, folder: Path, protocol: str) -> None:
     rules = (*SUITE, "--protocol", protocol)
     assert eai("score", "answers", *rules, "--out", "one").status == 0

@@ -39,32 +39,29 @@ def test_a_folder_that_cannot_be_written_is_named(eai: Command, data_store: Stor
     assert len(done.err.splitlines()) == 1
 
 
+JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
+
+
+def write_goals(folder: Path) -> None:
+    """Write an answer with the goals of a task."""
+    answer = '{"node goals": [["open", "jar.n.01_1"]], "edge goals": [["next_to", "jar.n.01_1", "sky"]]}'
+    rows = [{"identifier": JARS, "llm_output": answer}]
+    (folder / "some-model_outputs.json").write_text(json.dumps(rows))
+
+
 def test_prompts_of_a_pipeline_state_the_goals_of_answers(
     eai: Command, data_store: Store, tmp_path: Path
 ) -> None:
-    jars = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
-    answer = '{"node goals": [["open", "jar.n.01_1"]], "edge goals": [["next_to", "jar.n.01_1", "sky"]]}'
-    rows = [{"identifier": jars, "llm_output": answer}]
-    (tmp_path / "some-model_outputs.json").write_text(json.dumps(rows))
+    write_goals(tmp_path)
     done = eai("export", "prompts", *NAMED, "--goals", tmp_path, "--out", tmp_path / "p.json")
     assert done.status == 0
     (row,) = json.loads((tmp_path / "p.json").read_text())
-    assert row["identifier"] == jars
+    assert row["identifier"] == JARS
     assert "## Goal States\nopen(jar.0)\nnext.to(jar.0, sky)\n\n## Output" in row["llm_prompt"]
-    page = ("--goals", tmp_path, "--out", tmp_path / "p.html")
-    assert "1 question;" in eai("export", "prompts", *NAMED, *page).out
-    assert "<section" in (tmp_path / "p.html").read_text(encoding="utf-8")
-    assert "is not a task of" in eai("export", "prompts", *NAMED, *page, "--tasks", "no_such").err
+    again = ("--goals", tmp_path, "--out", tmp_path / "p.json")
+    assert "is not a task of" in eai("export", "prompts", *NAMED, *again, "--tasks", "no_such").err
     other = ("--domain", "behavior", "--ability", "transition_modeling", "--out", tmp_path / "p.json")
     assert (
         "state goals, those of transition_modeling do not"
         in eai("export", "prompts", *other, "--goals", tmp_path).err
     )
-
-
-def test_no_page_pretends_that_people_can_act_on_it(eai: Command, tmp_path: Path) -> None:
-    options = ("--domain", "agents.switches:SWITCHES", "--ability", "acting", "--out", tmp_path / "form.html")
-    assert eai("export", "prompts", *options).err.endswith(
-        "a file carries no actions out; people act by eai play --page\n"
-    )
-    assert not (tmp_path / "form.html").exists()

@@ -36,7 +36,6 @@ from logic.activities import as_list, records, universe
 from logic.bddl_text import read_condition
 from logic.naive import Facts
 from logic.random_formulas import SCENE, formulas, traces
-from protocols import of_reference
 from sweeps import examples
 
 if TYPE_CHECKING:
@@ -61,8 +60,6 @@ def test_unbound_variables_are_an_error() -> None:
     unbound = And((Atom("p", (Variable("x"),)),))
     with pytest.raises(InputError, match="variable x is not bound"):
         list(options(unbound, universe().objects))
-    with pytest.raises(InputError, match="variable x is not bound"):
-        of_reference("behavior_quirks").truncated_options(unbound, universe().objects)
 
 
 def test_the_tree_of_a_formula() -> None:

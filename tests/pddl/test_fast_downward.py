@@ -19,19 +19,16 @@ from eai.base.store import Store
 from eai.benchmarks.published import open_behavior, open_virtualhome
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
+from eai.pddl.check import Declarations, check_action
 from eai.pddl.execute import PlanStep
 from eai.pddl.fast_downward import FastDownward, machine_memory_mib, seat
-from eai.pddl.model import PddlAction
 from eai.pddl.planning import PlannerOutcome, PlanningTask
-from eai.pddl.reader import read_domain, read_problem
+from eai.pddl.reader import read_action, read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
 from processes import wait_until, working_in
-from protocols import of_reference
-
-planner_of_2024 = of_reference("planner_of_2024")
 
 COUNTER = 18
 """Bits of a counter that has to be counted to its end: more than a second of work for any search."""
@@ -187,11 +184,11 @@ def test_a_launcher_whose_parent_has_ended_starts_nothing(tmp_path: Path) -> Non
 
 
 def full_task(task: TransitionTask) -> PlanningTask:
+    """Return the problem of a task with all operators of its domain that PDDL permits."""
     header = task.domain.header
-    readings = [planner_of_2024.read_operator(text, header) for text in task.domain.operators.values()]
-    return planner_of_2024.normalise(
-        header, [reading for reading in readings if isinstance(reading, PddlAction)], task.problem
-    )
+    operators = [read_action(text.pddl) for text in task.domain.operators.values()]
+    allowed = tuple([each for each in operators if not check_action(each, Declarations.of(header))])
+    return PlanningTask(replace(header, actions=allowed), task.problem)
 
 
 def test_both_planners_agree_on_a_sample_and_the_second_decides_the_rest(

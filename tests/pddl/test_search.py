@@ -14,7 +14,7 @@ from eai.benchmarks.published import open_behavior, open_virtualhome
 from eai.logic.formula import TRUE
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.grounding import Grounder, GroundProblem
-from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, objects_by_type, type_of
+from eai.pddl.model import PddlDomain, PddlProblem, objects_by_type, type_of
 from eai.pddl.planning import PlannerOutcome, PlanningTask, checked_plan
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner, _Pairs, search
@@ -22,10 +22,7 @@ from eai.planning.search import Effort, Limits, SearchEnd
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
 from pddl.random_pddl import DOMAINS, PROBLEMS
-from protocols import of_reference
 from sweeps import examples
-
-planner_of_2024 = of_reference("planner_of_2024")
 
 EVERYTHING = Limits(100_000, looks=10**9)
 
@@ -133,10 +130,12 @@ def test_alternatives_are_looked_at_too() -> None:
 
 def test_equal_input_gives_an_equal_plan(data_store: Store) -> None:
     task = gold_tasks(data_store)[0]
-    header = task.domain.header
-    readings = [planner_of_2024.read_operator(text, header) for text in task.domain.operators.values()]
-    made = planner_of_2024.normalise(header, [r for r in readings if isinstance(r, PddlAction)], task.problem)
+    made = with_gold_operators(task)
     assert search(made.domain, made.problem, Limits()) == search(made.domain, made.problem, Limits())
+
+
+def with_gold_operators(task: TransitionTask) -> PlanningTask:
+    return PlanningTask(replace(task.domain.header, actions=tuple(task.gold.values())), task.problem)
 
 
 def gold_tasks(store: Store) -> list[TransitionTask]:
@@ -145,7 +144,7 @@ def gold_tasks(store: Store) -> list[TransitionTask]:
 
 def test_solves_all_gold_problems(data_store: Store) -> None:
     for task in gold_tasks(data_store):
-        made = planner_of_2024.normalise(task.domain.header, list(task.gold.values()), task.problem)
+        made = with_gold_operators(task)
         result = search(made.domain, made.problem, Limits())
         assert result.end is SearchEnd.SOLVED, task.id
         assert Executor(made.domain, made.problem).flaw(result.plan) is None

@@ -3,6 +3,7 @@ accepts."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -19,9 +20,6 @@ from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.planning.search import Limits, SearchEnd
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
-from protocols import of_reference
-
-planner_of_2024 = of_reference("planner_of_2024")
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +31,7 @@ def val() -> Path:
 
 
 def made(task: TransitionTask) -> PlanningTask:
-    return planner_of_2024.normalise(task.domain.header, list(task.gold.values()), task.problem)
+    return PlanningTask(replace(task.domain.header, actions=tuple(task.gold.values())), task.problem)
 
 
 def test_plans_for_the_gold_operators(val: Path, data_store: Store) -> None:

@@ -18,16 +18,12 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.random_answers import random_walk
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.extensions.questions import one_step
-from eai.extensions.questions.setting import open_setting
-from eai.planning.planner import Planner, PlanningGoal, planner_of
+from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.possible import Possible
 from eai.planning.search import Limits, SearchEnd
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.planning import find_plan, is_impossible
-from eai.tasks.rules import Rules
 from eai.tasks.source import Source
-from eai.world.action import Action
 from sweeps import first_of
 
 LETTERS = "abcdefgh"
@@ -114,11 +110,3 @@ def test_subgoals_list_actions_up_to_a_limit(wide: Benchmark) -> None:
     wanted = Repertoire(wide.domain).wanted([GroundAtom("r", (1,), True)], task.scene, task.relevant)
     assert len(wanted) == MAX_LISTED
     assert all(len({*action.arguments}) == 8 for action in wanted)
-
-
-def test_a_question_about_too_many_actions_is_not_asked(wide: Benchmark) -> None:
-    setting = open_setting(wide.tasks(Source())["one"], Rules(wide.domain), planner_of(wide.domain), "1")
-    state, action = setting.states[0], Action("wide", tuple(range(1, 9)))
-    changed = {"r", "w", "p"}
-    asked = one_step._which_action(setting, Random(1), state, action, changed, lambda _: True, {})
-    assert asked is None

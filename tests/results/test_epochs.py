@@ -70,14 +70,6 @@ def test_the_first_answer_of_the_most_frequent_meaning_is_chosen(answers: list[s
     assert majority(answers, PLANS) == chosen
 
 
-@pytest.mark.parametrize(
-    ("answers", "chosen"),
-    [(["yes", "no", " no\n"], 1), (['["a"]', 'So:\n["b"]', '["b"]'], 1), (["yes", "no"], 0)],
-)
-def test_answers_to_questions_are_no_json(answers: list[str], chosen: int) -> None:
-    assert majority(answers, Ability("world_model")) == chosen
-
-
 def test_plans_that_are_no_json_mean_nothing() -> None:
     assert [meaning("no", each) for each in FOUR] == [None] * 4
 

@@ -12,7 +12,7 @@ import eai
 from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, InputError, Reward, Suite, Task, given, make_task
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT
 from eai.agents.gym import make
 from eai.base.store import Store
@@ -120,13 +120,9 @@ def test_who_does_nothing_or_means_nothing_earns_nothing(name: str) -> None:
         assert paid(task_id, "All is done.") == paid(task_id, "x" * (paid.limit + 1)) == 0
 
 
-def test_only_plans_under_strict_are_paid_so() -> None:
+def test_only_plans_are_paid_so() -> None:
     with pytest.raises(InputError, match="repair is of action_sequencing only, not of goal_interpretation"):
         Reward(eai.open("virtualhome", "goal_interpretation"), "repair")
-    of_reference = eai.open("virtualhome", "action_sequencing", protocol=Protocol("eai-1.0.5"))
-    scored = next(i for i in of_reference.task_ids if of_reference.score(i, "").excluded is None)
-    with pytest.raises(InputError, match="strict only"):
-        Reward(of_reference, "repair")(scored, '{"WALK": ["soap"]}')
 
 
 def test_nothing_is_paid_where_goals_over_time_say_more_than_the_state() -> None:

@@ -31,6 +31,7 @@ from eai.run.scorer import with_experiment
 from eai.run.tasks import read_answers
 from eai.tasks.source import ErrataChoice, Source
 from processes import own_process
+from protocols import PROTOCOLS
 from run.child import (
     PLANNER,
     Asked,
@@ -41,7 +42,7 @@ from run.child import (
     score_in_child,
 )
 from suites import answer_book, official_prompts
-from sweeps import swept
+from sweeps import first_of
 
 PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
 SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in FOUR]
@@ -81,9 +82,7 @@ def score_in(sample: EvalSample, ability: Ability) -> Score:
     return sample.scores[ability.value]
 
 
-@pytest.mark.parametrize(
-    "protocol", [Protocol.STRICT, *swept(Protocol("eai-1.0.5"))], ids=lambda protocol: protocol.value
-)
+@pytest.mark.parametrize("protocol", first_of(PROTOCOLS), ids=lambda protocol: protocol.value)
 @pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)
 def test_all_ways_to_score_come_to_one_number(
     data_store: Store, process: Executor, tmp_path: Path, domain: str, ability: Ability, protocol: Protocol
@@ -121,7 +120,7 @@ def test_all_ways_to_score_come_to_one_number(
     [
         (Protocol.STRICT, ErrataChoice.NONE),
         (Protocol.STRICT, ErrataChoice.CURRENT),
-        (Protocol("eai-1.0.5"), None),
+        *((protocol, None) for protocol in PROTOCOLS[1:]),
     ],
     ids=str,
 )
@@ -156,27 +155,6 @@ def test_gold_answers_are_right_and_are_the_targets(
     assert log.results.headline is not None
     assert log.results.headline.metric in ("task_success", "overall.f1")
     assert paper(log)[log.results.headline.metric] == 1.0
-
-
-def test_answers_are_read_together_where_their_form_decides(
-    data_store: Store, process: Executor, tmp_path: Path
-) -> None:
-    """Under `eai-1.0.5` most of the answers say whether objects have ids, as the reference's revisions do."""
-    suite, asked = some_tasks(*PLANS, Protocol("eai-1.0.5"))
-    scored = [task_id for task_id in asked.task_ids if suite.score(task_id, "").excluded is None][:7]
-    texts = {
-        task_id: '{"WALK": ["bed", "1"]}' if scored.index(task_id) < 4 else '{"WALK": ["bed"]}'
-        for task_id in scored
-    }
-    file = tmp_path / "mixed_outputs.json"
-    file.write_text(json.dumps([{"identifier": i, "llm_output": text} for i, text in texts.items()]))
-    asked, replay = asked._replace(task_ids=scored), Whom("eai/replay", {"path": str(file)})
-    ran = process.submit(run_in_child, asked, replay, tmp_path).result()
-    one_by_one = summarise([suite.score(*each) for each in texts.items()], suite.ability)
-    assert ran.rates != one_by_one
-    assert paper(read_eval_log(ran.log)) == pytest.approx(shares(ran.rates))
-    evaluated = process.submit(evaluate_in_child, asked, replay, tmp_path).result()
-    assert paper(read_eval_log(evaluated)) == pytest.approx(shares(ran.rates))
 
 
 def test_of_several_answers_the_one_counts_that_most_say(

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from eai.extensions.adaptive.study import Scores, ability_estimate
 from eai.results.table import Estimate
 from eai.studies.cofactors.effects import fit_logit, rank_correlation
 
@@ -51,14 +50,3 @@ def correlation(run: Sequence[Answer]) -> Estimate:
     of_model = [each for each in run if each.model == MODELS // 2]
     names = [each.name for each in of_model]
     return rank_correlation([float(e.success) for e in of_model], [e.cofactor for e in of_model], names)
-
-
-def ability(run: Sequence[Answer]) -> Estimate:
-    """The ability of the second best model, as the analysis of items has it."""
-    tasks = {each.task: each.name for each in run}
-    matrix = np.zeros((MODELS, len(tasks)))
-    places = {task: place for place, task in enumerate(tasks)}
-    for each in run:
-        matrix[each.model, places[each.task]] = each.success
-    scores = Scores(tuple(map(str, range(MODELS))), tuple(tasks), tuple(tasks.values()), matrix)
-    return ability_estimate(scores, MODELS - 2)

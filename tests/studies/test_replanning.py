@@ -12,20 +12,17 @@ from typer.testing import CliRunner
 
 from abilities.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scorer
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import Protocol
 from eai.abilities.trial import Trial
 from eai.base.errors import InputError
 from eai.cli import app
 from eai.results.epochs import _write_attempts
 from eai.results.record import Record
 from eai.results.responses import read_responses
-from eai.results.runs import Run, RunKey, as_counted_in_paper
-from eai.results.summary import after, by_attempt, summarise
+from eai.results.summary import after, by_attempt
 from eai.results.table import Estimate
 from eai.results.trials import record_of_trial
 from eai.studies.attempts.study import _analyze, _Choices, arms_of, remarks, success_by_attempt, tables
 from eai.studies.records import Records
-from protocols import of_reference
 from record_files import write_records
 from studies.told import told_tables
 
@@ -105,32 +102,6 @@ def test_several_seeds_are_one_arm_whose_unit_is_still_the_task() -> None:
     assert len(arm.records(1)) == 2
     assert {case.name for case in arm.cases("task_success", 2)} == {"0"}
     assert "One seed of slips" in "".join(remarks(arms_of([one])))
-
-
-def test_the_published_counts_know_of_no_error_before_the_last_attempt() -> None:
-    """Three tasks: one reached its goals and failed on attempt 1, one did on attempt 3, one never did."""
-    through, lost = [plan(*BOTH, LAMP)], [EARLY, EARLY, EARLY]
-    runs = run_of(NONE, [through, [EARLY, EARLY, plan(*BOTH, LAMP)], lost])
-    reached = [  # as the rules of the reference have it, goals count although the plan fails after
-        replace(
-            record,
-            attempts=tuple(
-                replace(each, verdict=replace(each.verdict, success=all(each.verdict.goals_satisfied)))
-                for each in record.attempts
-            ),
-        )
-        for record in (replace(r, attempts=r.attempts[:3]) for r in runs)
-    ]
-    reached = [replace(record, verdict=record.attempts[-1].verdict) for record in reached]
-    plain = summarise([record.verdict for record in reached], SUITE.ability)
-    of_reference("protocol")
-    key = RunKey(Protocol.STRICT, reached[0].domain, SUITE.ability, "m")
-    counted = as_counted_in_paper(Run(key, tuple(reached))).records
-    then = summarise([record.verdict for record in counted], SUITE.ability)
-    assert [rates["task_success"].numerator for rates in (plain, then)] == [2, 2]
-    assert [rates["execution_success"].numerator for rates in (plain, then)] == [0, 0]
-    assert [rates["wrong_order"].numerator for rates in (plain, then)] == [2, 1]
-    assert [rates["missing_step"].numerator for rates in (plain, then)] == [1, 1]
 
 
 def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 from benchmarks.plan_scorers import virtualhome_scorer
 from benchmarks.virtualhome.household import make_task
-from eai.abilities.protocol import Protocol
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant
@@ -35,7 +34,7 @@ def test_the_planner_solves_every_task_whose_goal_can_be_reached(
         if found.end is not SearchEnd.SOLVED:
             unsolved.add(task.id)
         elif task.goals:
-            scorer = virtualhome_scorer(task, Protocol.STRICT)
+            scorer = virtualhome_scorer(task)
             text = scorer.notation.join(scorer.notation.write(found.plan, task.scene))
             verdict = scorer.score(text)
             if not (verdict.success and verdict.executable and verdict.additional_steps == 0):

@@ -1,30 +1,27 @@
-"""Every counter and every planner outcome of the reference, row by row, under eai-1.0.5."""
+"""Operators that models wrote, and the data set's own."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping
-from typing import Any
 
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.transition_modeling.rules import PaperRules, Rules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.verdict import Confusion
 from eai.base.errors import DataError
 from eai.base.store import Store
-from eai.benchmarks.published import TransitionTasks, open_behavior, open_virtualhome
+from eai.benchmarks.published import TransitionTasks, open_virtualhome
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.pddl.matching import SideMatch
 from eai.pddl.planners import make_planner
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source, TaskSet
-from operator_rules import gold_answer, rules_of
-from oracle import MODELS, Oracle
-from sweeps import first_of
+from operator_rules import gold_answer
+from oracle import Oracle
 
 
 @pytest.fixture(scope="module")
@@ -37,11 +34,6 @@ def behavior(data_store: Store) -> TaskSet[TransitionTask]:
     return find_benchmark("behavior").operators(Source(data_store))
 
 
-@pytest.fixture(scope="module")
-def behavior_as_published(data_store: Store) -> TransitionTasks:
-    return open_behavior(Source(data_store))
-
-
 def planner() -> PddlPlanner:
     try:
         found = make_planner(PlannerChoice.FULL, 100)
@@ -51,68 +43,12 @@ def planner() -> PddlPlanner:
     return found
 
 
-def expected(row: Mapping[str, Any], side: str) -> dict[str, list[int]]:
-    counts = row[f"{side}_predicate_type_res"]
-    return {name.replace("-", "_"): values for name, values in counts.items() if any(values)}
-
-
-def counted(verdict: Verdict, side: str) -> dict[str, list[int]]:
-    counts = (verdict.counts or {}).get(side, {})
-    assert not isinstance(counts, Confusion)
-    return {name: list(confusion) for name, confusion in counts.items()}
-
-
-def assert_equal(row: Mapping[str, Any], verdict: Verdict, known: Collection[str], place: str) -> None:
-    if row.get("format_wrong") or row.get("format_wrong_num"):
-        assert verdict.excluded, place
-        return
-    for ours, theirs in (("precondition", "precond"), ("effect", "effect")):
-        assert counted(verdict, ours) == expected(row, theirs), f"{place} {ours}"
-    assert isinstance(verdict, OperatorVerdict), place
-    operators = verdict.operators
-    assert len(operators) == row["total_predict_action_num"], place
-    hallucinated = [each for each in operators if each.status is OperatorStatus.HALLUCINATED]
-    assert len(hallucinated) == row["hallucination_num"], place
-    for part, key in (("precondition", "precond_action_type"), ("effect", "effect_action_type")):
-        found = {each.name: _sizes(getattr(each, part), known) for each in operators}
-        reference = {name: values for name, values in row[key].items() if any(values)}
-        assert {name: sizes for name, sizes in found.items() if any(sizes)} == reference, f"{place} {part}"
-
-
-def _sizes(side: SideMatch, known: Collection[str]) -> list[int]:
-    """Matched, additional and missing predicates; the reference does not count those without a category."""
-    return [sum(name in known for name in names) for names in (side.matched, side.additional, side.missing)]
-
-
-@pytest.mark.parametrize("name", [*first_of(MODELS), "gold", "perturbed"])
-def test_virtualhome_counters_and_planner(virtualhome: TransitionTasks, oracle: Oracle, name: str) -> None:
-    rows = oracle("virtualhome", "transition_modeling", name)["tasks"]
-    rules = rules_of(Protocol("eai-1.0.5"), planner())
-    for row in rows:
-        task = virtualhome[row["id"].split("@")[0]]
-        verdict = TransitionModeling(task, rules).score(row["llm_output"])
-        assert_equal(row, verdict, task.domain.categories, row["id"])
-        if row.get("planner"):
-            assert verdict.success is row["planner"]["success"], row["id"]
-
-
-@pytest.mark.parametrize("name", [*MODELS, "gt", "perturb_logic_only"])
-def test_behavior_counters(behavior_as_published: TransitionTasks, oracle: Oracle, name: str) -> None:
-    rows = oracle("behavior", "transition_modeling", name)["records"]
-    rules = rules_of(Protocol("eai-1.0.5"), None)
-    for row in rows:
-        task = behavior_as_published[row["identifier"].split("@")[0]]
-        verdict = TransitionModeling(task, rules).score(row["response"])
-        assert verdict.planner is PlannerOutcome.NOT_RUN
-        assert_equal(row["verdict"], verdict, task.domain.categories, row["identifier"])
-
-
 @pytest.mark.parametrize(("name", "solved"), [("gpt-4o-2024-05-13.fd26.6", 50)])
 def test_strict_refuses_undefined_names_as_the_current_translator(
     virtualhome: TransitionTasks, oracle: Oracle, name: str, solved: int
 ) -> None:
     rows = oracle("virtualhome", "transition_modeling", name)["tasks"]
-    rules = rules_of(Protocol.STRICT, planner())
+    rules = PaperRules(planner())
     outcomes: Counter[bool] = Counter()
     for row in rows:
         scorer = TransitionModeling(virtualhome[row["id"]], rules)
@@ -123,10 +59,18 @@ def test_strict_refuses_undefined_names_as_the_current_translator(
     assert outcomes[True] == solved
 
 
-@pytest.mark.parametrize(
-    ("protocol", "status"),
-    [(Protocol.STRICT, OperatorStatus.COMPARED), (Protocol("eai-1.0.5"), OperatorStatus.HALLUCINATED)],
-)
+@pytest.fixture
+def protocol() -> Protocol:
+    """The protocol `strict`; tests of other protocols have a fixture of this name, too."""
+    return Protocol.STRICT
+
+
+@pytest.fixture
+def status() -> OperatorStatus:
+    """Status of an operator whose name has a hyphen in the data set."""
+    return OperatorStatus.COMPARED
+
+
 def test_an_operator_has_the_name_that_was_asked_for(
     oracle: Oracle, data_store: Store, protocol: Protocol, status: OperatorStatus
 ) -> None:
@@ -143,17 +87,30 @@ def test_an_operator_has_the_name_that_was_asked_for(
     assert found == [status] * 3
 
 
-@pytest.mark.parametrize("protocol", list(Protocol.known()))
+@pytest.fixture
+def rules() -> Rules:
+    return PaperRules(planner())
+
+
+@pytest.fixture
+def plan_works() -> bool | None:
+    """What verdicts on gold answers say of their plans."""
+    return True
+
+
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
 def test_gold_answers_are_right_in_every_respect(
-    virtualhome: TransitionTasks, behavior: TaskSet[TransitionTask], domain: str, protocol: Protocol
+    virtualhome: TransitionTasks,
+    behavior: TaskSet[TransitionTask],
+    domain: str,
+    rules: Rules,
+    plan_works: bool | None,
 ) -> None:
     tasks = virtualhome if domain == "virtualhome" else behavior
-    rules = rules_of(protocol, planner())
     for task in tasks.values():
         verdict = TransitionModeling(task, rules).score(gold_answer(task))
         assert verdict.planner is PlannerOutcome.SOLVED, task.id
-        assert verdict.plan_works is (True if protocol is Protocol.STRICT else None)
+        assert verdict.plan_works is plan_works
         assert verdict.repairs == ()
         for side in (verdict.counts or {}).values():
             assert not isinstance(side, Confusion)

@@ -8,7 +8,7 @@ from itertools import islice
 
 import pytest
 
-from eai.abilities.protocol import Protocol
+from eai.abilities.transition_modeling.rules import PaperRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
@@ -18,7 +18,6 @@ from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
-from operator_rules import rules_of
 
 
 def everything(predicates: tuple[PddlPredicate, ...]) -> str:
@@ -49,7 +48,7 @@ def test_operators_that_assert_everything_have_plans_and_none_works(
     open_tasks: Callable[[Source], TransitionTasks], step: int, with_parameters: bool, data_store: Store
 ) -> None:
     tasks = open_tasks(Source(data_store))
-    rules = rules_of(Protocol.STRICT, BuiltInPlanner())
+    rules = PaperRules(BuiltInPlanner())
     planned = 0
     for task in islice(tasks.values(), 0, None, step):
         text = asserting_everything(task, with_parameters=with_parameters)

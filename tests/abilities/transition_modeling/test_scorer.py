@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeAlias
 
 import pytest
 
-from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.extraction import LIMIT, Memory
+from eai.abilities.transition_modeling.rules import PaperRules, Rules
 from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict, clause_content
 from eai.abilities.verdict import ALL, Confusion, Verdict
@@ -14,13 +16,20 @@ from eai.pddl.fast_downward import FastDownward
 from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText
 from eai.pddl.planners import available, make_planner
-from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlannerResult, PlannerTerms, PlanningTask
+from eai.pddl.planning import (
+    PddlPlanner,
+    PlannerChoice,
+    PlannerOutcome,
+    PlannerResult,
+    PlannerTerms,
+    PlanningTask,
+)
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 from eai.tasks.task import Category
 from eai.world.fault import FaultKind
-from operator_rules import gold_answer, rules_of
+from operator_rules import gold_answer
 
 OPEN = OperatorText("open", "(?o)", "(and (shut ?o) (near ?o))", "(not (shut ?o))")
 LIGHT = OperatorText("light", "(?o)", "(near ?o)", "(lit ?o)")
@@ -49,8 +58,17 @@ def answer(*operators: OperatorText) -> str:
     return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
 
 
-def score(text: str, protocol: Protocol = Protocol.STRICT) -> OperatorVerdict:
-    verdict = TransitionModeling(TASK, rules_of(protocol, BuiltInPlanner())).score(text)
+MakeRules: TypeAlias = Callable[[PddlPlanner | None], Rules]
+
+
+@pytest.fixture
+def rules_with() -> MakeRules:
+    """Makes the rules of `strict`; tests of other protocols have a fixture of this name, too."""
+    return PaperRules
+
+
+def score(text: str, rules_with: MakeRules = PaperRules) -> OperatorVerdict:
+    verdict = TransitionModeling(TASK, rules_with(BuiltInPlanner())).score(text)
     assert isinstance(verdict, OperatorVerdict)
     return verdict
 
@@ -71,9 +89,8 @@ GOLD_COUNTS = {
 """The same for clauses and for predicates: no clause has two, and no predicate is in two of an operator."""
 
 
-@pytest.mark.parametrize("protocol", list(Protocol.known()))
-def test_the_gold_answer(protocol: Protocol) -> None:
-    verdict = score(gold_answer(TASK), protocol)
+def test_the_gold_answer(rules_with: MakeRules) -> None:
+    verdict = score(gold_answer(TASK), rules_with)
     assert counts(verdict) == GOLD_COUNTS
     assert verdict.planner is PlannerOutcome.SOLVED
     assert verdict.success is True
@@ -81,32 +98,26 @@ def test_the_gold_answer(protocol: Protocol) -> None:
     assert sorted(verdict.plan) == ["light box", "open box"]
 
 
-def test_a_missing_operator_costs_recall_and_the_plan_under_strict_only() -> None:
-    strict, reference = (score(answer(LIGHT), protocol) for protocol in Protocol.known())
-    assert counts(strict)["precondition"] == {
-        "object_states": (0, 0, 1),
-        "spatial_relations": (1, 0, 1),
-    }
-    assert strict.planner is PlannerOutcome.UNSOLVABLE
-    assert counts(reference)["precondition"] == {"spatial_relations": (1, 0, 0)}
-    assert reference.planner is PlannerOutcome.SOLVED
+def test_a_missing_operator_costs_recall_and_the_plan() -> None:
+    verdict = score(answer(LIGHT))
+    assert counts(verdict)["precondition"] == {"object_states": (0, 0, 1), "spatial_relations": (1, 0, 1)}
+    assert verdict.planner is PlannerOutcome.UNSOLVABLE
 
 
-def test_what_was_not_asked_for_helps_under_eai_1_0_5_only() -> None:
-    silent = OperatorText("light", "(?o)", "(used ?o)", "(lit ?o)")
-    strict, reference = (score(answer(OPEN, silent, STAMP), protocol) for protocol in Protocol.known())
-    assert strict.planner is PlannerOutcome.UNSOLVABLE
-    assert reference.planner is PlannerOutcome.SOLVED
-    for verdict in (strict, reference):
-        compared, hallucinated = OperatorStatus.COMPARED, OperatorStatus.HALLUCINATED
-        assert [each.status for each in verdict.operators] == [compared, compared, hallucinated]
+GHOST = OperatorText("light", "(?o)", "(and (near ?o) (bright ?o))", "(lit ?o)")
+SILENT = OperatorText("light", "(?o)", "(used ?o)", "(lit ?o)")
+EVERYTHING = OperatorText("open", "()", "()", "(forall (?a) (lit ?a))")
 
 
-def test_a_predicate_that_the_domain_lacks_is_counted_under_strict_only() -> None:
-    ghost = OperatorText("light", "(?o)", "(and (near ?o) (bright ?o))", "(lit ?o)")
-    assert counts(score(answer(OPEN, ghost)))["precondition"]["other"] == (0, 1, 0)
-    reference = counts(score(answer(OPEN, ghost), Protocol("eai-1.0.5")))["precondition"]
-    assert reference == {"object_states": (1, 0, 0), "spatial_relations": (1, 1, 1)}
+def test_what_was_not_asked_for_does_not_help() -> None:
+    verdict = score(answer(OPEN, SILENT, STAMP))
+    assert verdict.planner is PlannerOutcome.UNSOLVABLE
+    compared, hallucinated = OperatorStatus.COMPARED, OperatorStatus.HALLUCINATED
+    assert [each.status for each in verdict.operators] == [compared, compared, hallucinated]
+
+
+def test_a_predicate_that_the_domain_lacks_is_counted() -> None:
+    assert counts(score(answer(OPEN, GHOST)))["precondition"]["other"] == (0, 1, 0)
 
 
 def test_a_clause_counts_once_in_each_of_its_categories_and_is_right_as_a_whole_or_not_at_all() -> None:
@@ -127,7 +138,7 @@ def test_a_clause_counts_once_in_each_of_its_categories_and_is_right_as_a_whole_
             (1, 1, 1),
         ),
     ):
-        rules = rules_of(Protocol.STRICT, None)
+        rules = PaperRules(None)
         verdict = TransitionModeling(task, rules).assess(answer(operator)).verdict
         assert isinstance(verdict, OperatorVerdict)
         assert verdict.counts == {
@@ -137,26 +148,28 @@ def test_a_clause_counts_once_in_each_of_its_categories_and_is_right_as_a_whole_
         assert verdict.literals == {"precondition": in_literals, "effect": (1, 0, 0)}
 
 
-def test_an_unreadable_answer_misses_everything_under_strict_and_is_left_out_under_eai_1_0_5() -> None:
-    strict, reference = (score("3", protocol) for protocol in Protocol.known())
-    assert strict.error is not None
-    assert strict.error.kind is FaultKind.PARSING
-    assert counts(strict)["effect"] == {"object_states": (0, 0, 2)}
-    assert (strict.planner, strict.excluded) == (PlannerOutcome.INPUT_ERROR, None)
-    assert reference.excluded is not None
-    assert reference.counts is None
+def test_an_unreadable_answer_misses_everything() -> None:
+    verdict = score("3")
+    assert verdict.error is not None
+    assert verdict.error.kind is FaultKind.PARSING
+    assert counts(verdict)["effect"] == {"object_states": (0, 0, 2)}
+    assert (verdict.planner, verdict.excluded) == (PlannerOutcome.INPUT_ERROR, None)
 
 
-@pytest.mark.parametrize("protocol", list(Protocol.known()))
 @pytest.mark.parametrize("text", [gold_answer(TASK), "3", answer(OperatorText("open", "()", "(dark)", "()"))])
-def test_without_a_planner_nothing_is_said_of_plans(protocol: Protocol, text: str) -> None:
-    verdict = TransitionModeling(TASK, rules_of(protocol, None)).score(text)
+def test_without_a_planner_nothing_is_said_of_plans(rules_with: MakeRules, text: str) -> None:
+    verdict = TransitionModeling(TASK, rules_with(None)).score(text)
     assert (verdict.success, verdict.plan_works) == (None, None)
     assert verdict.planner in ({PlannerOutcome.NOT_RUN} if verdict.excluded is None else {None})
 
 
-@pytest.mark.parametrize("protocol", list(Protocol.known()))
-def test_equal_operators_are_planned_with_once(protocol: Protocol) -> None:
+@pytest.fixture
+def problems() -> int:
+    """Number of planning problems that two answers are."""
+    return 2
+
+
+def test_equal_operators_are_planned_with_once(rules_with: MakeRules, problems: int) -> None:
     class Counting:
         name = "counting"
         calls = 0
@@ -166,14 +179,14 @@ def test_equal_operators_are_planned_with_once(protocol: Protocol) -> None:
             return PlannerResult(PlannerOutcome.UNSOLVABLE)
 
     planner = Counting()
-    scorer = TransitionModeling(TASK, rules_of(protocol, planner))
+    scorer = TransitionModeling(TASK, rules_with(planner))
     verdicts = {scorer.score(text) == scorer.score(text) for text in (answer(OPEN, LIGHT), answer(OPEN))}
     assert verdicts == {True}
-    assert planner.calls == (2 if protocol is Protocol.STRICT else 1)
+    assert planner.calls == problems
 
 
 def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
-    scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
+    scorer = TransitionModeling(TASK, PaperRules(BuiltInPlanner()))
     notes = scorer.explain(answer(OperatorText("open", "(?o)", "(near ?x)", "(not (shut ?o))"))).notes
     assert "open: the precondition lacks the clauses (shut ?o), (near ?o)" in notes
     assert "open: the precondition has the additional clause (near ?x) (no parameter: ?x)" in notes
@@ -187,7 +200,7 @@ def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
 
 def test_a_side_that_cannot_be_read_costs_its_own_clauses_and_no_others() -> None:
     half = OPEN.pddl.replace(OPEN.effect, "(or (lit ?o) (shut ?o))")
-    scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
+    scorer = TransitionModeling(TASK, PaperRules(BuiltInPlanner()))
     text = json.dumps({"output": f"{half}\n{LIGHT.pddl}"})
     verdict = scorer.score(text)
     assert isinstance(verdict, OperatorVerdict)
@@ -202,7 +215,7 @@ def test_a_side_that_cannot_be_read_costs_its_own_clauses_and_no_others() -> Non
 
 
 def test_an_explanation_says_where_parameters_are_compared_as_others() -> None:
-    scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
+    scorer = TransitionModeling(TASK, PaperRules(BuiltInPlanner()))
     other = OPEN.pddl.replace("?o", "?thing")
     notes = scorer.explain(json.dumps({"output": f"{other}\n{LIGHT.pddl}"})).notes
     assert [note for note in notes if "compared so" in note] == [
@@ -215,7 +228,7 @@ def test_an_explanation_says_which_clauses_are_alternatives() -> None:
     gold = OperatorText("open", "(?o)", "(or (shut ?o) (near ?o))", "(not (shut ?o))")
     library = OperatorLibrary(DOMAIN.header, {"open": gold, "stamp": STAMP}, DOMAIN.categories)
     task = TransitionTask("t", library, ("open", "stamp"), TASK.categories, TASK.problem_text)
-    scorer = TransitionModeling(task, rules_of(Protocol.STRICT, None))
+    scorer = TransitionModeling(task, PaperRules(None))
     written = [
         OperatorText("open", "(?o)", "(and (shut ?o) (used ?o))", "(not (shut ?o))"),
         OperatorText("stamp", "(?o)", "(or (near ?o) (used ?o))", "(lit ?o)"),
@@ -229,15 +242,13 @@ def test_an_explanation_says_which_clauses_are_alternatives() -> None:
 
 def test_an_explanation_says_what_was_expected_where_a_side_cannot_be_read() -> None:
     nested = OperatorText("open", "(?o)", "(shut (lid ?o))", "(not (shut ?o))")
-    notes = (
-        TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner())).explain(answer(nested)).notes
-    )
+    notes = TransitionModeling(TASK, PaperRules(BuiltInPlanner())).explain(answer(nested)).notes
     assert "open: malformed in the precondition of open: expected a word, not a list" in notes
     assert "planner: input_error (precondition of open: malformed: expected a word, not a list)" in notes
 
 
 def test_an_explanation_names_the_repairs_of_each_operator() -> None:
-    scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
+    scorer = TransitionModeling(TASK, PaperRules(BuiltInPlanner()))
     short = OPEN.pddl.replace("(near ?o))", "(near ?o)")
     text = f"{short}\n{LIGHT.pddl}"
     notes = scorer.explain(text).notes
@@ -278,7 +289,7 @@ TASK_OF_TWO = TransitionTask(
     ],
 )
 def test_a_plan_succeeds_if_it_works_with_the_gold_operators(opened: str, works: bool, note: str) -> None:
-    scorer = TransitionModeling(TASK_OF_TWO, rules_of(Protocol.STRICT, BuiltInPlanner()))
+    scorer = TransitionModeling(TASK_OF_TWO, PaperRules(BuiltInPlanner()))
     light = TASK_OF_TWO.domain.operators["light"]
     assessment = scorer.assess(answer(OperatorText("open", *opened.split("|")), light))
     verdict = assessment.verdict
@@ -286,14 +297,6 @@ def test_a_plan_succeeds_if_it_works_with_the_gold_operators(opened: str, works:
     assert verdict.planner is PlannerOutcome.SOLVED
     assert (verdict.plan_works, verdict.success) == (works, works)
     assert note in assessment.explain().notes[-1]
-
-
-def test_under_eai_1_0_5_a_plan_is_enough() -> None:
-    everything = OperatorText("open", "()", "()", "(forall (?a) (lit ?a))")
-    scorer = TransitionModeling(TASK_OF_TWO, rules_of(Protocol("eai-1.0.5"), BuiltInPlanner()))
-    verdict = scorer.score(answer(everything, TASK_OF_TWO.domain.operators["light"]))
-    assert isinstance(verdict, OperatorVerdict)
-    assert (verdict.planner, verdict.success, verdict.plan_works) == (PlannerOutcome.SOLVED, True, None)
 
 
 def test_planners_by_choice() -> None:
@@ -326,18 +329,16 @@ def test_fast_downward_is_asked_where_it_is_installed(monkeypatch: pytest.Monkey
     assert available(PlannerChoice.NONE) is PlannerChoice.NONE
 
 
-@pytest.mark.parametrize("protocol", list(Protocol.known()))
-def test_a_verdict_names_the_planner(protocol: Protocol) -> None:
+def test_a_verdict_names_the_planner(rules_with: MakeRules) -> None:
     planner = BuiltInPlanner(then=FastDownward(Path(), "1.0.0", 100, 4096))
     assert planner.name == "built-in search, then Fast Downward 1.0.0"
     for asked, name in ((BuiltInPlanner(), "built-in search"), (planner, planner.name), (None, None)):
-        scorer = TransitionModeling(TASK, rules_of(protocol, asked))
+        scorer = TransitionModeling(TASK, rules_with(asked))
         assert scorer.score(answer(OPEN, LIGHT)).planner_name == name
 
 
-@pytest.mark.parametrize("protocol", list(Protocol.known()))
-def test_rules_remember_a_bounded_number_of_characters(protocol: Protocol) -> None:
-    rules = rules_of(protocol, None)
+def test_rules_remember_a_bounded_number_of_characters(rules_with: MakeRules) -> None:
+    rules = rules_with(None)
     scorer = TransitionModeling(TASK, rules)
     length = 100_000
     texts = [

@@ -9,13 +9,12 @@ from hypothesis import strategies as st
 from benchmarks.behavior.kitchen import make_task
 from benchmarks.plan_scorers import behavior_scorer
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Verdict
 from eai.results.codec import fields_of
 from sweeps import examples
 
 TASK = make_task()
-STRICT, REFERENCE = (behavior_scorer(TASK, protocol) for protocol in (Protocol.STRICT, Protocol("eai-1.0.5")))
+STRICT = behavior_scorer(TASK)
 GOAL_REACHED = (
     "OPEN fridge_1",
     "RIGHT_GRASP peach_1",
@@ -24,6 +23,12 @@ GOAL_REACHED = (
     "CLEAN plate_1",
     "CLEAN plate_2",
 )
+
+
+@pytest.fixture
+def scorer() -> ActionSequencing:
+    """The scorer under `strict`; tests of other protocols have a fixture of this name, too."""
+    return STRICT
 
 
 def answer(*steps: str) -> str:
@@ -40,32 +45,34 @@ def told(verdict: Verdict) -> str:
     return verdict.error.kind.value + step
 
 
-@pytest.mark.parametrize(
-    ("steps", "strict", "reference"),
-    [
-        (GOAL_REACHED, "success", "success"),
-        (GOAL_REACHED[:4], "failure", "failure"),
-        (["OPEN peach_1", "OPEN nothing_1"], "hallucination 1", "hallucination 1"),
-        (["open fridge_1"], "hallucination 0", "hallucination 0"),
-        (["OPEN agent.n.01_1"], "hallucination 0", "hallucination 0"),
-        (["BURN peach_1"], "hallucination 0", "uncategorised 0"),
-        (["OPEN fridge_1, rag_1", "OPEN nothing_1"], "hallucination 1", "hallucination 1"),
-        (["OPEN fridge_1, rag_1"], "argument_number 0", "argument_number 0"),
-        (["LEFT_PLACE_NEXTTO_ONTOP rag_1"], "argument_number 0", "argument_number 0"),
-        (["RIGHT_GRASP peach_1", "OPEN fridge_1"], "missing_step 0", "missing_step 0"),
-        (["OPEN carton_1", "OPEN fridge_1", "OPEN carton_1"], "failure", "failure"),
-    ],
-)
-def test_verdicts(steps: list[str], strict: str, reference: str) -> None:
-    text = answer(*steps)
-    assert (told(STRICT.score(text)), told(REFERENCE.score(text))) == (strict, reference)
+OUTCOMES = [
+    (GOAL_REACHED, "success"),
+    (GOAL_REACHED[:4], "failure"),
+    (["OPEN peach_1", "OPEN nothing_1"], "hallucination 1"),
+    (["open fridge_1"], "hallucination 0"),
+    (["OPEN agent.n.01_1"], "hallucination 0"),
+    (["BURN peach_1"], "hallucination 0"),
+    (["OPEN fridge_1, rag_1", "OPEN nothing_1"], "hallucination 1"),
+    (["OPEN fridge_1, rag_1"], "argument_number 0"),
+    (["LEFT_PLACE_NEXTTO_ONTOP rag_1"], "argument_number 0"),
+    (["RIGHT_GRASP peach_1", "OPEN fridge_1"], "missing_step 0"),
+    (["OPEN carton_1", "OPEN fridge_1", "OPEN carton_1"], "failure"),
+]
 
 
-def test_a_plan_that_fails_after_reaching_the_goal_succeeds_in_the_reference_only() -> None:
-    text = answer(*GOAL_REACHED, "COOK plate_1")
-    assert told(STRICT.score(text)) == told(REFERENCE.score(text)) == "affordance 6"
-    assert not STRICT.score(text).success
-    assert REFERENCE.score(text).success
+@pytest.mark.parametrize(("steps", "outcome"), OUTCOMES)
+def test_verdicts(steps: list[str], outcome: str) -> None:
+    assert told(STRICT.score(answer(*steps))) == outcome
+
+
+def test_a_plan_that_fails_after_reaching_the_goal_fails() -> None:
+    verdict = STRICT.score(answer(*GOAL_REACHED, "COOK plate_1"))
+    assert (told(verdict), verdict.success) == ("affordance 6", False)
+
+
+NEVER_RUN = ("nothing to do", answer("FLY fridge_1"), answer("OPEN rag_1, rag_10"))
+HOLDS_AT_START = "(and (inside peach.n.01_1 fridge.n.01_1) (open fridge.n.01_1))"
+"""Goals of which the first holds at the start."""
 
 
 def test_goals_are_told_one_by_one_and_by_kind() -> None:
@@ -74,15 +81,11 @@ def test_goals_are_told_one_by_one_and_by_kind() -> None:
     assert fields["goals"] == {"state": [0, 1], "relation": [1, 1], "action": [0, 0]}
 
 
-@pytest.mark.parametrize("text", ["nothing to do", answer("FLY fridge_1"), answer("OPEN rag_1, rag_10")])
-def test_an_answer_that_never_ran_meets_no_goal_and_in_the_reference_those_that_hold_at_the_start(
-    text: str,
-) -> None:
-    task = make_task("(and (inside peach.n.01_1 fridge.n.01_1) (open fridge.n.01_1))")
-    for protocol, satisfied in ((Protocol.STRICT, [False, False]), (Protocol("eai-1.0.5"), [True, False])):
-        verdict = behavior_scorer(task, protocol).score(text)
-        assert verdict.executable is False
-        assert fields_of(verdict)["goals_satisfied"] == satisfied
+@pytest.mark.parametrize("text", NEVER_RUN)
+def test_an_answer_that_never_ran_meets_no_goal(text: str) -> None:
+    verdict = behavior_scorer(make_task(HOLDS_AT_START)).score(text)
+    assert verdict.executable is False
+    assert fields_of(verdict)["goals_satisfied"] == [False, False]
 
 
 def test_additional_steps_are_skipped_and_counted() -> None:
@@ -90,7 +93,6 @@ def test_additional_steps_are_skipped_and_counted() -> None:
     assert (told(verdict), verdict.additional_steps) == ("success", 2)
 
 
-@pytest.mark.parametrize("scorer", [STRICT, REFERENCE], ids=["strict", "eai-1.0.5"])
 def test_explanations_tell_every_step_and_goal(scorer: ActionSequencing) -> None:
     explanation = scorer.explain(
         answer("OPEN fridge_1", "RIGHT_GRASP peach_1", "CLOSE fridge_1", "SLICE plate_1")
@@ -104,7 +106,7 @@ def test_explanations_tell_every_step_and_goal(scorer: ActionSequencing) -> None
 
 
 def test_what_is_put_down_is_told_by_where_it_lies_though_no_goal_names_it() -> None:
-    scorer = behavior_scorer(make_task("(and (open fridge.n.01_1))"), Protocol.STRICT)
+    scorer = behavior_scorer(make_task("(and (open fridge.n.01_1))"))
     *_, last = scorer.explain(answer("RIGHT_GRASP detergent_1", "RIGHT_PLACE_NEXTTO sink_1")).steps
     assert {"stands_by(detergent_1, sink_1)", "stands_by(sink_1, detergent_1)"} <= {*last.added}
     assert last.hidden_changes == 0
@@ -129,18 +131,18 @@ SCRAPS = st.sampled_from(
         "null",
     ]
 )
+TEXTS = st.one_of(st.text(max_size=60), st.lists(SCRAPS, max_size=30).map(" ".join))
 
 
 @settings(max_examples=examples(200), deadline=None)
-@given(st.one_of(st.text(max_size=60), st.lists(SCRAPS, max_size=30).map(" ".join)))
+@given(TEXTS)
 def test_any_text_has_a_verdict_and_an_explanation(text: str) -> None:
-    for scorer in (STRICT, REFERENCE):
-        assert scorer.score(text) == scorer.score(text)
-        scorer.explain(text)
+    assert STRICT.score(text) == STRICT.score(text)
+    STRICT.explain(text)
 
 
 STEPS = st.lists(
-    st.tuples(st.sampled_from(sorted(REFERENCE.domain.compiled)), st.sampled_from(sorted(TASK.scene.index))),
+    st.tuples(st.sampled_from(sorted(STRICT.domain.compiled)), st.sampled_from(sorted(TASK.scene.index))),
     max_size=12,
 )
 
@@ -149,9 +151,8 @@ STEPS = st.lists(
 @given(STEPS)
 def test_any_plan_has_a_verdict(steps: list[tuple[str, str]]) -> None:
     text = answer(*(" ".join(step) for step in steps)) if steps else "[]"
-    for scorer in (STRICT, REFERENCE):
-        verdict = scorer.score(text)
-        assert verdict.executable is (verdict.error is None)
+    verdict = STRICT.score(text)
+    assert verdict.executable is (verdict.error is None)
 
 
 DUSTY = (
@@ -185,12 +186,3 @@ STAINED = (
 def test_cleaning_tells_what_dirt_remains(steps: list[str], outcome: str, reason: str) -> None:
     last = STRICT.explain(answer(*steps)).steps[-1]
     assert (last.outcome, last.reason) == (outcome, reason)
-
-
-def test_what_the_reference_passes_over_is_told() -> None:
-    text = '[{"action": "OPEN", "object": "fridge_1"}, {"action": "CLEAN"}]'
-    assert REFERENCE.explain(text).notes == (
-        "lossy_reading: what is no step is passed over; steps that are seen: 1",
-        "strict, which passes over nothing: parsing, there is no list of steps with an action and an "
-        'object: step 2 has no "object"',
-    )

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.virtualhome.household import make_task
-from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
@@ -24,11 +23,15 @@ TASK = replace(
     make_task(goals=GOALS, more_objects=("cup.40",)),
     temporal_goal="(exists x. ((TOUCH(x) or PUSH(x))) then (OPEN(fridge.10) and ONTOP(cup.13, bed.20)))",
 )
-SCORERS = STRICT, REFERENCE = tuple(
-    virtualhome_subgoals(protocol)(TASK) for protocol in (Protocol.STRICT, Protocol("eai-1.0.5"))
-)
+STRICT = virtualhome_subgoals()(TASK)
 CUP_HELD = "HOLDS_RH(character.65, cup.13)"
 REACHED = ("TOUCH(table.12)", "OPEN(fridge.10)", CUP_HELD, "ONTOP(cup.13, bed.20)")
+
+
+@pytest.fixture
+def scorer() -> SubgoalDecomposition:
+    """The scorer under `strict`; tests of other protocols have a fixture of this name, too."""
+    return STRICT
 
 
 def answer(*subgoals: object) -> str:
@@ -44,71 +47,66 @@ def told(verdict: Verdict) -> str:
     return f"{verdict.category.value}{error}{step}"
 
 
-@pytest.mark.parametrize(
-    ("subgoals", "strict", "reference"),
-    [
-        (REACHED, "correct", "correct"),
-        # However it is joined, an entry is one subgoal, which takes two actions at most.
-        ([" then ".join(REACHED)], "runtime missing_step 0", "correct"),
-        ([f"({' and '.join(REACHED)})"], "runtime missing_step 0", "correct"),
-        (REACHED[1:], "goal_unreachable", "goal_unreachable"),
-        (["HOLDS_RH(character.65, milk.11)"], "runtime missing_step 0", "runtime missing_step 0"),
-        (["OPEN(table.12)"], "runtime affordance 0", "runtime affordance 0"),
-        ([], "goal_unreachable", "not_parseable parsing"),
-        # Names.
-        (["FLY(table.12)"], "hallucination hallucination", "hallucination hallucination"),
-        (["OPEN(yacht.9)"], "hallucination hallucination", "hallucination hallucination"),
-        (["OPEN(fridge.11)"], "hallucination hallucination", "hallucination hallucination"),
-        (["OPEN(fridge.10, cup.13)"], "hallucination argument_number", "hallucination argument_number"),
-        (["OPEN(x)"], "hallucination hallucination", "hallucination hallucination"),
-        (["POUR(milk.11, cup.13)"], "runtime missing_step 0", "hallucination hallucination"),
-        # Syntax.
-        (["OPEN(fridge.10"], "not_parseable parsing", "not_parseable parsing"),
-        (["OPEN(fridge.10))", "FLY(x)"], "not_parseable parsing", "not_parseable parsing"),
-        (["eventually OPEN(fridge.10)"], "not_parseable parsing", "not_parseable parsing"),
-        ([3], "not_parseable parsing", "not_parseable parsing"),
-        # Alternatives: all are tried, or one by lot after the text is cut.
-        (["OPEN(table.12) or TOUCH(table.12)", *REACHED[1:]], "correct", None),
-        (
-            ["(OPEN(table.12) or TOUCH(table.12)) and SITTING(character.65)", *REACHED[1:]],
-            "runtime missing_step 0",
-            "not_parseable parsing",
-        ),
-        (["exists x. (TOUCH(x))", *REACHED[1:]], "correct", "not_parseable parsing"),
-        # Negations.
-        ([*REACHED, "not CLOSED(fridge.10)"], "correct", "not_parseable parsing"),
-        (["not CLOSED(fridge.10)"], "goal_unreachable", "not_parseable parsing"),
-        (
-            [*REACHED[:3], "not (CLOSED(fridge.10) or not ONTOP(cup.13, bed.20))"],
-            "correct",
-            None,
-        ),
-        (["not TOUCH(table.12)"], "not_parseable parsing", "not_parseable parsing"),
-        (["OPEN(table.12)", "not ON(fridge.10)"], "runtime affordance 0", "runtime affordance 0"),
-        # Names without ids.
-        (
-            ["TOUCH(table)", "OPEN(fridge)", CUP_HELD, "ONTOP(cup.13, bed)"],
-            "correct",
-            "not_parseable parsing",
-        ),
-        (["TOUCH(table)", "OPEN(fridge)", CUP_HELD, "ONTOP(cup, bed)"], "correct", "not_parseable parsing"),
-        # What no action brings about.
-        ([*REACHED, "SITTING(character.65)"], "correct", "correct"),
-        ([*REACHED, "SITTING(character.65) and ONTOP(character.65, bed.20)"], "correct", "correct"),
-        ([*REACHED, "NEXT_TO(cup.13, book.16)"], "correct", "correct"),
-        ([*REACHED, "NEXT_TO(cup.13, character.65)"], "correct", "correct"),
-        ([*REACHED, "GRABBABLE(cup.13)"], "correct", "correct"),
-        ([*REACHED, "forall x. (not HOLDS_RH(character.65, x))"], "correct", "not_parseable parsing"),
-        ([*REACHED, "forall x. (TOUCH(x))"], "not_parseable parsing", "not_parseable parsing"),
-        # The goal must hold at the end, or at any time.
-        ([*REACHED, "CLOSED(fridge.10)"], "goal_unreachable", "correct"),
-        ([*REACHED[1:], "TOUCH(table.12)"], "correct", "correct"),
-    ],
-)
-def test_the_category_and_the_error(subgoals: list[object], strict: str, reference: str | None) -> None:
-    assert told(STRICT.score(answer(*subgoals))) == strict
-    if reference is not None:
-        assert told(REFERENCE.score(answer(*subgoals))) == reference
+OUTCOMES = [
+    (REACHED, "correct"),
+    # However it is joined, an entry is one subgoal, which takes two actions at most.
+    ([" then ".join(REACHED)], "runtime missing_step 0"),
+    ([f"({' and '.join(REACHED)})"], "runtime missing_step 0"),
+    (REACHED[1:], "goal_unreachable"),
+    (["HOLDS_RH(character.65, milk.11)"], "runtime missing_step 0"),
+    (["OPEN(table.12)"], "runtime affordance 0"),
+    ([], "goal_unreachable"),
+    # Names.
+    (["FLY(table.12)"], "hallucination hallucination"),
+    (["OPEN(yacht.9)"], "hallucination hallucination"),
+    (["OPEN(fridge.11)"], "hallucination hallucination"),
+    (["OPEN(fridge.10, cup.13)"], "hallucination argument_number"),
+    (["OPEN(x)"], "hallucination hallucination"),
+    (["POUR(milk.11, cup.13)"], "runtime missing_step 0"),
+    # Syntax.
+    (["OPEN(fridge.10"], "not_parseable parsing"),
+    (["OPEN(fridge.10))", "FLY(x)"], "not_parseable parsing"),
+    (["eventually OPEN(fridge.10)"], "not_parseable parsing"),
+    ([3], "not_parseable parsing"),
+    # Alternatives: all are tried.
+    (["OPEN(table.12) or TOUCH(table.12)", *REACHED[1:]], "correct"),
+    (
+        ["(OPEN(table.12) or TOUCH(table.12)) and SITTING(character.65)", *REACHED[1:]],
+        "runtime missing_step 0",
+    ),
+    (["exists x. (TOUCH(x))", *REACHED[1:]], "correct"),
+    # Negations.
+    ([*REACHED, "not CLOSED(fridge.10)"], "correct"),
+    (["not CLOSED(fridge.10)"], "goal_unreachable"),
+    (
+        [*REACHED[:3], "not (CLOSED(fridge.10) or not ONTOP(cup.13, bed.20))"],
+        "correct",
+    ),
+    (["not TOUCH(table.12)"], "not_parseable parsing"),
+    (["OPEN(table.12)", "not ON(fridge.10)"], "runtime affordance 0"),
+    # Names without ids.
+    (
+        ["TOUCH(table)", "OPEN(fridge)", CUP_HELD, "ONTOP(cup.13, bed)"],
+        "correct",
+    ),
+    (["TOUCH(table)", "OPEN(fridge)", CUP_HELD, "ONTOP(cup, bed)"], "correct"),
+    # What no action brings about.
+    ([*REACHED, "SITTING(character.65)"], "correct"),
+    ([*REACHED, "SITTING(character.65) and ONTOP(character.65, bed.20)"], "correct"),
+    ([*REACHED, "NEXT_TO(cup.13, book.16)"], "correct"),
+    ([*REACHED, "NEXT_TO(cup.13, character.65)"], "correct"),
+    ([*REACHED, "GRABBABLE(cup.13)"], "correct"),
+    ([*REACHED, "forall x. (not HOLDS_RH(character.65, x))"], "correct"),
+    ([*REACHED, "forall x. (TOUCH(x))"], "not_parseable parsing"),
+    # The goal must hold at the end, or at any time.
+    ([*REACHED, "CLOSED(fridge.10)"], "goal_unreachable"),
+    ([*REACHED[1:], "TOUCH(table.12)"], "correct"),
+]
+
+
+@pytest.mark.parametrize(("subgoals", "outcome"), OUTCOMES)
+def test_the_category_and_the_error(subgoals: list[object], outcome: str) -> None:
+    assert told(STRICT.score(answer(*subgoals))) == outcome
 
 
 @pytest.mark.parametrize(
@@ -130,22 +128,25 @@ def test_additional_steps_of_subgoals(subgoals: list[str], additional: int) -> N
     assert (verdict.executable, verdict.additional_steps) == (True, additional)
 
 
-@pytest.mark.parametrize(
-    ("text", "strict", "reference"),
-    [
-        ("Sure:\n```json\n" + answer(*REACHED) + "\n```", "correct", "correct"),
-        (answer(*REACHED).replace('"', "'"), "correct", "not_parseable parsing"),
-        ("{" + answer(*REACHED)[1:-1] + ', "why": "so"}', "correct", "correct"),
-        ("{" + answer(*REACHED)[1:-1] + ', "more": ["a"]}', "not_parseable parsing", "correct"),
-        ('{"output": "OPEN(fridge.10)"}', "not_parseable parsing", "not_parseable parsing"),
-        ("OPEN(fridge.10)", "not_parseable parsing", "not_parseable parsing"),
-        (answer("I will open it.", *REACHED), "not_parseable parsing", "correct"),
-        (answer(*REACHED, "ONTOP(character.65, bed.20)", "SLEEP"), "correct", "correct"),
-    ],
-)
-def test_where_the_subgoals_are_found(text: str, strict: str, reference: str) -> None:
-    assert told(STRICT.score(text)) == strict
-    assert told(REFERENCE.score(text)) == reference
+TEXTS = [
+    ("Sure:\n```json\n" + answer(*REACHED) + "\n```", "correct"),
+    (answer(*REACHED).replace('"', "'"), "correct"),
+    ("{" + answer(*REACHED)[1:-1] + ', "why": "so"}', "correct"),
+    ("{" + answer(*REACHED)[1:-1] + ', "more": ["a"]}', "not_parseable parsing"),
+    ('{"output": "OPEN(fridge.10)"}', "not_parseable parsing"),
+    ("OPEN(fridge.10)", "not_parseable parsing"),
+    (answer("I will open it.", *REACHED), "not_parseable parsing"),
+    (answer(*REACHED, "ONTOP(character.65, bed.20)", "SLEEP"), "correct"),
+]
+
+
+@pytest.mark.parametrize(("text", "outcome"), TEXTS)
+def test_where_the_subgoals_are_found(text: str, outcome: str) -> None:
+    assert told(STRICT.score(text)) == outcome
+
+
+def test_what_the_verdict_says_is_what_counts() -> None:
+    assert STRICT.score(answer("OPEN(fridge.10)", "OPEN(fridge.10)")).counted is None
 
 
 def test_repairs_are_named() -> None:
@@ -161,41 +162,21 @@ def test_errors_and_goals_are_those_of_the_reported_branch() -> None:
     assert (verdict.executable, verdict.success) == (False, False)
 
 
-def test_the_reference_counts_entries_but_not_those_of_unreachable_goals() -> None:
-    twice = ("OPEN(fridge.10)", "OPEN(fridge.10)")
-    failed = REFERENCE.score(answer(*twice, "HOLDS_RH(character.65, table.12)"))
-    assert failed.counted is not None
-    assert failed.counted.errors == {FaultKind.AFFORDANCE: 1, FaultKind.ADDITIONAL_STEP: 1}
-    missed, reached = (REFERENCE.score(answer(*subgoals)) for subgoals in (twice, (*REACHED[:1], *REACHED)))
-    assert missed.errors == (FaultKind.ADDITIONAL_STEP,)
-    assert missed.counted is not None
-    assert (missed.counted.success, missed.counted.errors) == (False, {})
-    assert reached.counted is not None
-    assert (reached.counted.success, reached.counted.goals) == (True, reached.goals)
-    assert STRICT.score(answer(*twice)).counted is None
+THREE_ACTIONS = replace(
+    make_task(goals=("action TOUCH", "action TYPE", "action PUSH")), temporal_goal="exists x. (PUSH(x))"
+)
+POURED = replace(TASK, temporal_goal="exists x. (exists y. (POUR(x, y)))")
+WITHOUT_GOALS = replace(make_task(goals=()), temporal_goal=None)
 
 
-def test_action_goals_count_up_to_the_first_that_is_missing_in_the_reference() -> None:
-    task = replace(
-        make_task(goals=("action TOUCH", "action TYPE", "action PUSH")), temporal_goal="exists x. (PUSH(x))"
-    )
-    plan = answer("PUSH(table.12)", "TOUCH(table.12)")
-    strict, reference = (virtualhome_subgoals(p)(task).score(plan).goals for p in Protocol.known())
-    assert strict is not None
-    assert reference is not None
-    assert (strict.action, reference.action) == (Share(1, 3), Share(1, 3))
-    other = virtualhome_subgoals(Protocol("eai-1.0.5"))(task).score(answer("PUSH(table.12)")).goals
-    assert other is not None
-    assert other.action == Share(0, 3)
+def test_action_goals_count_up_to_the_first_that_is_missing() -> None:
+    goals = virtualhome_subgoals()(THREE_ACTIONS).score(answer("PUSH(table.12)", "TOUCH(table.12)")).goals
+    assert goals is not None
+    assert goals.action == Share(1, 3)
 
 
-def test_a_goal_that_the_reference_cannot_read_makes_every_plan_unparseable() -> None:
-    task = replace(TASK, temporal_goal="exists x. (exists y. (POUR(x, y)))")
-    assert (
-        told(virtualhome_subgoals(Protocol("eai-1.0.5"))(task).score(answer(*REACHED)))
-        == "not_parseable parsing"
-    )
-    assert told(virtualhome_subgoals(Protocol.STRICT)(task).score(answer(*REACHED))) == "goal_unreachable"
+def test_a_goal_with_two_variables_is_read() -> None:
+    assert told(virtualhome_subgoals()(POURED).score(answer(*REACHED))) == "goal_unreachable"
 
 
 @pytest.mark.parametrize(
@@ -221,21 +202,16 @@ def test_parts_that_exclude_each_other_are_told(subgoal: str, excluded: bool) ->
 
 def test_what_holds_together_at_the_start_does_not_exclude_each_other() -> None:
     task = make_task("OPEN fridge.10", goals=GOALS)
-    scorer = virtualhome_subgoals(Protocol.STRICT)(task)
+    scorer = virtualhome_subgoals()(task)
     assert scorer.score(answer("OPEN(fridge.10) and CLOSED(fridge.10)")).executable
 
 
-def test_a_task_without_goals_is_excluded_or_unparseable() -> None:
-    task = replace(make_task(goals=()), temporal_goal=None)
-    assert virtualhome_subgoals(Protocol.STRICT)(task).score(answer(*REACHED)).excluded is not None
-    assert (
-        told(virtualhome_subgoals(Protocol("eai-1.0.5"))(task).score(answer(*REACHED)))
-        == "not_parseable parsing"
-    )
+def test_a_task_without_goals_is_excluded() -> None:
+    assert virtualhome_subgoals()(WITHOUT_GOALS).score(answer(*REACHED)).excluded is not None
 
 
 def test_the_end_of_the_search_is_told() -> None:
-    scorer = virtualhome_subgoals(Protocol.STRICT, ExplorationLimits(attempts=3))(TASK)
+    scorer = virtualhome_subgoals(ExplorationLimits(attempts=3))(TASK)
     verdict = scorer.score(answer(*REACHED))
     assert (verdict.search, verdict.tried_actions) == ("attempts", 4)
     assert any("the search was ended" in note for note in scorer.explain(answer(*REACHED)).notes)
@@ -253,7 +229,7 @@ def test_too_many_alternatives_are_refused() -> None:
 
 def test_quantifiers_within_pairs_are_counted_before_anything_is_unfolded() -> None:
     more = [f"cup.{number}" for number in range(100, 120)]
-    scorer = virtualhome_subgoals(Protocol.STRICT)(make_task(goals=GOALS, more_objects=more))
+    scorer = virtualhome_subgoals()(make_task(goals=GOALS, more_objects=more))
     pairs = "forpairs x, y. (forpairs z, w. (ONTOP(x, y) or ONTOP(z, w) or not ONTOP(x, w)))"
     verdict = scorer.score(answer(pairs))
     assert told(verdict) == "not_parseable parsing"
@@ -273,7 +249,6 @@ def test_an_explanation_shows_the_subgoals_the_steps_and_the_goals() -> None:
     assert [goal.satisfied for goal in explanation.goals] == [True, False, False]
     assert STRICT.explain(answer("FLY(table.12)")).notes[0] == "hallucination"
     assert STRICT.explain("nothing").notes[0] == "not_parseable"
-    assert REFERENCE.explain(answer("not OPEN(fridge.10)")).notes[0] == "not_parseable"
 
 
 PIECES = st.sampled_from(
@@ -295,17 +270,23 @@ PIECES = st.sampled_from(
         *("next ", "until", "true", "é", "\0", ".", "FLY(\u00fc.1)"),
     ]
 )
+ANY_TEXT = st.text() | st.lists(st.lists(PIECES, max_size=6).map("".join), max_size=5).map(
+    lambda subgoals: answer(*subgoals)
+)
+
+
+def must_have_a_verdict(scorer: SubgoalDecomposition, text: str) -> None:
+    """Fail unless a text has the same verdict twice, and an explanation."""
+    verdict = scorer.score(text)
+    assert verdict.category is not None
+    assert json.dumps(fields_of(verdict)) == json.dumps(fields_of(scorer.score(text)))
+    json.dumps(dataclass_to_json(scorer.explain(text)))
 
 
 @settings(deadline=None)
-@given(st.lists(st.lists(PIECES, max_size=6).map("".join), max_size=5) | st.text())
-def test_any_text_has_a_verdict(subgoals: list[str] | str) -> None:
-    text = subgoals if isinstance(subgoals, str) else answer(*subgoals)
-    for scorer in SCORERS:
-        verdict = scorer.score(text)
-        assert verdict.category is not None
-        assert json.dumps(fields_of(verdict)) == json.dumps(fields_of(scorer.score(text)))
-        json.dumps(dataclass_to_json(scorer.explain(text)))
+@given(ANY_TEXT)
+def test_any_text_has_a_verdict(text: str) -> None:
+    must_have_a_verdict(STRICT, text)
 
 
 @pytest.mark.parametrize(
@@ -328,9 +309,8 @@ def test_any_text_has_a_verdict(subgoals: list[str] | str) -> None:
     ],
     ids=lambda text: text[:24].strip(),
 )
-def test_extreme_subgoals_have_a_verdict(subgoal: str) -> None:
-    for scorer in SCORERS:
-        assert scorer.score(answer(subgoal)).category is not None
+def test_extreme_subgoals_have_a_verdict(scorer: SubgoalDecomposition, subgoal: str) -> None:
+    assert scorer.score(answer(subgoal)).category is not None
 
 
 def test_forty_choices_do_not_cost_two_to_the_forty_executions() -> None:
@@ -340,7 +320,6 @@ def test_forty_choices_do_not_cost_two_to_the_forty_executions() -> None:
     assert verdict.tried_actions < 2_000
 
 
-@pytest.mark.parametrize("scorer", SCORERS)
 def test_any_number_of_threads_may_ask_one_scorer(scorer: SubgoalDecomposition) -> None:
     answers = [
         answer(*subgoals)

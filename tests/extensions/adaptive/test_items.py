@@ -2,10 +2,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from cli.test_analyze import must_have_the_same_bytes
+from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.extensions.adaptive.flag import Flag
@@ -124,3 +127,7 @@ def test_eight_tasks_ask_for_two_lights_of_one_name(data_store: Store) -> None:
     tasks = find_benchmark("virtualhome").tasks(Source(data_store))
     ambiguous = [task for task in tasks if "ambiguous names" in flags(PLANS, task, False)]
     assert len(ambiguous) == 8
+
+
+def test_the_analysis_has_the_same_bytes_each_time(eai: Command, tmp_path: Path) -> None:
+    must_have_the_same_bytes(eai, tmp_path, "items")

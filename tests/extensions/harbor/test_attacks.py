@@ -13,7 +13,7 @@ from boxes import lacking
 from by_path import ROOT
 from eai.base.store import Store
 from eai.extensions.harbor.folders import IMAGE
-from harbor_trials import Trial, exported
+from extensions.harbor.trials import Trial, exported
 
 WHY_NOT = lacking()
 pytestmark = pytest.mark.skipif(WHY_NOT is not None, reason=f"a trial runs in boxes: {WHY_NOT}")

@@ -19,7 +19,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.extensions.harbor.folders import FREE, IMAGE, NO_SOLUTION, write_task_folders
 from eai.extensions.harbor.verify import rewards_of_episode
 from eai.tasks.source import Source
-from harbor_trials import HARBOR, Trial, asked, exported, lint
+from extensions.harbor.trials import HARBOR, Trial, asked, exported, lint
 from sweeps import first_of, sweep
 
 WHY_NOT = lacking()

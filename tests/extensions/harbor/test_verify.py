@@ -15,10 +15,12 @@ from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
 from eai.agents.journal import key_in
 from eai.agents.worlds import journal_in, opened
+from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.harbor.verify import answer_in, rewards, rewards_of_episode
 from eai.logic.formula import Atom, Constant, Not
 from eai.results.reward import LIMIT
+from raising import BOOM, NAME, RAISING
 
 GO, PRESS = "GO(lamp_1)", "PRESS(lamp_1)"
 PLAN = ["GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)", "DONE"]
@@ -153,3 +155,10 @@ def test_a_task_that_excludes_whatever_is_said_pays_nothing() -> None:
     both = make_task("both", "Have it both ways.", initial(), shut, Not(shut))
     suite = open_suite(Benchmark("both", DOMAIN, given(both)), Ability("acting"))
     assert rewards(suite, "both", "DONE") == {"reward": 0.0, "valid": 0.0}
+
+
+def test_an_answer_whose_scorer_raises_is_worth_nothing() -> None:
+    suite = open_suite(NAME, Ability("action_sequencing"))
+    gold = open_answer_book(RAISING, suite.ability, suite.source)
+    assert rewards(suite, "both", BOOM)["valid"] == 0
+    assert rewards(suite, "both", gold["both"].text)["reward"] == 1

@@ -9,9 +9,9 @@ import pytest
 
 from benchmarks.plan_scorers import behavior_scorer
 from eai.abilities.notation.plans import JsonPlans
-from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.behavior.tasks import BehaviorTasks
+from eai.extensions.reference.behavior_plans import BehaviorActionSequencing
 from oracle import MODELS, Oracle, read_shared
 
 SETS = (*MODELS, "gt", "perturb")
@@ -63,7 +63,7 @@ def test_every_row_has_the_references_verdict(
     for row in oracle("behavior", "action_sequencing", name)["records"]:
         task = behavior_tasks[row["identifier"]]
         theirs = told_by_reference(row["verdict"])
-        ours = told_by_us(behavior_scorer(task, Protocol("eai-1.0.5")).score(row["response"]), theirs)
+        ours = told_by_us(BehaviorActionSequencing(task).score(row["response"]), theirs)
         if ours != theirs:
             differing.append(task.title)
     assert differing == []
@@ -77,7 +77,7 @@ def test_the_simulator_met_the_same_goals_as_the_symbolic_state(behavior_tasks: 
         for row in log
     }
     verdicts = {
-        row["identifier"]: behavior_scorer(behavior_tasks[row["identifier"]], Protocol("eai-1.0.5")).score(
+        row["identifier"]: BehaviorActionSequencing(behavior_tasks[row["identifier"]]).score(
             json.dumps(row["parsed_actions"])
         )
         for row in log
@@ -93,17 +93,14 @@ def test_the_simulator_met_the_same_goals_as_the_symbolic_state(behavior_tasks: 
 
 def test_the_data_sets_plans(behavior_tasks: BehaviorTasks) -> None:
     notation = JsonPlans()
-    accepted = {
-        protocol: {
+    strict, reference = (
+        {
             task.title
             for task in behavior_tasks.values()
-            if behavior_scorer(task, protocol)
-            .score(notation.join(notation.write(task.script, task.scene)))
-            .success
+            if scorer_of(task).score(notation.join(notation.write(task.script, task.scene))).success
         }
-        for protocol in Protocol.known()
-    }
-    reference, strict = accepted[Protocol("eai-1.0.5")], accepted[Protocol.STRICT]
+        for scorer_of in (behavior_scorer, BehaviorActionSequencing)
+    )
     assert len(reference) == 88
     assert strict - reference == ACCEPTED_BY_STRICT_ONLY
     assert reference <= strict

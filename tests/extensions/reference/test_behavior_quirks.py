@@ -6,11 +6,12 @@ from typing import Any
 import pytest
 
 from benchmarks.behavior.kitchen import actions, make_task
+from eai.base.errors import InputError
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.extensions.reference.behavior_quirks import behavior_goal_test, truncated_options
 from eai.logic.choice import count_options, options
-from eai.logic.formula import Atom, Formula, Not
+from eai.logic.formula import And, Atom, Formula, Not, Variable
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import Share
 from eai.world.execution import execute
@@ -170,3 +171,9 @@ def test_negated_goals_choose_one_condition_of_every_option() -> None:
         [["not", ["p", "a"]], ["not", ["r", "a"]]],
         [["not", ["s", "a"]]],
     ]
+
+
+def test_unbound_variables_are_an_error() -> None:
+    unbound = And((Atom("p", (Variable("x"),)),))
+    with pytest.raises(InputError, match="variable x is not bound"):
+        truncated_options(unbound, universe().objects)

@@ -15,6 +15,7 @@ from eai.abilities.trial import Trial
 from eai.abilities.verdict import Counted, PlanVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.protocols import preset_experiment
+from eai.benchmarks.suite import open_suite
 from eai.extensions.reference.protocol import EAI_1_0_5, TASK
 from eai.results.paper_tables import PaperColumn, paper_models, paper_table
 from eai.results.record import Record
@@ -133,3 +134,8 @@ def test_with_it_task_success_is_the_paper_s(model: str, oracle: Oracle) -> None
     assert ours is not None
     assert printed is not None
     assert printed - ours == pytest.approx(OTHERWISE.get(model, 0.0))
+
+
+def test_a_benchmark_that_a_protocol_does_not_score_is_refused() -> None:
+    with pytest.raises(InputError, match=r"virtualhome-rules is not scored under eai-1\.0\.5"):
+        open_suite("rules:virtualhome", Ability.ACTION_SEQUENCING, Protocol("eai-1.0.5"))

@@ -8,16 +8,16 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.behavior import kitchen
-from benchmarks.plan_scorers import virtualhome_scorer
 from benchmarks.virtualhome import household
-from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Verdict
+from eai.extensions.reference.behavior_subgoals import BehaviorSubgoalDecomposition
+from eai.extensions.reference.virtualhome_plans import VirtualHomeActionSequencing
+from eai.extensions.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition
 from eai.world.fault import FaultKind
-from subgoal_scorers import behavior_subgoals, virtualhome_subgoals
 
 HOME = replace(household.make_task(), temporal_goal="OPEN(fridge.10)")
-HOMES = virtualhome_subgoals(Protocol("eai-1.0.5"))(HOME)
-SCENES = behavior_subgoals(Protocol("eai-1.0.5"))(kitchen.make_task())
+HOMES = VirtualHomeSubgoalDecomposition(HOME)
+SCENES = BehaviorSubgoalDecomposition(kitchen.make_task())
 
 IN_HOMES = ("OPEN(fridge.10)", "CLOSED(fridge.10)", "TOUCH(yacht.9)", "TOUCH(table.12, cup.13)")
 IN_SCENES = ("open(fridge.1)", "not open(fridge.1)", "open(yacht.9)", "open(fridge.1, sink.1)")
@@ -95,11 +95,11 @@ def test_a_full_seat_cannot_be_diagnosed_in_subgoals_and_is_a_missing_step_in_pl
     """A bed has three places; it has four seats."""
     full = [f"ONTOP {thing} {seat}" for thing in ("cup.13", "milk.11", "bread.14")]
     task = replace(household.make_task(*full), temporal_goal="OPEN(fridge.10)")
-    subgoals = virtualhome_subgoals(Protocol("eai-1.0.5"))(task).score(answer(f"ONTOP(character.65, {seat})"))
+    subgoals = VirtualHomeSubgoalDecomposition(task).score(answer(f"ONTOP(character.65, {seat})"))
     assert told(subgoals) == "not_parseable"
     name, _, number = seat.partition(".")
     plan = json.dumps({"WALK": [name, number], posture: [name, number]})
-    error = virtualhome_scorer(task, Protocol("eai-1.0.5")).score(plan).error
+    error = VirtualHomeActionSequencing(task).score(plan).error
     assert error is not None
     assert (error.kind, error.detail) == (FaultKind.MISSING_STEP, f"there is no room left on {seat}")
 

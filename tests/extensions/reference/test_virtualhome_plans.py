@@ -4,13 +4,16 @@ import time
 
 import pytest
 
-from benchmarks.plan_scorers import virtualhome_scorer
 from benchmarks.virtualhome.household import make_task
 from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
 from eai.abilities.notation.plan_form import WrittenPlan
-from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Unreadable
-from eai.extensions.reference.virtualhome_plans import LIST_IS_NOT_JSON, _GoalTest, read_plan
+from eai.extensions.reference.virtualhome_plans import (
+    LIST_IS_NOT_JSON,
+    VirtualHomeActionSequencing,
+    _GoalTest,
+    read_plan,
+)
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import GoalTallies, Share
 from eai.tasks.task import Task
@@ -107,7 +110,7 @@ def test_equal_to_the_script_is_what_has_its_text(plan: str, outcome: str) -> No
         script=["WALK sofa_bed.40", "SIT sofa_bed.40"],
         more_objects=("sofa_bed.40",),
     )
-    verdict = virtualhome_scorer(task, Protocol("eai-1.0.5"), with_ids=True).score(plan)
+    verdict = VirtualHomeActionSequencing(task, with_ids=True).score(plan)
     if verdict.error is not None:
         assert verdict.error.kind.value == outcome
         return

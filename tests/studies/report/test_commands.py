@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import open_suite
@@ -16,9 +16,8 @@ from eai.cli import app
 from eai.results.batch import Scoring
 from eai.results.responses import Response, ResponseFile
 from eai.tasks.source import Source
-from protocols import of_reference
 from record_files import write_records
-from results.verdicts import SUCCEEDED, record, whole
+from results.verdicts import whole
 from studies.report.samples import action_run, goal_run, write_runs
 
 RUNNER = CliRunner(env={"COLUMNS": "100"})
@@ -78,17 +77,6 @@ def test_leaderboard_lists_runs_and_papers_by_rank(runs: Path) -> None:
     assert {table["name"] for table in as_json["tables"]} == {"overview"}
     old = write_runs(runs / "old", [action_run("third", "eai-1.0.5")])
     assert RUNNER.invoke(app, ["report", str(old), "--paper"]).output.count("(paper)") == 18
-
-
-def test_beside_the_paper_a_plan_misses_the_goal_that_only_the_paper_asked_for(tmp_path: Path) -> None:
-    task_id = of_reference("protocol").TASK
-    asked = record(task_id, SUCCEEDED, domain="behavior", protocol=Protocol("eai-1.0.5"))
-    folder = str(write_runs(tmp_path, [[asked]]))
-    alone, both = (RUNNER.invoke(app, ["report", folder, *more]).output for more in ([], ["--paper"]))
-    assert "100.0" in alone
-    rows = [[line.split() for line in text.splitlines()] for text in (alone, both)]
-    success, beside = (next(row[3] for row in found if row[1:2] == ["m"]) for found in rows)
-    assert (success, beside) == ("100.0", "0.0")
 
 
 def test_what_is_not_answered_is_said_wherever_a_run_is_shown(tmp_path: Path) -> None:

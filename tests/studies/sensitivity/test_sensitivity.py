@@ -2,30 +2,24 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import pytest
 
-from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.transition_modeling.rules import Replaced
+from eai.abilities.protocol import Ability
+from eai.abilities.transition_modeling.rules import PaperRules, Replaced, Rules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
-from eai.base.store import Store
-from eai.benchmarks.suite import open_suite
 from eai.pddl.model import OperatorText
-from eai.pddl.planning import PlannerChoice, PlannerOutcome
+from eai.pddl.planning import PddlPlanner, PlannerOutcome
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
-from eai.results.rate import rate_of
 from eai.results.record import Record
-from eai.studies.sensitivity.study import NOT_WRITTEN, Trial, cells_of, sensitivity_tables, try_operators
+from eai.studies.sensitivity.study import NOT_WRITTEN, Trial, sensitivity_tables, try_operators
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
-from eai.tasks.source import Source
 from eai.tasks.task import Category
-from operator_rules import rules_of
-from oracle import Oracle, read_shared
 from results.verdicts import record
-from sweeps import sweep
 
 OPEN = OperatorText("open", "(?o)", "(shut ?o)", "(wide ?o)")
 LIGHT = OperatorText("light", "(?o)", "(wide ?o)", "(lit ?o)")
@@ -45,42 +39,45 @@ def answer(*operators: OperatorText) -> str:
     return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
 
 
-def tried(text: str, protocol: Protocol, replaced: Replaced = "operator") -> list[Trial]:
-    scorer = TransitionModeling(TASK, rules_of(protocol, BuiltInPlanner()))
-    return list(try_operators(scorer, scored(scorer, text, protocol), replaced))
+MakeRules: TypeAlias = Callable[[PddlPlanner | None], Rules]
 
 
-def scored(scorer: TransitionModeling, text: str, protocol: Protocol) -> Record:
-    kind = Ability.TRANSITION_MODELING
-    return record("t", scorer.score(text), ability=kind, protocol=protocol, response=text)
+@pytest.fixture
+def rules_with() -> MakeRules:
+    """Makes the rules of `strict`; tests of other protocols have a fixture of this name, too."""
+    return PaperRules
 
 
-@pytest.mark.parametrize(
-    ("text", "strict", "reference"),
-    [
-        (answer(OPEN, LIGHT), {"open": S, "light": S}, {"open": S, "light": S}),
-        (answer(BROKEN, LIGHT), {"open": U, "light": S}, {"open": U, "light": S}),
-        (answer(LIGHT), {"open": NOT_WRITTEN, "light": S}, {"open": NOT_WRITTEN, "light": S}),
-        (
-            answer(OperatorText("open", "()", "(dark)", "()"), LIGHT),
-            {"open": X, "light": S},
-            {"open": X, "light": S},
-        ),
-        (
-            "no operators",
-            dict.fromkeys(("open", "light"), NOT_WRITTEN),
-            dict.fromkeys(("open", "light"), NOT_WRITTEN),
-        ),
-        ("3", dict.fromkeys(("open", "light"), NOT_WRITTEN), {}),
-    ],
-)
-def test_each_operator_is_tried_alone_among_gold_ones(
-    text: str, strict: dict[str, str], reference: dict[str, str]
-) -> None:
-    for protocol, expected in zip(Protocol.known(), (strict, reference), strict=True):
-        found = tried(text, protocol)
-        assert {each.operator: each.outcome for each in found} == expected
-        assert all(each.categories == "object_states spatial_relations" for each in found)
+def tried(text: str, rules_with: MakeRules, replaced: Replaced = "operator") -> list[Trial]:
+    scorer = TransitionModeling(TASK, rules_with(BuiltInPlanner()))
+    return list(try_operators(scorer, scored(scorer, text), replaced))
+
+
+def scored(scorer: TransitionModeling, text: str) -> Record:
+    return record("t", scorer.score(text), ability=Ability.TRANSITION_MODELING, response=text)
+
+
+ANSWERS = [
+    (answer(OPEN, LIGHT), {"open": S, "light": S}),
+    (answer(BROKEN, LIGHT), {"open": U, "light": S}),
+    (answer(LIGHT), {"open": NOT_WRITTEN, "light": S}),
+    (
+        answer(OperatorText("open", "()", "(dark)", "()"), LIGHT),
+        {"open": X, "light": S},
+    ),
+    (
+        "no operators",
+        dict.fromkeys(("open", "light"), NOT_WRITTEN),
+    ),
+    ("3", dict.fromkeys(("open", "light"), NOT_WRITTEN)),
+]
+
+
+@pytest.mark.parametrize(("text", "outcomes"), ANSWERS)
+def test_each_operator_is_tried_alone_among_gold_ones(text: str, outcomes: dict[str, str]) -> None:
+    found = tried(text, PaperRules)
+    assert {each.operator: each.outcome for each in found} == outcomes
+    assert all(each.categories == "object_states spatial_relations" for each in found)
 
 
 NO_EFFECT = OperatorText("open", "(?o)", "(shut ?o)", "(shut ?o)")
@@ -91,13 +88,12 @@ OTHER_NAMES = OperatorText("open", "(?x)", "(shut ?x)", "(wide ?x)")
     ("written", "precondition", "effect"),
     [(OPEN, True, True), (BROKEN, False, True), (NO_EFFECT, True, False), (OTHER_NAMES, False, False)],
 )
-@pytest.mark.parametrize("protocol", list(Protocol.known()))
 def test_one_side_of_an_operator_is_tried_with_the_other_and_the_parameters_of_the_gold_one(
-    protocol: Protocol, written: OperatorText, precondition: bool, effect: bool
+    rules_with: MakeRules, written: OperatorText, precondition: bool, effect: bool
 ) -> None:
     parts: tuple[tuple[Replaced, bool], ...] = (("precondition", precondition), ("effect", effect))
     for replaced, expected in parts:
-        found = tried(answer(written, LIGHT), protocol, replaced)
+        found = tried(answer(written, LIGHT), rules_with, replaced)
         assert {each.operator: each.outcome == S for each in found} == {"open": expected, "light": True}
 
 
@@ -110,13 +106,13 @@ def test_a_trial_says_what_is_wrong_with_what_is_tried() -> None:
         "effect": wrong[2:],
     }
     for replaced, expected in parts.items():
-        first, second = tried(answer(both, LIGHT), Protocol.STRICT, replaced)
+        first, second = tried(answer(both, LIGHT), PaperRules, replaced)
         assert (first.errors, second.errors) == (" ".join(expected), "")
 
 
-def test_a_missing_answer_has_no_operator() -> None:
-    scorer = TransitionModeling(TASK, rules_of(Protocol("eai-1.0.5"), BuiltInPlanner()))
-    missing = replace(scored(scorer, "3", Protocol("eai-1.0.5")), unanswered="timeout")
+def test_a_missing_answer_has_no_operator(rules_with: MakeRules) -> None:
+    scorer = TransitionModeling(TASK, rules_with(BuiltInPlanner()))
+    missing = replace(scored(scorer, "3"), unanswered="timeout")
     assert [trial.outcome for trial in try_operators(scorer, missing)] == [NOT_WRITTEN, NOT_WRITTEN]
 
 
@@ -146,31 +142,6 @@ TRIALS = [
     trial("2", "light", "object_states", S),
     trial("3", "light", "", NOT_WRITTEN),
 ]
-
-
-@sweep
-def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle, data_store: Store) -> None:
-    """The figures that the paper prints for the model, each as it comes out of its public answers."""
-    rows = oracle("virtualhome", "transition_modeling", "gpt-4o-2024-05-13")["tasks"]
-    source = Source(data_store, planner=PlannerChoice.BUILT_IN)
-    suite = open_suite("virtualhome", Ability.TRANSITION_MODELING, Protocol("eai-1.0.5"), source=source)
-    trials: list[Trial] = []
-    for row in rows:
-        scorer = suite.scorer(row["id"])
-        assert isinstance(scorer, TransitionModeling)
-        made = record(
-            row["id"],
-            scorer.unanswered(),
-            ability=suite.ability,
-            protocol=suite.protocol,
-            response=row["llm_output"],
-        )
-        trials += try_operators(scorer, made)
-    cells = cells_of(trials)
-    for category, figures in read_shared("paper", "sensitivity.json")["virtualhome_measured_gpt4o"].items():
-        for operator, figure in figures.items():
-            rate = rate_of(case.share for case in cells[operator, category])
-            assert f"{rate.numerator:g}/{rate.denominator:g}" == figure, (category, operator)
 
 
 def rows_of(name: str, trials: Sequence[Trial] = TRIALS) -> list[str]:

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.benchmarks.behavior.tasks import BehaviorTasks
+from eai.extensions.reference.behavior_subgoals import BehaviorSubgoalDecomposition
 from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
 from subgoal_scorers import behavior_subgoals
 
@@ -50,7 +50,7 @@ def test_every_row_has_the_references_verdict(
     behavior_tasks: BehaviorTasks, oracle: Oracle, name: str
 ) -> None:
     for row in oracle("behavior", "subgoal_decomposition", name)["records"]:
-        scorer = behavior_subgoals(Protocol("eai-1.0.5"))(behavior_tasks[row["identifier"]])
+        scorer = BehaviorSubgoalDecomposition(behavior_tasks[row["identifier"]])
         expected = told_by_reference(row["verdict"])
         if not row["contains_or"]:
             assert (row["identifier"], told_by_us(scorer, row["response"])) == (row["identifier"], expected)
@@ -64,7 +64,7 @@ def test_strict_finds_at_least_what_the_reference_finds(
 ) -> None:
     """Whatever ends well there ends well here, in the data set's own subgoals."""
     rows = oracle("behavior", "subgoal_decomposition", "gt")["records"]
-    make = behavior_subgoals(Protocol.STRICT)
+    make = behavior_subgoals()
     for row in rows:
         if row["verdict"]["task_success"]:
             verdict = make(behavior_tasks[row["identifier"]]).score(row["response"])

@@ -1,0 +1,65 @@
+"""Explanations of models' answers say when each part of a temporal goal is met."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from eai.abilities.explanation import EXECUTED, Explanation, PartReport
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
+from eai.logic.formula import Formula, Occurs, Then
+from eai.logic.traversal import walk
+from eai.tasks.goal_test import StateTest
+from eai.world.action import Action
+from eai.world.execution import attempt
+from eai.world.history import Past
+from eai.world.state import State
+from oracle import Oracle
+from subgoal_scorers import virtualhome_subgoals
+
+
+def test_every_part_of_a_temporal_goal_is_met_at_the_step_that_is_told(
+    oracle: Oracle, virtualhome_tasks: VirtualHomeTasks
+) -> None:
+    wrong, told = {}, 0
+    scorer_of = virtualhome_subgoals()
+    for row in oracle("virtualhome", "subgoal_decomposition", "gpt-4o-2024-05-13")["tasks"][::5]:
+        scorer = scorer_of(virtualhome_tasks[row["id"].partition("@")[0]])
+        explanation, goal = scorer.explain(row["llm_output"]), scorer.temporal_goal
+        if goal is None or not explanation.parts:
+            continue
+        states = states_by_step(scorer, explanation)
+        for part, report in zip(
+            goal.parts if isinstance(goal, Then) else (goal,), explanation.parts, strict=True
+        ):
+            if report.when:
+                told += 1
+                if not is_met(part, report, explanation, states):
+                    wrong[row["id"]] = (report.part, report.when)
+    assert wrong == {}
+    assert told >= 60
+
+
+def states_by_step(scorer: SubgoalDecomposition, explanation: Explanation) -> dict[int, State]:
+    """The state after each executed step of an explanation, by the number of the step; 0 is the start."""
+    state = scorer.task.initial
+    states = {0: state}
+    for number, step in enumerate(explanation.steps, 1):
+        if step.outcome == EXECUTED:
+            name, _, names = step.action.removesuffix(")").partition("(")
+            objects = tuple(scorer.task.scene.index[each] for each in names.split(", ") if each)
+            state = attempt(scorer.domain, Past(state), Action(name, objects))
+            assert isinstance(state, State)
+            states[number] = state
+    return states
+
+
+def is_met(part: Formula, report: PartReport, explanation: Explanation, states: Mapping[int, State]) -> bool:
+    """Whether a part is met where its report says: in a state, or by an action of the name."""
+    actions = [each.action for each in walk(part) if isinstance(each, Occurs)]
+    if not actions:
+        number = report.met_after
+        at = f"after step {number}" if number else "at the start"
+        return report.when == at and number in states and StateTest(part, states[0].scene)(states[number])
+    step = explanation.steps[int(report.when.removeprefix("at step ")) - 1]
+    return step.outcome == EXECUTED and step.action.partition("(")[0] in actions

@@ -1,0 +1,22 @@
+"""The ability of a made-up model, as the analysis of items has it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from eai.extensions.adaptive.study import Scores, ability_estimate
+from eai.results.table import Estimate
+from studies.effects import MODELS, Answer
+
+
+def ability(run: Sequence[Answer]) -> Estimate:
+    """The ability of the second best model, as the analysis of items has it."""
+    tasks = {each.task: each.name for each in run}
+    matrix = np.zeros((MODELS, len(tasks)))
+    places = {task: place for place, task in enumerate(tasks)}
+    for each in run:
+        matrix[each.model, places[each.task]] = each.success
+    scores = Scores(tuple(map(str, range(MODELS))), tuple(tasks), tuple(tasks.values()), matrix)
+    return ability_estimate(scores, MODELS - 2)

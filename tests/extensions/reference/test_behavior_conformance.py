@@ -1,0 +1,31 @@
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.behavior.test_conformance import test_it_conforms, test_it_conforms_on_the_data_sets_scenes
+from eai.benchmarks.behavior.domain import as_meant
+from eai.extensions.reference.behavior_quirks import as_in_reference, as_in_reference_subgoals
+from eai.world.domain import Domain
+
+SHARED = (test_it_conforms, test_it_conforms_on_the_data_sets_scenes)
+"""Tests of the paper's rules, which are run again with the fixtures below."""
+
+
+@pytest.fixture(params=[as_in_reference, as_in_reference_subgoals], ids=["plans", "subgoals"])
+def domain(request: pytest.FixtureRequest) -> Domain:
+    declared: Domain = request.param()
+    return declared
+
+
+@pytest.fixture
+def tolerated() -> frozenset[str]:
+    """The hands of the reference (quirk `other_hand_is_additional`)."""
+    return frozenset(
+        f"{side}_GRASP: an additional step that would bring about in_{side.lower()}_hand(x)"
+        for side in ("LEFT", "RIGHT")
+    )
+
+
+def test_there_is_one_action_more_than_the_papers() -> None:
+    names = {operator.name for operator in as_meant().operators}
+    assert {operator.name for operator in as_in_reference().operators} == {*names, "BURN"}

@@ -1,0 +1,83 @@
+"""Verdicts on plans in BEHAVIOR: those that are of `strict`, and those that are not."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks.behavior.kitchen import make_task
+from benchmarks.behavior.test_plans import (
+    GOAL_REACHED,
+    HOLDS_AT_START,
+    NEVER_RUN,
+    OUTCOMES,
+    TASK,
+    TEXTS,
+    answer,
+    test_explanations_tell_every_step_and_goal,
+    told,
+)
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.extensions.reference.behavior_plans import BehaviorActionSequencing
+from eai.results.codec import fields_of
+from sweeps import examples
+
+REFERENCE = BehaviorActionSequencing(TASK)
+SHARED = (test_explanations_tell_every_step_and_goal,)
+"""Tests of `strict` that are run again with the fixture `scorer` below."""
+
+OTHERWISE = {
+    answer("BURN peach_1"): "uncategorised 0",
+}
+"""Outcomes that are not those of `strict`."""
+
+STEPS = st.tuples(
+    st.sampled_from(sorted(REFERENCE.domain.compiled)), st.sampled_from(sorted(TASK.scene.index))
+)
+
+
+@pytest.fixture
+def scorer() -> ActionSequencing:
+    return REFERENCE
+
+
+@pytest.mark.parametrize(("steps", "strict"), OUTCOMES)
+def test_verdicts(steps: list[str], strict: str) -> None:
+    text = answer(*steps)
+    assert told(REFERENCE.score(text)) == OTHERWISE.get(text, strict)
+
+
+def test_a_plan_that_fails_after_reaching_the_goal_succeeds() -> None:
+    verdict = REFERENCE.score(answer(*GOAL_REACHED, "COOK plate_1"))
+    assert (told(verdict), verdict.success) == ("affordance 6", True)
+
+
+@pytest.mark.parametrize("text", NEVER_RUN)
+def test_an_answer_that_never_ran_meets_goals_that_hold_at_the_start(text: str) -> None:
+    verdict = BehaviorActionSequencing(make_task(HOLDS_AT_START)).score(text)
+    assert verdict.executable is False
+    assert fields_of(verdict)["goals_satisfied"] == [True, False]
+
+
+@settings(max_examples=examples(200), deadline=None)
+@given(TEXTS)
+def test_any_text_has_a_verdict_and_an_explanation(text: str) -> None:
+    assert REFERENCE.score(text) == REFERENCE.score(text)
+    REFERENCE.explain(text)
+
+
+@settings(max_examples=examples(200), deadline=None)
+@given(st.lists(STEPS, max_size=12))
+def test_any_plan_has_a_verdict(steps: list[tuple[str, str]]) -> None:
+    verdict = REFERENCE.score(answer(*(" ".join(step) for step in steps)) if steps else "[]")
+    assert verdict.executable is (verdict.error is None)
+
+
+def test_what_the_reference_passes_over_is_told() -> None:
+    text = '[{"action": "OPEN", "object": "fridge_1"}, {"action": "CLEAN"}]'
+    assert REFERENCE.explain(text).notes == (
+        "lossy_reading: what is no step is passed over; steps that are seen: 1",
+        "strict, which passes over nothing: parsing, there is no list of steps with an action and an "
+        'object: step 2 has no "object"',
+    )

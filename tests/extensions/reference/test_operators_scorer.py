@@ -1,0 +1,80 @@
+"""Verdicts on operators: those that are of `strict`, and those that are not."""
+
+from __future__ import annotations
+
+import pytest
+
+from abilities.transition_modeling.test_scorer import (
+    EVERYTHING,
+    GHOST,
+    LIGHT,
+    OPEN,
+    SILENT,
+    STAMP,
+    TASK_OF_TWO,
+    MakeRules,
+    answer,
+    counts,
+    score,
+    test_a_verdict_names_the_planner,
+    test_equal_operators_are_planned_with_once,
+    test_rules_remember_a_bounded_number_of_characters,
+    test_the_gold_answer,
+    test_without_a_planner_nothing_is_said_of_plans,
+)
+from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
+from eai.extensions.reference.operator_rules import ReferenceRules
+from eai.pddl.planning import PlannerOutcome
+from eai.pddl.search import BuiltInPlanner
+
+SHARED = (
+    test_a_verdict_names_the_planner,
+    test_equal_operators_are_planned_with_once,
+    test_rules_remember_a_bounded_number_of_characters,
+    test_the_gold_answer,
+    test_without_a_planner_nothing_is_said_of_plans,
+)
+"""Tests of `strict` that are run again with the fixtures below."""
+
+
+@pytest.fixture
+def rules_with() -> MakeRules:
+    return ReferenceRules
+
+
+@pytest.fixture
+def problems() -> int:
+    """Gold operators fill the gaps of both answers, so that they are one problem."""
+    return 1
+
+
+def test_a_missing_operator_costs_nothing() -> None:
+    verdict = score(answer(LIGHT), ReferenceRules)
+    assert counts(verdict)["precondition"] == {"spatial_relations": (1, 0, 0)}
+    assert verdict.planner is PlannerOutcome.SOLVED
+
+
+def test_what_was_not_asked_for_helps() -> None:
+    verdict = score(answer(OPEN, SILENT, STAMP), ReferenceRules)
+    assert verdict.planner is PlannerOutcome.SOLVED
+    compared, hallucinated = OperatorStatus.COMPARED, OperatorStatus.HALLUCINATED
+    assert [each.status for each in verdict.operators] == [compared, compared, hallucinated]
+
+
+def test_a_predicate_that_the_domain_lacks_is_not_counted() -> None:
+    found = counts(score(answer(OPEN, GHOST), ReferenceRules))["precondition"]
+    assert found == {"object_states": (1, 0, 0), "spatial_relations": (1, 1, 1)}
+
+
+def test_an_unreadable_answer_is_left_out() -> None:
+    verdict = score("3", ReferenceRules)
+    assert verdict.excluded is not None
+    assert verdict.counts is None
+
+
+def test_a_plan_is_enough() -> None:
+    scorer = TransitionModeling(TASK_OF_TWO, ReferenceRules(BuiltInPlanner()))
+    verdict = scorer.score(answer(EVERYTHING, TASK_OF_TWO.domain.operators["light"]))
+    assert isinstance(verdict, OperatorVerdict)
+    assert (verdict.planner, verdict.success, verdict.plan_works) == (PlannerOutcome.SOLVED, True, None)

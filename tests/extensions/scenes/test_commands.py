@@ -1,0 +1,85 @@
+"""Rendered pictures and films in commands."""
+
+from __future__ import annotations
+
+import json
+import re
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from cli.test_scene import JARS, must_ask_with_pictures
+from command_line import Command
+from eai.abilities.protocol import Ability
+from eai.base.errors import EaiError
+from eai.base.store import Store
+from eai.benchmarks.suite import open_suite
+from eai.extensions.scenes.rendered import photographs_of
+from eai.studies.perception.choice import Perception
+from eai.studies.perception.scenes import shown_scenes
+from eai.tasks.prompts.template import Templates
+from extensions.scenes.rooms import kitchen, task_of
+
+
+def test_pictures_of_bodies_and_films_are_written(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    can_draw()
+    command = ("export", "pictures", "--domain", "behavior", "--tasks", JARS, "--out", tmp_path)
+    assert eai(*command, "--format", "rendered").status == eai(*command, "--format", "gif").status == 0
+    endings = ("_head.png", "_near.png", "_top.png", ".gif", ".json")
+    assert {path.name for path in tmp_path.iterdir()} == {f"{JARS}{end}" for end in endings}
+    refused = eai(*command[:3], "virtualhome", "--tasks", "27_2", "--format", "rendered", "--out", tmp_path)
+    assert (refused.status, refused.err[:16]) == (2, "eai: no bodies: ")
+
+
+def test_the_course_of_an_answer_is_filmed(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    can_draw()
+    steps = '[{"action": "OPEN", "object": "fridge_97"}, {"action": "LEFT_GRASP", "object": "peach_0"}]'
+    (tmp_path / "m_outputs.json").write_text(json.dumps([{"identifier": JARS, "llm_output": steps}]))
+    suite = ("--domain", "behavior", "--ability", "action_sequencing")
+    assert eai("score", tmp_path / "m_outputs.json", *suite, "--out", tmp_path / "out").status == 0
+    films = tmp_path / "report" / "films"
+    films.mkdir(parents=True)
+    assert eai("explain", tmp_path / "out", JARS, "--film", films).status == 0
+    (film,) = films.iterdir()
+    with Image.open(film) as moving:
+        assert moving.n_frames == 3  # type: ignore[attr-defined]
+    assert eai("report", tmp_path / "out", "--no-plots", "--out", films.parent).status == 0
+    assert f'"F":"films/{film.name}"' in (films.parent / "explorer.html").read_text(encoding="utf-8")
+    refused = eai("explain", tmp_path / "out", "--failed", "--film", film)
+    assert (refused.status, refused.err[:35]) == (2, "eai: --film: expected one answer, f")
+
+
+@pytest.mark.parametrize(
+    ("scene", "told"),
+    [
+        ("numbered", r"\n0 strawberry_0, 1 fridge_97, 2 peach_0, "),
+        ("pointed", r"\nfridge_97: picture [12], \(\d+, \d+\)\n"),
+    ],
+)
+def test_what_numbers_and_pixels_stand_for_is_told(scene: str, told: str, data_store: Store) -> None:
+    can_draw()
+    suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
+    tasks = {JARS: suite.tasks[JARS]}
+    believed = shown_scenes(Perception(scene=scene), suite.benchmark, tasks, Templates())
+    belief = believed.beliefs[JARS]
+    assert belief.initial is not None
+    assert re.search(told, belief.initial)
+    assert len(belief.images) == 2
+
+
+def can_draw() -> None:
+    """Skip where scenes with bodies cannot be drawn."""
+    if find_spec("mujoco") is None:
+        pytest.skip("the extra physics is not installed")
+    try:
+        photographs_of(task_of(kitchen()), ("near",))
+    except EaiError as error:
+        pytest.skip(str(error))
+
+
+@pytest.mark.parametrize("scene", ["rendered", "numbered"])
+def test_questions_come_with_rendered_pictures(scene: str, data_store: Store, tmp_path: Path) -> None:
+    can_draw()
+    must_ask_with_pictures(scene, tmp_path)

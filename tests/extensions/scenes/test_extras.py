@@ -1,0 +1,14 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+from cli.test_extras import must_name_the_extra, place
+from eai.base.store import Store
+
+SHARED = (place,)
+"""The fixture of a folder with files that commands read."""
+
+
+def test_a_missing_extra_is_one_line_that_names_it(place: Path, data_store: Store) -> None:
+    command = "export pictures --domain behavior --limit 1 --out out --format rendered"
+    must_name_the_extra(command, "physics", place)
