@@ -1,4 +1,4 @@
-"""Folders of the repository, and its modules that no package has: tools and benches."""
+"""Folders of the repository, and modules outside packages, such as tools."""
 
 from __future__ import annotations
 
