@@ -67,8 +67,8 @@ FIXTURES = {
 eai run --model eai/noisy --domain behavior --ability transition_modeling --limit 5 --out scores/operators
 """,
     "board": r"""
-mkdir -p board/NAME/virtualhome
-cp -r made/virtualhome/action_sequencing board/NAME/virtualhome
+suite=virtualhome/action_sequencing; mkdir -p board/NAME/$suite; \
+  cp made/$suite/eai_noisy/*_outputs.json board/NAME/$suite
 printf 'model = "a model"\ndate = 2026-11-26\n' > board/NAME/submission.toml
 """,
     "pddl": r"""
