@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ast
 import importlib.util
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -18,6 +19,8 @@ from pathlib import Path
 import pytest
 
 import eai
+from by_path import ROOT
+from eai.base.files import parse_toml
 
 SOURCE = Path(eai.__file__).parent
 
@@ -186,6 +189,29 @@ def test_packages_say_what_they_are() -> None:
         if path.name == "__init__.py" and not ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
     ]
     assert silent == []
+
+
+@pytest.mark.parametrize(
+    "name", sorted(path.parent.name for path in SOURCE.glob(f"{EXTENSIONS}/*/__init__.py"))
+)
+def test_an_extension_names_its_entry_points_its_extra_and_its_page(name: str) -> None:
+    declared = parse_toml((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    text = ast.get_docstring(ast.parse((SOURCE / EXTENSIONS / name / "__init__.py").read_text("utf-8"))) or ""
+    points = {
+        point: value
+        for group in declared["entry-points"].values()
+        for point, value in group.items()
+        if value.startswith(f"eai.{EXTENSIONS}.{name}.")
+    }
+    assert points
+    assert [point for point in points if f"`{point}`" not in text] == []
+    extra = re.search(r"^Extra: (?:none|`([a-z]+)`)", text, re.MULTILINE)
+    assert extra is not None
+    assert extra[1] is None or extra[1] in declared["optional-dependencies"]
+    page = re.search(r"^Page: (\S+)\.$", text, re.MULTILINE)
+    assert page is not None
+    assert page[1].startswith(f"docs/{EXTENSIONS}/{name}/")
+    assert (ROOT / page[1]).is_file()
 
 
 def test_the_public_face_loads_nothing_until_it_is_asked() -> None:

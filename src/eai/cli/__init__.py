@@ -62,14 +62,14 @@ _COMMANDS = "eai.commands"
 """The group of entry points of commands. `data annotate` is the command `annotate` below the group `data`."""
 
 _BY_PANEL = {
-    MEASURE: ("demo", "run", "play", "score", "serve"),
+    MEASURE: ("demo", "run", "score", "serve"),
     UNDERSTAND: ("explain", "compare", "report", "analyze"),
     MATERIAL: ("generate", "data", "new", "check", "export"),
 }
-"""Commands by panel, in the order of the help."""
+"""Commands of the core by panel, in the order of the help; all others are in the last panel."""
 
-_BELOW = tuple([f"export {name}" for name in ("tasks", "questions", "pictures", "harbor", "submission")])
-"""Commands below a group in the order of the help."""
+_BELOW = ("export tasks", "export pictures")
+"""Commands of the core below a group, in the order of the help."""
 
 _NEED_OPTIONS = frozenset({"run", "check"})
 """Commands that print their help if called without arguments, although no argument is required."""

@@ -1,4 +1,4 @@
-"""The data set: fetch it, say where it is, check it, count it, annotate it."""
+"""The data set: fetch it, say where it is, check it, and count it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Prompts, data sets for training, task files, world-model questions, pictures, challenge files."""
+"""Write prompts, data sets for training, task files and pictures; extensions write more."""
 
 from __future__ import annotations
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from random import Random
 from typing import Annotated, TypeVar
 
-from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.agents.setting import ACTING
 from eai.base.entry_points import offered
@@ -61,8 +60,6 @@ def write_prompts(
         InputError: there is no such task, or people cannot answer on a page.
     """
     source, is_page = library.source, out.suffix == PAGE
-    if is_page and declaration_of(ability).takes_turns:
-        raise InputError(f"--out {out}: a file carries no actions out; people act by eai play --page")
     is_plain = library.prompts == "official" and library.folder is None and goals is None
     is_whole = chosen is None and not is_page
     files = benchmark.official_files(ability, source) if is_plain and is_whole else None

@@ -14,17 +14,15 @@ import typer
 
 from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.protocol import FOUR
-from eai.base.entry_points import offered
 from eai.base.errors import EaiError, InputError
 from eai.base.files import write_whole, writing_to
-from eai.base.json_value import Json
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import is_at_hand
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, registered, title_of
 from eai.cli.console import counted, note, output, say, tell
-from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, listed, opened_source, store
+from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, listed, store
 from eai.cli.progress import scoring_progress
 from eai.results.answer_files import benchmarks_of_runs
 from eai.results.cost import PriceList
@@ -44,8 +42,6 @@ from eai.tasks.source import Source
 
 _FILMS = "films"
 EXPLORER = "explorer.html"
-PUBLISHED = "published"
-BOARD = "index.html"
 _OVERVIEW = "overview"
 _LATEX = "For a paper"
 
@@ -63,8 +59,6 @@ def report(
     intervals: Annotated[bool, flag(panel=_LATEX)] = True,
     formats: Annotated[str, flag(panel=_LATEX, metavar="svg,png,pdf")] = FORMATS[0],
     prices: Path | None = None,
-    publish: Annotated[Path | None, flag(metavar="FILE")] = None,
-    board: bool = False,
     as_json: AsJson = False,
     wide: Wide = False,
     data: DataFolder = None,
@@ -76,12 +70,7 @@ def report(
 
     Example: eai report scores --paper
 
-    With --board, a page is made of submissions and seasons (docs/extensions/board); nothing that they say of
-    their results counts.
-
     Example: eai report scores --out report --paper
-
-    Example: eai report submissions --board --out site
 
     Options:
         out: The folder of the report; without it the main results are printed.
@@ -95,12 +84,7 @@ def report(
         intervals: 95 % intervals below the numbers, in LaTeX.
         formats: Files of each plot.
         prices: Prices of tokens for answers that have none: TOML with date, source and models.
-        publish: Also write OUT/published, for Every Eval Ever and Hugging Face, as FILE.toml says.
-        board: RECORDS are submissions: score them, and write OUT/index.html of them.
     """
-    if board:
-        _write_board(records, out, data, as_json=as_json)
-        return
     if out is None:
         _print_main_results(records, paper=paper, as_json=as_json, wide=wide)
         return
@@ -116,40 +100,19 @@ def report(
             explorer.add(run)
             watch(min(number, files))
     summaries.sort(key=lambda item: item.key.order)
-    publication = {} if publish is None else offered("publication", "--publish")(publish, summaries)
     plain = plain_runs(summaries)
     tables = rankings(plain, with_paper=paper)
     with writing_to(out):
         out.mkdir(parents=True, exist_ok=True)
         tex = partial(tables_tex, models=listed(models), columns=listed(columns), intervals=intervals)
         written = write_tables(out, summaries, tables, tex, with_paper=paper, prices=listed_prices)
-        write_whole(
-            {
-                out / EXPLORER: explorer_html(explorer.to_json()),
-                **{out / PUBLISHED / name: content for name, content in publication.items()},
-            }
-        )
+        write_whole({out / EXPLORER: explorer_html(explorer.to_json())})
         drawn = _draw(out, plain, tables if summary else (), kinds) if plots else 0
-    if publish is not None and not publication:
-        note(f"published: nothing, since no model that {publish} names answered a whole suite")
     shown = out / EXPLORER
     numbers = {"run": len(summaries), "table": written, "plot": drawn}
     line = f"{', '.join(counted(number, noun) for noun, number in numbers.items())}; open {shown}"
     made = {f"{noun}s": number for noun, number in numbers.items()}
     tell(line, value={**made, "folder": str(out), "explorer": str(shown)}, as_json=as_json)
-
-
-def _write_board(paths: Sequence[Path], out: Path | None, data: Path | None, *, as_json: bool) -> None:
-    """Score submissions and write the page of them."""
-    if out is None:
-        raise InputError("--board: expected --out, the folder of the page")
-    with opened_source(data) as source:
-        board_html = offered("board_page", "--board")
-        page, number = board_html(paths, source, told=lambda name: note(f"scoring {name}"))
-    with writing_to(out):
-        write_whole({out / BOARD: page})
-    made: Json = {"folder": str(out), "submissions": number}
-    tell(f"{counted(number, 'submission')} in {out / BOARD}", value=made, as_json=as_json)
 
 
 def _formats(text: str) -> list[str]:

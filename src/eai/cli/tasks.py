@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from eai.base.entry_points import offered
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmarks.check import check_benchmark
 from eai.benchmarks.generator.problem_files import problem_files_in, read_problems
 from eai.benchmarks.generator.sets import overlap_of, unproven
-from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_task_files, of_the_paper
+from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_task_files
 from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, flag, opened_source
 from eai.cli.progress import scoring_progress
@@ -97,52 +96,34 @@ def _count_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) 
 
 def tasks(
     out: Annotated[Path, flag(metavar="FILE")],
-    domain: Annotated[
-        list[str] | None, flag(help=f"{DOMAIN_HELP} With --croissant several, the paper's two if not given.")
-    ] = None,
+    domain: Annotated[str, flag(help=DOMAIN_HELP)],
     problems: Annotated[list[Path] | None, typer.Argument()] = None,
-    croissant: bool = False,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write all tasks of a benchmark as a task file, to be changed, or as an example.
 
     The plans are the data set's own. With problems in BDDL, or in PDDL of the exported domain, those are
-    written as tasks of the benchmark. With --croissant, tasks and gold operators with Croissant metadata.
+    written as tasks of the benchmark.
 
     Example: eai export tasks --domain pddl:domain.pddl,problems --out problems.jsonl
 
     Options:
-        out: FILE.jsonl or FILE.jsonl.gz; of --croissant the folder.
+        out: FILE.jsonl or FILE.jsonl.gz.
         problems: Problems, *.bddl or *.pddl, or folders of them, in place of its own tasks.
-        croissant: With gold operators and metadata (needs the extra 'croissant').
     """
-    if croissant:
-        _write_croissant(domain or of_the_paper(), out, data, as_json=as_json)
-        return
-    if domain is None or len(domain) != 1:
-        raise InputError("--domain: expected one benchmark")
-    (name,) = domain
-    if problems and name.startswith(f"{PDDL}:"):
+    if problems and domain.startswith(f"{PDDL}:"):
         raise InputError(
-            f"--domain {name}: its problems are tasks already; eai export tasks --domain writes them"
+            f"--domain {domain}: its problems are tasks already; eai export tasks --domain writes them"
         )
-    benchmark = find_benchmark(name)
+    benchmark = find_benchmark(domain)
     with opened_source(data) as source:
         chosen: Iterable[Task] = (
             read_problems(problem_files_in(problems), benchmark, source)
             if problems
             else benchmark.tasks(source).values()
         )
-    lines = [written(task, name, benchmark.domain) for task in chosen]
+    lines = [written(task, domain, benchmark.domain) for task in chosen]
     write_task_file(out, lines)
     made: Json = {"file": str(out), "tasks": len(lines)}
     tell(f"{counted(len(lines), 'task')} written to {out}", value=made, as_json=as_json)
-
-
-def _write_croissant(names: Sequence[str], out: Path, data: Path | None, *, as_json: bool) -> None:
-    with opened_source(data) as source:
-        write_croissant = offered("croissant", "--croissant")
-        files = write_croissant([find_benchmark(name) for name in names], source, out)
-    made: Json = {"folder": str(out), "files": [*map(str, files)]}
-    tell(f"{counted(len(files), 'file')} written to {out}", value=made, as_json=as_json)

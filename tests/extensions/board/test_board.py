@@ -53,7 +53,7 @@ def submit(tmp_path: Path, right: str) -> Callable[..., Path]:
 
 
 def made(eai: Command, tmp_path: Path) -> str:
-    done = eai("report", tmp_path / "board", "--board", "--out", tmp_path / "site")
+    done = eai("board", tmp_path / "board", "--out", tmp_path / "site")
     assert done.status == 0, done.err
     return (tmp_path / "site" / "index.html").read_text()
 
@@ -143,7 +143,7 @@ def test_nothing_is_written_outside_of_the_folder_of_a_zip(
 ) -> None:
     outside = "../../../../outside_outputs.json"
     zipped(submit(), **{outside: b"[]", str(tmp_path / "absolute_outputs.json"): b"[]"})
-    assert eai("report", tmp_path / "board", "--board", "--out", tmp_path / "site").status == 2
+    assert eai("board", tmp_path / "board", "--out", tmp_path / "site").status == 2
     assert not list(tmp_path.rglob("outside_outputs.json"))
     assert not (tmp_path / "absolute_outputs.json").exists()
 
@@ -152,9 +152,7 @@ def test_a_zip_that_holds_too_much_is_refused_unread(
     submit: Callable[..., Path], eai: Command, tmp_path: Path
 ) -> None:
     zipped(submit(), **{"virtualhome/goal_interpretation/m_outputs.json": b" " * 60_000_000})
-    assert (
-        "bytes of answers in it" in eai("report", tmp_path / "board", "--board", "--out", tmp_path / "s").err
-    )
+    assert "bytes of answers in it" in eai("board", tmp_path / "board", "--out", tmp_path / "s").err
 
 
 HOSTILE = {
@@ -236,7 +234,7 @@ def test_a_hostile_submission_is_refused_in_one_line(
     how: str, submit: Callable[..., Path], eai: Command, tmp_path: Path, right: str
 ) -> None:
     spoil(how, submit(), right)
-    done = eai("report", tmp_path / "board", "--board", "--out", tmp_path / "site")
+    done = eai("board", tmp_path / "board", "--out", tmp_path / "site")
     assert done.status == 2
     *told, last = done.err.splitlines()
     assert told == ["scoring mine"]
@@ -250,7 +248,7 @@ def test_a_name_that_is_none_is_refused(
     name: str, submit: Callable[..., Path], eai: Command, tmp_path: Path
 ) -> None:
     submit(name)
-    done = eai("report", tmp_path / "board", "--board", "--out", tmp_path / "site")
+    done = eai("board", tmp_path / "board", "--out", tmp_path / "site")
     assert (done.status, "expected a name" in done.err) == (2, True)
 
 
@@ -279,14 +277,14 @@ def test_a_season_is_announced_opened_and_revealed(season: Path, eai: Command, t
     (season / "season.toml").write_text('title = "Season 1"\nsplit = "train"\nsecret = "hush"\n')
     assert "2 tasks follow from it" in made(eai, tmp_path)
     (season / "season.toml").write_text('title = "Season 1"\nsplit = "train"\nsecret = "another"\n')
-    done = eai("report", tmp_path / "board", "--board", "--out", tmp_path / "site")
+    done = eai("board", tmp_path / "board", "--out", tmp_path / "site")
     assert "the digest of the secret is not the one that was published" in done.err
 
 
 def test_other_tasks_than_announced_are_refused(season: Path, eai: Command, tmp_path: Path) -> None:
     tasks = season / "train.jsonl"
     tasks.write_text(tasks.read_text().splitlines(keepends=True)[0])
-    done = eai("report", tmp_path / "board", "--board", "--out", tmp_path / "site")
+    done = eai("board", tmp_path / "board", "--out", tmp_path / "site")
     assert (done.status, "is not what was published" in done.err) == (2, True)
 
 

@@ -10,4 +10,4 @@ SHARED = (place,)
 
 
 def test_a_missing_extra_is_one_line_that_names_it(place: Path, data_store: Store) -> None:
-    must_name_the_extra("export tasks --croissant --out out", "croissant", place)
+    must_name_the_extra("export croissant --out out", "croissant", place)

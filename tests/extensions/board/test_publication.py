@@ -38,17 +38,17 @@ def by(model: str, run: list[Record]) -> list[Record]:
 def report(folder: Path, text: str, *runs: list[Record]) -> Result:
     (folder / "publish.toml").write_text(text, encoding="utf-8")
     records = str(write_runs(folder / "runs", runs))
-    options = ("--no-prompts", "--no-plots", "--publish", str(folder / "publish.toml"))
-    return CliRunner().invoke(app, ["report", records, "--out", str(folder / "out"), *options])
+    options = ("--about", str(folder / "publish.toml"), "--out", str(folder / "published"))
+    return CliRunner().invoke(app, ["export", "results", records, *options])
 
 
 def published(folder: Path, place: str) -> list[Any]:
-    files = sorted((folder / "out" / "published").glob(place))
+    files = sorted((folder / "published").glob(place))
     return [yaml.safe_load(file.read_text(encoding="utf-8")) for file in files]
 
 
 def files_of(folder: Path) -> list[Path]:
-    return [path for path in (folder / "out" / "published").rglob("*") if path.is_file()]
+    return [path for path in (folder / "published").rglob("*") if path.is_file()]
 
 
 def test_results_fit_the_schema_of_every_eval_ever(tmp_path: Path) -> None:
@@ -86,14 +86,14 @@ def test_what_is_no_result_of_a_suite_is_not_published(tmp_path: Path) -> None:
     lines = records.read_text(encoding="utf-8").splitlines(keepends=True)
     records.write_text("".join(lines[:-1]), encoding="utf-8")
     result = report(tmp_path, FILE)
-    assert "published: nothing, since no model that" in result.output
-    assert not (tmp_path / "out" / "published").exists()
+    assert "no model that it names answered a whole suite" in str(result.exception)
+    assert not (tmp_path / "published").exists()
 
 
 def test_only_models_that_are_named_are_published_each_below_its_name(tmp_path: Path) -> None:
     runs = [by(name, action_run()) for name in ("../../outside", HOSTILE, "second")]
     assert report(tmp_path, FILE, *runs).exit_code == 0
-    places = {path.relative_to(tmp_path / "out" / "published").parts[:5] for path in files_of(tmp_path)}
+    places = {path.relative_to(tmp_path / "published").parts[:5] for path in files_of(tmp_path)}
     assert places == {
         ("every_eval_ever", "data", "eai", "maker", "second"),
         ("hugging_face", "maker", "second", ".eval_results", "eai-strict.yaml"),

@@ -23,7 +23,7 @@ def test_a_board_refuses_other_rules_and_counts_what_does_not_replay(
     (board / "submission.toml").write_text('model = "M"\ndate = 2026-11-26\n')
     bad = {task: CASE["11_1"] for task in suite.task_ids if task != "27_2"}
     written(place, "m", {**bad, "27_2": right})
-    done = eai("report", tmp_path / "board", "--board", "--out", tmp_path / "site")
+    done = eai("board", tmp_path / "board", "--out", tmp_path / "site")
     assert done.status == 0, done.err
     page = (tmp_path / "site" / "index.html").read_text()
     row = page[page.index('<a href="#mine">M</a>') :].partition("</tr>")[0]
@@ -35,8 +35,8 @@ def test_a_board_refuses_other_rules_and_counts_what_does_not_replay(
     assert rates == {"Unreplayable": "99.7", "Answered": "342/342"}  # 336 of 337 do not replay
     assert cells[1].strip() == "0.3"
     written(place, "m", {**bad, "27_2": CASE["813_2"]})
-    refused = eai("report", tmp_path / "board", "--board", "--out", tmp_path / "site")
+    refused = eai("board", tmp_path / "board", "--out", tmp_path / "site")
     assert refused.status == 2
     assert f"other rules in the answer to 27_2: {EASY_NAME}" in " ".join(refused.err.split())
     written(place, "m", {**bad, "27_2": CASE["27_2"]})
-    assert eai("report", tmp_path / "board", "--board", "--out", tmp_path / "site").status == 0
+    assert eai("board", tmp_path / "board", "--out", tmp_path / "site").status == 0

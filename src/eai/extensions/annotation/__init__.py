@@ -1,1 +1,6 @@
-"""From demonstrations to goals: what they change, what they share, what is kept of it, for any benchmark."""
+"""Goals from people's demonstrations, for any benchmark, and an analysis of how raters judge annotations.
+
+Entry points: `data annotate` (commands) and `annotations` (a study).
+Extra: `plots`, for figures of ratings.
+Page: docs/extensions/annotation/README.md.
+"""

@@ -1,14 +1,23 @@
-"""``eai export submission``: write and check files of the challenge."""
+"""Commands that make results and tasks for other people: boards, challenges, catalogues."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Annotated
 
+import typer
+
+from eai.base.errors import InputError
+from eai.base.files import write_whole, writing_to
+from eai.base.json_value import Json
+from eai.benchmarks.registry import find_benchmark, of_the_paper
 from eai.cli import options
-from eai.cli.console import say, tell_findings
-from eai.cli.options import AsJson, DataFolder, flag
+from eai.cli.console import DOMAIN_HELP, counted, note, say, tell, tell_findings
+from eai.cli.options import RECORDS, AsJson, DataFolder, flag, opened_source
 from eai.extensions.board.submission import build_submission, check_submission
+
+BOARD = "index.html"
+"""The name of the page of a board."""
 
 
 def submission(
@@ -42,3 +51,80 @@ def submission(
     tell_findings(
         check_submission(path, options.store(data), prompts), "the submission is complete", as_json=as_json
     )
+
+
+def board(
+    submissions: Annotated[list[Path], typer.Argument(metavar="SUBMISSIONS")],
+    out: Annotated[Path, flag(metavar="DIR")],
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Score submissions and seasons, and write a page that ranks them.
+
+    Numbers in a submission do not count (docs/extensions/board).
+
+    Example: eai board submissions --out site
+
+    Options:
+        submissions: Folders or zips of single submissions, seasons, or folders of these.
+        out: The folder of the page.
+    """
+    from eai.extensions.board.page import board_html
+
+    with opened_source(data) as source:
+        page, number = board_html(submissions, source, told=lambda name: note(f"scoring {name}"))
+    with writing_to(out):
+        write_whole({out / BOARD: page})
+    made: Json = {"folder": str(out), "submissions": number}
+    tell(f"{counted(number, 'submission')} in {out / BOARD}", value=made, as_json=as_json)
+
+
+def results(
+    records: Annotated[list[Path], typer.Argument(help=RECORDS)],
+    about: Annotated[Path, flag(metavar="FILE")],
+    out: Path = Path("published"),
+    as_json: AsJson = False,
+) -> None:
+    """Write results of runs for Every Eval Ever and Hugging Face.
+
+    Only whole suites of models that are named are written.
+
+    Example: eai export results runs --about publish.toml
+
+    Options:
+        about: TOML that names the models, and says who publishes their results.
+        out: The folder to write to.
+    """
+    from eai.extensions.board.publication import published_files
+    from eai.results.runs import read_runs
+    from eai.studies.report.run_summary import summary_of
+
+    summaries = sorted(map(summary_of, read_runs(records)), key=lambda summary: summary.key.order)
+    files = published_files(about, summaries)
+    if not files:
+        raise InputError(f"{about}: no model that it names answered a whole suite")
+    with writing_to(out):
+        write_whole({out / name: content for name, content in files.items()})
+    made: Json = {"folder": str(out), "files": [*files]}
+    tell(f"{counted(len(files), 'file')} written to {out}", value=made, as_json=as_json)
+
+
+def croissant(
+    out: Path = Path("croissant"),
+    domain: Annotated[list[str] | None, flag(help=f"{DOMAIN_HELP} The paper's two if not given.")] = None,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Write tasks and gold operators with Croissant metadata (extra 'croissant').
+
+    Example: eai export croissant --domain behavior
+
+    Options:
+        out: The folder to write to.
+    """
+    from eai.extensions.board.croissant import write_croissant
+
+    with opened_source(data) as source:
+        files = write_croissant([find_benchmark(name) for name in domain or of_the_paper()], source, out)
+    made: Json = {"folder": str(out), "files": [*map(str, files)]}
+    tell(f"{counted(len(files), 'file')} written to {out}", value=made, as_json=as_json)

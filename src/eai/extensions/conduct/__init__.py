@@ -1,1 +1,6 @@
-"""Conduct: whether plans avoid the hazards on their way, and whether what is impossible is refused."""
+"""An analysis of conduct: whether plans avoid hazards, and whether impossible tasks are refused.
+
+Entry point: `conduct` (a study).
+Extra: none.
+Page: docs/extensions/conduct/README.md.
+"""

@@ -1,1 +1,6 @@
-"""PLACEHOLDER."""
+"""Answers by people: a page with questions and fields to answer, and a page on which people act in a world.
+
+Entry points: `play` (a command) and `answer_form` (`eai export prompts --out FILE.html`).
+Extra: none.
+Page: docs/extensions/people/README.md.
+"""

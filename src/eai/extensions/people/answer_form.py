@@ -10,8 +10,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 
+from eai.abilities.declaration import declaration_of
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.protocol import Ability
+from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.results.page import build_page, for_script
@@ -37,7 +39,12 @@ def form_html(
         ability: what is asked for.
         prompts: the questions by id of their task, in the order in which they are shown.
         source: where the data set is.
+
+    Raises:
+        InputError: the ability takes turns, in which a page carries no actions out.
     """
+    if declaration_of(ability).takes_turns:
+        raise InputError(f"{ability}: a file carries no actions out; people act by eai play --page")
     questions: list[Json] = [
         {"task": task_id, "system": prompt.system, "user": prompt.user, "sha256": prompt.sha256}
         for task_id, prompt in prompts.items()
