@@ -26,7 +26,6 @@ ALL = "all"
 
 COPIED = (".ci", ".github", "bench", "board", "docs", "examples", "packages", "src", "tests", "tools")
 OF_ALL = (
-    "tests/test_commands_of_docs.py",
     "tests/test_commands_page.py",
     "tests/test_gallery.py",
     "tests/test_glossary.py",
