@@ -14,7 +14,7 @@ import pytest
 import eai.logic.formula as w
 from agents.switches import DOMAIN, SWITCHES
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
+from eai.abilities.attempt_options import AttemptOptions, Feedback, FeedbackForm, World
 from eai.abilities.feedback import REASONS, Asker
 from eai.abilities.protocol import Ability
 from eai.abilities.trial import Trial
@@ -52,7 +52,7 @@ FAILURES = {
 
 
 def questions(
-    chosen: Experiment, answers: Sequence[str], asker: Asker | None = None, task_id: str = "both"
+    chosen: AttemptOptions, answers: Sequence[str], asker: Asker | None = None, task_id: str = "both"
 ) -> list[Prompt]:
     """The questions of a trial, the one after the last answer included."""
     scorer = SUITE.scorer(task_id)
@@ -68,7 +68,7 @@ def questions(
 
 def told(feedback: Feedback, answer: str) -> str:
     """What a second question says besides the first."""
-    _, second = questions(Experiment(1, feedback=feedback), [answer])
+    _, second = questions(AttemptOptions(1, feedback=feedback), [answer])
     assert second.user.startswith(PLAIN.user.rstrip())
     return second.user.removeprefix(PLAIN.user.rstrip())
 
@@ -87,7 +87,7 @@ def test_after_an_answer_whose_scorer_raised_the_task_is_tried_again(feedback: F
     scorer = open_suite(RAISING, ACTIONS).scorer("both")
     assert isinstance(scorer, ActionSequencing)
     world: World = "continue" if feedback == "state" else "restart"
-    trial = Trial(scorer, Experiment(1, feedback=feedback, world=world))
+    trial = Trial(scorer, AttemptOptions(1, feedback=feedback, world=world))
     asker = Asker({"both": PLAIN}.__getitem__, Wording.of(DOMAIN))
     trial.take(BOOM)
     assert ("could not be judged" in asker.question(trial).user) == (feedback in ("kind", "explained"))
@@ -129,7 +129,7 @@ def test_the_text_of_each_attempt_reaches_the_next_question(
 ) -> None:
     """But for levels that tell of no plan; and every question is another, but where nothing is told."""
     answers = [plan(LAMP, TORCH), plan(LAMP, "WAVE"), plan("WAVE", TORCH)]
-    asked = questions(Experiment(3, world, feedback, form), answers)
+    asked = questions(AttemptOptions(3, world, feedback, form), answers)
     for number, (before, after) in enumerate(pairwise(asked)):
         shown = after.user + "".join(text for turn in after.turns for text in turn)
         tells = feedback in ("kind", "explained")
@@ -146,7 +146,7 @@ def test_the_text_of_each_attempt_reaches_the_next_question(
 
 def test_a_conversation_asks_the_first_question_once() -> None:
     answers = [plan(TORCH), plan(LAMP, TORCH)]
-    *_, last = questions(Experiment(2, feedback="explained", form="chat"), answers)
+    *_, last = questions(AttemptOptions(2, feedback="explained", form="chat"), answers)
     assert (last.user, [answer for answer, _ in last.turns]) == (PLAIN.user, answers)
     assert "attempt 1" in last.turns[0][1]
     assert "attempt 2" in last.turns[1][1]
@@ -154,7 +154,7 @@ def test_a_conversation_asks_the_first_question_once() -> None:
 
 def test_in_a_world_that_goes_on_the_question_says_what_holds_now() -> None:
     """Rendered questions are of the present state, to which no word is added; others have it at the end."""
-    chosen = Experiment(1, "continue", "state")
+    chosen = AttemptOptions(1, "continue", "state")
     library = Library("eai")
     prompts = library.open(SWITCHES, ACTIONS)
     first, second = questions(chosen, [plan(SHED)], library.asker(SWITCHES, ACTIONS, prompts))
@@ -168,7 +168,7 @@ def test_in_a_world_that_goes_on_the_question_says_what_holds_now() -> None:
 
 
 def test_actions_that_have_been_taken_are_wanted_no_more() -> None:
-    chosen = Experiment(1, "continue", "state")
+    chosen = AttemptOptions(1, "continue", "state")
     asks = Asker({"greet": PLAIN}.__getitem__, Wording.of(DOMAIN))
     _, second = questions(chosen, [plan("WAVE")], asks, "greet")
     assert second.user.partition("in this order:\n")[2].splitlines()[0] == "PRESS"
@@ -187,7 +187,7 @@ def test_feedback_is_about_the_goals_that_the_question_stated(world: World, form
     assert isinstance(scorer, ActionSequencing)
     lit = [w.Atom("lit", (w.Constant(name),)) for name in ("lamp", "moon")]
     stated = replace(SUITE.tasks["both"], goals=tuple(map(goal, lit)))
-    trial = Trial(scorer, Experiment(1, world, "explained", form), stated=stated)
+    trial = Trial(scorer, AttemptOptions(1, world, "explained", form), stated=stated)
     asks = Asker({"both": PLAIN}.__getitem__, Wording.of(DOMAIN))
     trial.take(plan(LAMP))
     question = asks.question(trial)
@@ -208,10 +208,10 @@ def test_what_is_seen_of_a_changed_world_is_told() -> None:
         return Belief(task, initial=f"seen before attempt {attempt}\n$initial"), {"scene": str(attempt)}
 
     asks = library.asker(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS), look)
-    _, second = questions(Experiment(1, "continue", "state"), [plan(SHED)], asks)
+    _, second = questions(AttemptOptions(1, "continue", "state"), [plan(SHED)], asks)
     assert "seen before attempt 2\n" in second.user
     assert "at(robot, shed)" in second.user
-    trial = Trial(cast("ActionSequencing", SUITE.scorer("both")), Experiment(1, "continue", "state"))
+    trial = Trial(cast("ActionSequencing", SUITE.scorer("both")), AttemptOptions(1, "continue", "state"))
     assert asks.about(trial) == {}
     trial.take(plan(SHED))
     assert asks.about(trial) == {"scene": "2"}
@@ -222,5 +222,5 @@ def test_files_of_the_user_replace_the_words(tmp_path: Path) -> None:
     (tmp_path / "feedback" / "missing_step.txt").write_text("Too early: $action.\n")
     library = Library("eai", tmp_path)
     asks = library.asker(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS))
-    _, second = questions(Experiment(1, feedback="kind"), [plan(LAMP, TORCH)], asks)
+    _, second = questions(AttemptOptions(1, feedback="kind"), [plan(LAMP, TORCH)], asks)
     assert "- Too early: PRESS(torch).\n" in second.user

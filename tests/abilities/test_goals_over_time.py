@@ -8,7 +8,7 @@ import pytest
 
 from by_path import ROOT
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.experiment import Experiment
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
@@ -149,7 +149,7 @@ def test_a_world_that_goes_on_remembers(lamps: Benchmark) -> None:
     """In a further attempt the course begins with the first one."""
     asked = task(lamps, "lit(lamp_1)", TAKEN)
     scorer = ActionSequencing(asked, lamps.domain, lamps.plans)
-    trial = Trial(scorer, Experiment(replans=2, world="continue"))
+    trial = Trial(scorer, AttemptOptions(replans=2, world="continue"))
     assert not trial.take(plan(lamps, asked, "GO ball, TAKE ball, GO lamp_1")).verdict.success
     done = trial.take(plan(lamps, asked, "PRESS lamp_1"))
     assert (done.verdict.success, done.goal_held_at) == (True, 1)

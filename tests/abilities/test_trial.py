@@ -12,7 +12,7 @@ import pytest
 from agents.switches import SWITCHES
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.attempt import Attempt
-from eai.abilities.experiment import Experiment, World
+from eai.abilities.attempt_options import AttemptOptions, World
 from eai.abilities.protocol import Ability
 from eai.abilities.trial import Trial
 from eai.benchmarks.suite import open_suite
@@ -37,7 +37,7 @@ def plan(*steps: str) -> str:
     return json.dumps([{"action": name, "object": ", ".join(objects)} for name, *objects in words])
 
 
-def tried(experiment: Experiment, answers: Sequence[str], task_id: str = "both") -> list[Attempt]:
+def tried(experiment: AttemptOptions, answers: Sequence[str], task_id: str = "both") -> list[Attempt]:
     trial = Trial(scorer(task_id), experiment)
     for text in answers:
         trial.take(text)
@@ -63,7 +63,7 @@ def test_a_further_attempt_begins_anew_or_goes_on(
     world: World, second: tuple[str, ...], outcome: str
 ) -> None:
     """The first attempt presses the lamp; pressed again, it is off."""
-    first, last = tried(Experiment(1, world), [plan(LAMP, TORCH), plan(*second)])
+    first, last = tried(AttemptOptions(1, world), [plan(LAMP, TORCH), plan(*second)])
     assert came_to(first) == "missing_step lost"
     assert first.verdict.error is not None
     assert first.verdict.error.step == 1
@@ -71,14 +71,14 @@ def test_a_further_attempt_begins_anew_or_goes_on(
 
 
 def test_a_trial_is_over_with_a_success_or_without_attempts() -> None:
-    trial = Trial(scorer(), Experiment(2))
+    trial = Trial(scorer(), AttemptOptions(2))
     trial.take(plan(LAMP))
     assert not trial.over
     trial.take(plan(*BOTH))
     assert trial.over
     with pytest.raises(ValueError, match="over"):
         trial.take(plan(*BOTH))
-    lost = Trial(scorer(), Experiment(2))
+    lost = Trial(scorer(), AttemptOptions(2))
     for _ in range(3):
         assert not lost.over
         lost.take("no plan")
@@ -86,7 +86,7 @@ def test_a_trial_is_over_with_a_success_or_without_attempts() -> None:
 
 
 def test_a_task_that_is_in_no_statistics_is_tried_once() -> None:
-    trial = Trial(scorer("none"), Experiment(3))
+    trial = Trial(scorer("none"), AttemptOptions(3))
     attempt = trial.take(plan(LAMP))
     assert trial.over
     assert attempt.verdict.excluded is not None
@@ -96,16 +96,16 @@ def test_a_task_that_is_in_no_statistics_is_tried_once() -> None:
 def test_a_plan_that_passes_through_the_goal_has_held_it() -> None:
     """Until the goal it wins there; as a whole plan it leaves the goal again."""
     through = plan(*BOTH, TORCH)
-    (whole,) = tried(Experiment(), [through])
+    (whole,) = tried(AttemptOptions(), [through])
     assert (came_to(whole), whole.goal_held_at) == ("ran lost", 4)
-    (ended,) = tried(Experiment(until="goal"), [through])
+    (ended,) = tried(AttemptOptions(until="goal"), [through])
     assert (came_to(ended), ended.goal_held_at) == ("ran won", 4)
-    (never,) = tried(Experiment(), [plan(LAMP)])
+    (never,) = tried(AttemptOptions(), [plan(LAMP)])
     assert never.goal_held_at is None
 
 
 def test_goals_that_hold_at_the_start_of_an_attempt_have_held_after_no_step() -> None:
-    first, second = tried(Experiment(1, "continue"), [plan(*BOTH, LAMP), plan("GO hall")])
+    first, second = tried(AttemptOptions(1, "continue"), [plan(*BOTH, LAMP), plan("GO hall")])
     assert (came_to(first), first.goal_held_at) == ("wrong_order lost", 4)
     assert (came_to(second), second.goal_held_at) == ("ran won", 0)
 
@@ -122,7 +122,7 @@ def slipping_at(numbers: Sequence[int], length: int) -> int:
 @pytest.mark.parametrize("world", get_args(World))
 def test_a_detected_slip_ends_the_attempt_and_is_no_error_of_the_answer(world: World) -> None:
     seed = slipping_at([1], 6)
-    chosen = Experiment(1, world, slip=0.5, slip_seed=seed)
+    chosen = AttemptOptions(1, world, slip=0.5, slip_seed=seed)
     rest = BOTH if world == "restart" else BOTH[1:]
     first, second = tried(chosen, [plan(*BOTH), plan(*rest)])
     assert (came_to(first), first.slipped_at) == ("slip lost", 1)
@@ -133,19 +133,19 @@ def test_a_detected_slip_ends_the_attempt_and_is_no_error_of_the_answer(world: W
 
 
 def test_after_a_silent_slip_what_depends_on_it_fails() -> None:
-    chosen = Experiment(slip=0.5, slip_seed=slipping_at([1], 4), notice="silent")
+    chosen = AttemptOptions(slip=0.5, slip_seed=slipping_at([1], 4), notice="silent")
     (attempt,) = tried(chosen, [plan(*BOTH)])
     assert (came_to(attempt), attempt.slipped_at) == ("missing_step lost", 1)
     assert attempt.verdict.error is not None
     assert attempt.verdict.error.step == 2  # the box is not here
-    last = Experiment(slip=0.5, slip_seed=slipping_at([3], 4), notice="silent")
+    last = AttemptOptions(slip=0.5, slip_seed=slipping_at([3], 4), notice="silent")
     (unnoticed,) = tried(last, [plan(*BOTH)])
     assert (came_to(unnoticed), unnoticed.verdict.executable) == ("ran lost", True)
 
 
 def test_what_a_wrong_order_lacks_may_have_been_there_in_an_earlier_attempt() -> None:
     """The attempt says so, and counts its steps from its own beginning."""
-    first, second = tried(Experiment(1, "continue"), [plan(SHED, BOX, "GO hall"), plan(TORCH)])
+    first, second = tried(AttemptOptions(1, "continue"), [plan(SHED, BOX, "GO hall"), plan(TORCH)])
     assert (came_to(first), came_to(second)) == ("ran lost", "wrong_order lost")
     assert second.verdict.error is not None
     assert second.verdict.error.step == 0
@@ -155,7 +155,7 @@ def test_what_a_wrong_order_lacks_may_have_been_there_in_an_earlier_attempt() ->
 
 
 def test_actions_that_are_goals_count_over_all_attempts_in_a_world_that_goes_on() -> None:
-    goes_on = Experiment(1, "continue")
+    goes_on = AttemptOptions(1, "continue")
     _, last = tried(goes_on, [plan("WAVE", SHED), plan(BOX, TORCH)], "greet")
     assert came_to(last) == "ran won"
     _, anew = tried(replace(goes_on, world="restart"), [plan("WAVE"), plan(SHED, BOX)], "greet")
@@ -163,14 +163,14 @@ def test_actions_that_are_goals_count_over_all_attempts_in_a_world_that_goes_on(
 
 
 def test_what_remains_of_a_task_is_said_from_where_the_world_is() -> None:
-    trial = Trial(scorer("greet"), Experiment(2, "continue"))
+    trial = Trial(scorer("greet"), AttemptOptions(2, "continue"))
     assert trial.remaining.goals == trial.task.goals
     trial.take(plan("WAVE", SHED))
     left = trial.remaining
     assert left.initial is not trial.task.initial
     assert [goal.kind for goal in left.goals] == [GoalKind.ACTION, GoalKind.STATE]
     assert [action.operator for action in trial.done] == ["WAVE", "GO"]
-    anew = Trial(scorer("greet"), Experiment(2))
+    anew = Trial(scorer("greet"), AttemptOptions(2))
     anew.take(plan("WAVE", SHED))
     assert anew.remaining is anew.task
     assert anew.done == ()
@@ -178,6 +178,6 @@ def test_what_remains_of_a_task_is_said_from_where_the_world_is() -> None:
 
 def test_a_plain_attempt_is_what_the_scorer_says() -> None:
     for answer in (plan(*BOTH), plan(LAMP, TORCH), plan("FLY moon"), plan("GO shed shed"), "none", ""):
-        (attempt,) = tried(Experiment(), [answer])
+        (attempt,) = tried(AttemptOptions(), [answer])
         assessment = scorer().assess(answer)
         assert (attempt.verdict, attempt.explanation) == (assessment.verdict, assessment.explain())

@@ -152,7 +152,7 @@ def test_score_keeps_episodes_by_other_rules_apart(eai: Command, tmp_path: Path,
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["success"] == {"value": 50.0, "numerator": 2, "denominator": 4}
     assert summary["unreplayable"] == {"value": 25.0, "numerator": 1, "denominator": 4}
-    assert json.loads((apart / "summary.json").read_text())["experiment"]["rules"] == EASY_NAME
+    assert json.loads((apart / "summary.json").read_text())["agent"]["rules"] == EASY_NAME
     printed = json.loads(eai(*asked, "--json").out)
     assert [each.get("rules") for each in printed] == [None, EASY_NAME]
 

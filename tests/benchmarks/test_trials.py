@@ -12,7 +12,7 @@ import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.attempt import Attempt
-from eai.abilities.experiment import Experiment, World
+from eai.abilities.attempt_options import AttemptOptions, World
 from eai.abilities.feedback import Asker
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability, Protocol
@@ -33,7 +33,7 @@ from sweeps import sweep
 
 ACTIONS = Ability.ACTION_SEQUENCING
 ATTEMPTS = 4
-EXPLAINED = Experiment(ATTEMPTS - 1, feedback="explained")
+EXPLAINED = AttemptOptions(ATTEMPTS - 1, feedback="explained")
 HELD_ANSWERS = {
     "virtualhome": ("tasks", "id", "llm_output"),
     "behavior": ("records", "identifier", "response"),
@@ -45,7 +45,7 @@ def suite_of(name: str, store: Store, protocol: Protocol = Protocol.STRICT) -> S
     return open_suite(name, ACTIONS, protocol, source=Source(store))
 
 
-def trials_of(name: str, store: Store, experiment: Experiment) -> Trials:
+def trials_of(name: str, store: Store, experiment: AttemptOptions) -> Trials:
     """The trials of all tasks with the published prompts."""
     suite, library = suite_of(name, store), Library("official", None, Source(store))
     prompts = library.open(suite.benchmark, ACTIONS)
@@ -58,7 +58,7 @@ def judged_otherwise(suite: Suite, answers: Iterable[tuple[str, str]]) -> list[s
     for task_id, text in answers:
         scorer = suite.scorer(task_id)
         assert isinstance(scorer, ActionSequencing)
-        if Trial(scorer, Experiment()).take(text).verdict != scorer.score(text):
+        if Trial(scorer, AttemptOptions()).take(text).verdict != scorer.score(text):
             differing.append(task_id)
     return differing
 

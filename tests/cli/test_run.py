@@ -301,9 +301,11 @@ def test_a_pipeline_is_two_jobs_in_a_row(data_store: Store, tmp_path: Path) -> N
     for ability in ("action_sequencing", "subgoal_decomposition"):
         folder = tmp_path / "behavior" / ability / "eai_oracle"
         modular, piped = records_in(folder), records_in(folder / "goals-eai_oracle")
-        stated = [record.pop("experiment") for record in piped]
-        assert [each["goals_sha256"] for each in stated] == [each["response_sha256"] for each in first]
-        assert {each["goals_from"] for each in stated} == {"eai_oracle"}
+        parts = [record.pop("study")["pipeline"] for record in piped]
+        assert [each["summary"]["goals_sha256"] for each in parts] == [
+            each["response_sha256"] for each in first
+        ]
+        assert {each["options"]["goals_from"] for each in parts} == {"eai_oracle"}
         assert [each["prompt_sha256"] for each in piped] != [each["prompt_sha256"] for each in modular]
         for records in (modular, piped):
             for record in records:
@@ -336,9 +338,9 @@ def test_a_planner_plans_for_the_goals_that_it_is_told(data_store: Store, tmp_pa
     assert [record["task_id"] for record in records] == [right, unreadable, missing]
     assert [record["success"] for record in records] == [True, False, False]
     assert [record["unanswered"] is None for record in records] == [True, True, False]
-    experiments = [record["experiment"] for record in records]
-    assert [each.get("stage_1_unreadable") for each in experiments] == [False, True, None]
-    assert {each["goals_from"] for each in experiments} == {"some-model"}
+    parts = [record["study"]["pipeline"] for record in records]
+    assert [each.get("summary", {}).get("stage_1_unreadable") for each in parts] == [False, True, None]
+    assert {each["label"] for each in parts} == {"goals-some-model"}
 
 
 @pytest.mark.parametrize(

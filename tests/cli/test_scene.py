@@ -10,7 +10,8 @@ import pytest
 
 from command_line import Command
 from eai.base.store import Store
-from eai.results.codec import record_from_json
+from eai.results.codec import read_summary, record_from_json
+from eai.studies.perception.verdict import Perceived
 from processes import eai as run_eai
 from studies.told import told_tables
 
@@ -36,16 +37,17 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
     (line,) = lines_of(folder / "records.jsonl")
     record = record_from_json(line)
     assert record.experiment is not None
-    assert (record.experiment.name, record.experiment.scene) == ("perception", "noisy-missing-0.3-seed-1")
-    assert record.perceived is not None
-    assert record.perceived.missing == record.perceived.facts - record.perceived.perceived > 0
+    assert record.study["perception"].options == {"scene": "noisy-missing-0.3-seed-1"}
+    perceived = read_summary(record, "perception", Perceived)
+    assert perceived is not None
+    assert perceived.missing == perceived.facts - perceived.perceived > 0
     done = eai("analyze", "perception", tmp_path, "--out", tmp_path / "told", "--no-plots")
     assert (done.status, done.out) == (0, f"4 tables, 0 plots; in {tmp_path / 'told'}\n")
     assert len([*(tmp_path / "told").glob("perception_*.csv")]) == 4
     again = eai("analyze", "perception", tmp_path, "--out", tmp_path / "again", "--no-plots", "--json")
     rows = told_tables(again.out)["perception_runs"]
     (row,) = [row for row in rows if row["scene"] != "text"]
-    assert int(row["missing_numerator"]) == record.perceived.missing
+    assert int(row["missing_numerator"]) == perceived.missing
     refused = eai("analyze", "perception", folder.parent / "nothing", "--out", tmp_path / "told")
     assert refused.status == 2
 
@@ -70,7 +72,7 @@ def test_a_model_sees_for_another_one(data_store: Store, tmp_path: Path) -> None
     for ability in ("action_sequencing", "subgoal_decomposition"):
         label = "scene-predicted-eai_captioner-some"
         (line,) = lines_of(tmp_path / "behavior" / ability / "eai_planner" / label / "records.jsonl")
-        assert line["perceived"] == seen["seen"]
+        assert line["study"]["perception"]["summary"] == seen["seen"]
 
 
 def must_ask_with_pictures(scene: str, folder: Path) -> None:

@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bench.record import add_write_option, write_rows
-from eai.abilities.experiment import Experiment
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.protocol import Ability
 from eai.agents.setting import ACTING
 from eai.base.json_value import Json
@@ -43,7 +43,7 @@ from eai.run.tasks import obtain_answers
 from eai.studies.pipeline.stage_one import believe
 from eai.studies.variation import Endpoint
 
-EXPERIMENT = Experiment(3, feedback="explained", slip=0.05, slip_seed=0)
+EXPERIMENT = AttemptOptions(3, feedback="explained", slip=0.05, slip_seed=0)
 MODEL = "eai/noisy"
 JOURNAL = "answers.jsonl"
 COMPARED = ("records.jsonl", "summary.json")

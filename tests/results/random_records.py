@@ -7,14 +7,16 @@ from typing import Any, TypeVar, get_args, get_type_hints
 from hypothesis import strategies as st
 
 from eai.abilities.attempt import Attempt, Usage
+from eai.abilities.attempt_options import AttemptOptions, Feedback
 from eai.abilities.declaration import declaration_of
-from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorReport
 from eai.abilities.verdict import Counted, ErrorReport
 from eai.pddl.matching import SideMatch
-from eai.results.record import Origin, Perceived, Record, Stated
+from eai.results.older_records import older_experiment
+from eai.results.record import Origin, Record
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
@@ -42,8 +44,15 @@ def _of(ability: Ability) -> st.SearchStrategy[Record]:
     if ability is Ability.ACTION_SEQUENCING:
         attempts = st.lists(with_every_field(Attempt, verdict=verdicts), max_size=2)
     own = {"ability": st.just(ability), "verdict": verdicts, "attempts": attempts.map(tuple)}
-    plain = with_every_field(Record, stated=st.none(), **own)
-    return plain | with_every_field(Record, experiment=EXPERIMENTS, **own)
+    plain = with_every_field(Record, experiment=st.none(), summaries=st.just({}), **own)
+    return plain | EXPERIMENTS.flatmap(lambda each: _varied(each, own))
+
+
+def _varied(experiment: Experiment, own: dict[str, st.SearchStrategy[Any]]) -> st.SearchStrategy[Record]:
+    """Records of an experiment, with and without what its studies say of the answer."""
+    said = st.dictionaries(TEXTS, COUNTS | TEXTS | st.lists(COUNTS), min_size=1)
+    summaries = st.fixed_dictionaries({}, optional=dict.fromkeys(experiment.study, said))
+    return with_every_field(Record, experiment=st.just(experiment), summaries=summaries, **own)
 
 
 st.register_type_strategy(str, TEXTS)
@@ -56,20 +65,25 @@ st.register_type_strategy(
     Counted,
     with_every_field(Counted, errors=st.dictionaries(st.sampled_from(FaultKind), COUNTS)),
 )
-EXPERIMENTS = with_every_field(
-    Experiment,
+ATTEMPTS = with_every_field(
+    AttemptOptions,
     replans=COUNTS,
     slip=st.floats(0, 1),
-    goals_from=st.just("a/b"),
-    subgoals_from=st.just("a/b"),
-    prompt_name=st.just("base"),
-    scene=st.just("image"),
-    harness=st.just("react"),
-    effort=st.just("high"),
-    rules=st.just("until-goal"),
     preset=st.sampled_from((None, "eai-1.0.5")),
     feedback=st.sampled_from([each for each in get_args(Feedback) if each != "state"]),
 )
+NAMED = st.fixed_dictionaries(
+    {},
+    optional={
+        **dict.fromkeys(("goals_from", "subgoals_from"), st.just("a/b")),
+        "prompt_name": st.just("base"),
+        "scene": st.just("image"),
+        "harness": st.just("react"),
+        "effort": st.just("high"),
+        "rules": st.just("until-goal"),
+    },
+)
+EXPERIMENTS = st.builds(older_experiment, NAMED, ATTEMPTS).filter(lambda each: each != Experiment())
 st.register_type_strategy(Experiment, EXPERIMENTS)
-for kind in (Explanation, Origin, Stated, Perceived):
+for kind in (Explanation, Origin):
     st.register_type_strategy(kind, with_every_field(kind))

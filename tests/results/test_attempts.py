@@ -12,10 +12,11 @@ from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.summary import after, by_attempt, most_attempts
 from eai.world.fault import FaultKind
+from experiments import experiment
 from results.verdicts import SUCCEEDED, failed, record
 
 WRONG, MISSING = failed(FaultKind.WRONG_ORDER), failed(FaultKind.MISSING_STEP)
-TWICE = Experiment(replans=2)
+TWICE = experiment(replans=2)
 
 
 def tried(task_id: str, attempts: Sequence[Attempt], experiment: Experiment | None = TWICE) -> Record:
@@ -50,8 +51,8 @@ def test_a_record_without_attempts_is_as_it_is() -> None:
     [
         ([], 0),
         ([record("a", SUCCEEDED)], 0),
-        ([replace(record("a", SUCCEEDED), experiment=Experiment(goals_from="m"))], 0),
-        ([tried("a", [THIRD], Experiment(slip=0.1))], 1),
+        ([replace(record("a", SUCCEEDED), experiment=experiment(goals_from="m"))], 0),
+        ([tried("a", [THIRD], experiment(slip=0.1))], 1),
         ([tried("a", [THIRD])], 3),  # it could have had them
         ([replace(record("lost", WRONG), experiment=TWICE), TRIED], 3),
     ],

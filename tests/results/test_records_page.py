@@ -11,8 +11,9 @@ import pytest
 
 from by_path import ROOT
 from eai.abilities.attempt import Attempt, Usage
+from eai.abilities.attempt_options import AttemptOptions, Feedback, FeedbackForm, Until, World
 from eai.abilities.declaration import the_four
-from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, Until, World
+from eai.abilities.experiment import Experiment, StudyChoice
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
@@ -21,7 +22,8 @@ from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorSt
 from eai.abilities.verdict import Counted, ErrorReport
 from eai.pddl.planning import PlannerOutcome
 from eai.results.codec import record_from_json, record_to_json
-from eai.results.record import Origin, Perceived, Record, Stated
+from eai.results.record import Origin, Record
+from eai.studies.perception.verdict import Perceived
 from eai.world.fault import FaultKind, Notice
 
 PAGE = (ROOT / "docs" / "records.md").read_text(encoding="utf-8")
@@ -43,7 +45,8 @@ def test_every_field_is_on_the_page() -> None:
     declared = (
         TaskFeatures,
         Experiment,
-        Stated,
+        StudyChoice,
+        AttemptOptions,
         Perceived,
         Attempt,
         Origin,
@@ -52,7 +55,7 @@ def test_every_field_is_on_the_page() -> None:
         ErrorReport,
         *explained,
     )
-    names = {name for kind in declared for name in kind.__dataclass_fields__} - {"verdict"}
+    names = {name for kind in declared for name in kind.__dataclass_fields__} - {"verdict", "place"}
     names |= set(record_to_json(Record(**{n: getattr(example, n) for n in Record.__dataclass_fields__})))
     for each in the_four().values():
         names |= set(each.verdict.__dataclass_fields__) - {"excluded"}

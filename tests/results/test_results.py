@@ -46,7 +46,7 @@ def test_a_summary_says_of_what_it_is_one(tmp_path: Path) -> None:
         told["task_success"]
         == summarise([each.verdict for each in records], records[0].ability)["task_success"].to_json()
     )
-    assert told.keys().isdisjoint({"planner", "run", "experiment", "by_attempt"})
+    assert told.keys().isdisjoint({"planner", "run", "study", "agent", "by_attempt"})
     assert len((tmp_path / RECORDS).read_text().splitlines()) == len(records)
     corrected = [replace(record, errata=ErrataUse("2.0", ("e1",))) for record in records]
     assert summary(tmp_path, corrected, run={"answered": 7})["errata"]["version"] == "2.0"

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import Confusion
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
@@ -27,6 +27,7 @@ from eai.studies.pipeline.stage_one import (
     read_interpretations,
 )
 from eai.tasks.source import Source
+from experiments import experiment
 from record_files import write_records
 from suites import answer_book
 
@@ -44,15 +45,23 @@ def believed(answer: str, source: Source) -> Believed:
     return believe(("m", {JARS: answer}), BEHAVIOR, source)
 
 
+LEFT = ("stage_1_unreadable", "stage_1_unknown", "stage_1_left_out")
+
+
+def said(read: Believed) -> Mapping[str, Any]:
+    """What records say of the goals of the one task."""
+    return read.summaries[JARS]["pipeline"]
+
+
 def test_a_right_answer(source: Source, data_store: Store) -> None:
     gold = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store)[JARS].text
     read = believed(gold, source)
-    stated = read.stated[JARS]
-    assert stated.goals_sha256 == sha256_of(gold)
-    assert stated.goal_counts == Confusion(8, 0, 0)
-    assert (stated.stage_1_unreadable, stated.stage_1_unknown, stated.stage_1_left_out) == (False, (), 0)
+    stated = said(read)
+    assert stated["goals_sha256"] == sha256_of(gold)
+    assert stated["goal_counts"] == [8, 0, 0]
+    assert [stated[name] for name in LEFT] == [False, [], 0]
     assert read.beliefs[JARS].task.goals
-    assert read.beliefs.keys() == read.stated.keys() == {JARS}
+    assert read.beliefs.keys() == read.summaries.keys() == {JARS}
 
 
 @pytest.mark.parametrize(
@@ -74,12 +83,9 @@ def test_any_answer(
     left_out: int,
     source: Source,
 ) -> None:
-    stated = believed(answer, source).stated[JARS]
-    assert stated.goal_counts == counts
-    assert (stated.stage_1_unreadable, stated.stage_1_unknown, stated.stage_1_left_out) == (
-        *(unreadable, unknown),
-        left_out,
-    )
+    stated = said(believed(answer, source))
+    assert stated["goal_counts"] == [*counts]
+    assert [stated[name] for name in LEFT] == [unreadable, [*unknown], left_out]
 
 
 def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) -> None:
@@ -91,9 +97,9 @@ def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) ->
     wrong = believed('{"node goals": [["open", "jar.n.01_1"], ["not", ["sliced", "peach.n.03_1"]]]}', source)
     marked = [wrong.marked(record) for record in plain]
     assert all(getattr(record.verdict, "success", False) for record in plain)
-    assert [replace(record, experiment=None, stated=None) for record in marked] == plain
-    assert {record.experiment for record in marked} == {Experiment(goals_from="m")}
-    assert [record.stated for record in marked] == [None, wrong.stated[JARS]]
+    assert [replace(record, experiment=None, summaries={}) for record in marked] == plain
+    assert {record.experiment for record in marked} == {experiment(goals_from="m")}
+    assert [record.summaries.get("pipeline") for record in marked] == [None, said(wrong)]
     assert suite.tasks[JARS].goals != wrong.beliefs[JARS].task.goals
 
 
@@ -102,9 +108,10 @@ def test_records_carry_what_was_stated(source: Source) -> None:
     (plain,) = score_run(suite, ResponseFile("m", (Response(JARS, "[]"),)), {}, ScoringOptions())
     marked = believed('{"node goals": [["eaten", "peach.n.03_1"]]}', source).marked(plain)
     written = json.loads(json.dumps(record_to_json(marked)))
-    assert written["experiment"]["name"] == "pipeline"
-    assert written["experiment"]["goal_counts"] == [0, 1, 8]
-    assert written["experiment"]["stage_1_unknown"] == ["eaten"]
+    part = written["study"]["pipeline"]
+    assert (part["label"], part["options"]) == ("goals-m", {"goals_from": "m"})
+    assert part["summary"]["goal_counts"] == [0, 1, 8]
+    assert part["summary"]["stage_1_unknown"] == ["eaten"]
     assert record_from_json(written) == marked
 
 
@@ -141,7 +148,7 @@ def test_two_runs_of_a_model_are_refused(source: Source, tmp_path: Path) -> None
     records = [*score_run(suite, answers, {}, ScoringOptions())]
     write_records(tmp_path / "plain" / "records.jsonl", records)
     assert read_interpretations(tmp_path, BEHAVIOR, source)[0] == "m"
-    varied = [replace(each, experiment=Experiment(prompt_name="eai-brief")) for each in records]
+    varied = [replace(each, experiment=experiment(prompt_name="eai-brief")) for each in records]
     write_records(tmp_path / "brief" / "records.jsonl", varied)
     with pytest.raises(InputError, match="2 runs of m answer behavior goal_interpretation; give the folder"):
         read_interpretations(tmp_path, BEHAVIOR, source)

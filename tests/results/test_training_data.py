@@ -10,7 +10,6 @@ import pytest
 
 import eai
 from agents.switches import SWITCHES
-from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
 from eai.results.record import Origin, Record
@@ -26,6 +25,7 @@ from eai.results.training_data import (
     verified_rows,
 )
 from eai.tasks.prompts.prompt import Prompt
+from experiments import experiment
 
 PROMPT = Prompt("Do it.", "You are a robot.")
 PROMPTS = dict.fromkeys(("both", "greet", "half", "done", "none"), PROMPT)
@@ -58,7 +58,7 @@ def record(task_id: str = "both", **told: Any) -> Record:
         (record(origin=Origin()), None),
         (record(origin=Origin(prompt_sha256=PROMPT.sha256)), None),
         (record(origin=Origin(prompt_sha256="0" * 64)), ASKED_OTHERWISE),
-        (record(experiment=Experiment(replans=1)), EXPERIMENT),
+        (record(experiment=experiment(replans=1)), EXPERIMENT),
         (record(unanswered="the provider refused"), NO_ANSWER),
         (record("none"), NO_ANSWER),
         (record("done"), NO_ANSWER),

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.attempt import Attempt, Usage
-from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.json_value import Json
@@ -23,6 +22,7 @@ from eai.results.options import ScoringOptions
 from eai.results.record import Origin, Record
 from eai.results.responses import Response, ResponseFile
 from eai.tasks.source import Source
+from experiments import experiment
 from record_files import write_records
 from suites import SUITES, answer_book
 
@@ -50,7 +50,7 @@ def all_records(folder: Path) -> Iterator[Record]:
     for record in records_of(folder, "virtualhome", Ability.ACTION_SEQUENCING):
         assert isinstance(record.verdict, PlanVerdict)
         attempt = Attempt(record.response, record.verdict, usage=Usage(), explanation=record.explanation)
-        yield replace(record, attempts=(attempt, attempt), experiment=Experiment(replans=1))
+        yield replace(record, attempts=(attempt, attempt), experiment=experiment(replans=1))
 
 
 def kinds(value: Json, place: str = "") -> Iterator[tuple[str, str]]:

@@ -48,8 +48,7 @@ def as_scored(record: Record) -> dict[str, Any]:
         "task": record.task_id,
         "verdict": record.verdict,
         "experiment": record.experiment,
-        "stated": record.stated,
-        "perceived": record.perceived,
+        "summaries": record.summaries,
         "attempts": attempts,
     }
 
@@ -64,10 +63,10 @@ def test_a_run_combines_studies_and_its_log_is_scored_alike(
     (experiment,) = {record.experiment for record in records}
     assert experiment is not None
     said = {
-        "goals": experiment.goals_from == "eai_noisy" and all(record.stated for record in records),
-        "scene": experiment.scene is not None and all(record.perceived for record in records),
-        "attempts": experiment.replans == 2 and all(record.attempts for record in records),
-        "prompt": experiment.prompt_name == "mine",
+        "goals": "goals-eai_noisy" in experiment.label and all("pipeline" in r.summaries for r in records),
+        "scene": "scene-" in experiment.label and all("perception" in r.summaries for r in records),
+        "attempts": "replans-2" in experiment.label and all(record.attempts for record in records),
+        "prompt": experiment.label.endswith("prompt-mine"),
     }
     assert {name for name, is_so in said.items() if is_so} == set(pair)
     (log,) = (tmp_path / "runs" / "logs").glob("*action-sequencing*.eval")
@@ -84,8 +83,8 @@ def test_goals_are_interpreted_in_the_perceived_scene(data_store: Store, tmp_pat
     done = command(f"{RUN} {CHOICES['goals']} {NOISE} --out @/runs", tmp_path)
     assert done.status == 0, done.err
     (file,) = (tmp_path / "runs" / "behavior" / "goal_interpretation").rglob("records.jsonl")
-    (scene,) = {record.experiment and record.experiment.scene for record in read_records(file)}
-    assert scene == "noisy-missing-0.1-seed-0"
+    (label,) = {record.experiment and record.experiment.label for record in read_records(file)}
+    assert label == "scene-noisy-missing-0.1-seed-0"
 
 
 def test_analyses_compare_runs_that_differ_in_one_study(data_store: Store, tmp_path: Path) -> None:
@@ -145,10 +144,8 @@ def test_prompts_in_other_words_are_named_and_compared(data_store: Store, tmp_pa
             done = command(f"{run} --set {words} --out @/runs", tmp_path)
             assert done.status == 0, done.err
     files = sorted((tmp_path / "runs" / SUITE).rglob("records.jsonl"))
-    names = [
-        {record.experiment and record.experiment.prompt_name for record in read_records(f)} for f in files
-    ]
-    assert names == [{"eai-brief"}, {"eai-careful"}] * 2
+    names = [{record.experiment and record.experiment.label for record in read_records(f)} for f in files]
+    assert names == [{"prompt-eai-brief"}, {"prompt-eai-careful"}] * 2
     assert command("analyze prompts @/runs --out @/prompts", tmp_path).status == 0
     (table,) = (tmp_path / "prompts").rglob("prompts.csv")
     assert table.read_text().count("eai-brief") == 2
@@ -171,10 +168,9 @@ def test_a_chain_states_goals_and_subgoals_of_the_model(
     assert len(files) == 1
     for record in records:
         assert record.experiment is not None
-        assert record.stated is not None
-        assert record.experiment.subgoals_from == record.experiment.goals_from == "eai_noisy"
-        assert record.stated.subgoals_success in (True, False)
-        assert bool(record.perceived) == bool(scene)
+        assert record.experiment.label.startswith("goals-eai_noisy+subgoals-eai_noisy")
+        assert record.summaries["pipeline"]["subgoals_success"] in (True, False)
+        assert ("perception" in record.summaries) == bool(scene)
     logs = sorted((tmp_path / "runs" / "logs").glob("*action-sequencing*.eval"))
     again = f"score {logs[-1]} --domain behavior --ability action_sequencing --out @/again"
     assert command(again, tmp_path).status == 0

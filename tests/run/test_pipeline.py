@@ -69,7 +69,7 @@ def test_records_of_a_log_say_whose_goals_they_were(goals: Path, process: Execut
             str(sample.id): (sample.scores or {})[PLANS.value].metadata or {} for sample in log.samples or ()
         }
         assert {task: record["success"] for task, record in records.items()} == {BOOKS: True, JARS: False}
-        experiments = {task: record["experiment"] for task, record in records.items()}
-        assert {each["goals_from"] for each in experiments.values()} == {"some-model"}
-        assert experiments[BOOKS]["goal_counts"] == [7, 0, 0]
-        assert experiments[JARS]["stage_1_unknown"] == ["eaten"]
+        parts = {task: record["study"]["pipeline"] for task, record in records.items()}
+        assert {each["label"] for each in parts.values()} == {"goals-some-model"}
+        assert parts[BOOKS]["summary"]["goal_counts"] == [7, 0, 0]
+        assert parts[JARS]["summary"]["stage_1_unknown"] == ["eaten"]

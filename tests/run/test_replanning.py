@@ -14,7 +14,7 @@ import pytest
 from inspect_ai.log import read_eval_log
 
 from by_path import ROOT
-from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.attempt_options import AttemptOptions, Feedback
 from eai.abilities.feedback import REASONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
@@ -51,11 +51,11 @@ def records_of(folder: Path) -> list[Record]:
     return list(read_records(folder / "records.jsonl"))
 
 
-def offline(experiment: Experiment, store: Store, heed: float | None) -> dict[str, list[tuple[str, object]]]:
+def offline(options: AttemptOptions, store: Store, heed: float | None) -> dict[str, list[tuple[str, object]]]:
     """The answers and verdicts of the same loop without Inspect, by task."""
     suite, library = open_suite("behavior", ACTIONS, source=Source(store)), Library("official")
     prompts = library.open(suite.benchmark, ACTIONS)
-    trials = open_trials(suite, experiment, library.asker(suite.benchmark, ACTIONS, prompts), prompts)
+    trials = open_trials(suite, options, library.asker(suite.benchmark, ACTIONS, prompts), prompts)
     book = answer_book("behavior", ACTIONS, store)
     found = {}
     for task_id in suite.task_ids[:TASKS]:
@@ -89,7 +89,7 @@ def test_the_loop_of_a_run_is_the_loop_without_inspect(
         record.task_id: [(attempt.response, attempt.verdict) for attempt in record.attempts]
         for record in records
     }
-    assert attempts == offline(Experiment(2, feedback=feedback), data_store, heed)
+    assert attempts == offline(AttemptOptions(2, feedback=feedback), data_store, heed)
     assert {record.experiment.label for record in records if record.experiment} == {label}
     assert [record.verdict for record in records] == [record.attempts[-1].verdict for record in records]
     assert not list((tmp_path / FOLDER).glob("*.json*"))
@@ -97,7 +97,7 @@ def test_the_loop_of_a_run_is_the_loop_without_inspect(
     by_attempt = [each["task_success"]["numerator"] for each in summary["by_attempt"]]
     assert by_attempt == sorted(by_attempt)
     assert by_attempt[-1] == summary["task_success"]["numerator"]
-    assert summary["experiment"]["name"] == "replanning"
+    assert summary["study"]["replanning"]["label"] == label
     replayed = tmp_path / "replayed"
     again = eai(*f"{RUN} --model eai/replay -M path={folder} {arguments} --out {replayed}".split())
     assert again.status == 0, again.err
@@ -148,7 +148,7 @@ def test_inspect_takes_the_same_options(
         for sample in log.samples:
             told = (sample.scores or {})[ACTIONS.value].metadata or {}
             record = record_to_json(records[str(sample.id)].without_explanations())
-            same = ("experiment", "success", "executable", "error", "goals", "additional_steps")
+            same = ("study", "success", "executable", "error", "goals", "additional_steps")
             assert {name: told[name] for name in same} == {name: record[name] for name in same}
             assert len(told["attempts"]) == len(records[str(sample.id)].attempts)
             assert len(sample.messages) == 2 * len(told["attempts"])

@@ -14,11 +14,12 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
-from eai.results.codec import record_from_json
+from eai.results.codec import read_summary, record_from_json
 from eai.run.registry import TASKS
 from eai.studies.perception.belief import scene_words
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import noise_of, perceive
+from eai.studies.perception.verdict import Perceived
 from processes import own_process
 from run.child import (
     Asked,
@@ -127,6 +128,6 @@ def test_records_of_a_log_say_what_was_perceived(
         (sample,) = log.samples or ()
         record = record_from_json((sample.scores or {})[PLANS.value].metadata or {})
         assert record.experiment is not None
-        assert record.experiment.scene == "noisy-missing-0.3-seed-1"
-        assert record.perceived == expected
+        assert record.experiment.label == "scene-noisy-missing-0.3-seed-1"
+        assert read_summary(record, "perception", Perceived) == expected
         assert expected.missing > 0

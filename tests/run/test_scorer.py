@@ -231,7 +231,8 @@ def test_a_log_cannot_hide_the_rules_of_its_episodes() -> None:
         "tokens-9": "budget-none_until-goal",
         "budget-none_tokens-9_until-goal": "budget-none_tokens-9_until-goal",
     }.items():
-        about = {"experiment": {"effort": "high", "rules": stated}}
+        older = {"effort": "high", "rules": stated}
+        about = {"experiment": older if stated else {"agent": older}}
         found = [with_experiment(record, suite, about, 1).experiment for record in records]
         assert found == [
             Experiment(harness="mine", effort="high", rules=rules),

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from abilities.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scorer
-from eai.abilities.experiment import Experiment
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.trial import Trial
 from eai.base.errors import InputError
 from eai.cli import app
@@ -26,19 +26,19 @@ from eai.studies.records import Records
 from record_files import write_records
 from studies.told import told_tables
 
-EXPLAINED = Experiment(2, feedback="explained")
+EXPLAINED = AttemptOptions(2, feedback="explained")
 NONE = replace(EXPLAINED, feedback="none")
 RIGHT, EARLY, MISSED, UNREADABLE = plan(*BOTH), plan(LAMP, TORCH), plan(SHED, BOX, TORCH), "no plan"
 
 
-def run_of(experiment: Experiment, answers: Sequence[Sequence[str]]) -> list[Record]:
+def run_of(options: AttemptOptions, answers: Sequence[Sequence[str]]) -> list[Record]:
     """A run of one task under many names, each with its answers."""
     records = []
     for number, given in enumerate(answers):
-        trial = Trial(scorer(), experiment)
+        trial = Trial(scorer(), options)
         for text in given:
             trial.take(text)
-        record = record_of_trial(SUITE, experiment, "m", "both", tuple(trial.attempts))
+        record = record_of_trial(SUITE, options, "m", "both", tuple(trial.attempts))
         records.append(replace(record, task_id=f"{number}", task=None))
     return records
 
@@ -95,7 +95,7 @@ def test_what_became_of_each_kind_of_first_failure() -> None:
 
 
 def test_several_seeds_are_one_arm_whose_unit_is_still_the_task() -> None:
-    slipping = Experiment(1, "continue", "state", slip=0.2)
+    slipping = AttemptOptions(1, "continue", "state", slip=0.2)
     one, two = (run_of(replace(slipping, slip_seed=seed), [[plan(*BOTH)]]) for seed in (1, 2))
     (arm,) = arms_of([one, two])
     assert list(arm.runs) == [1, 2]

@@ -1,7 +1,7 @@
 """Feedback: what a model is asked after it has failed, as text from templates.
 
-How much it hears is the experiment's choice (`eai.abilities.experiment.Feedback`); the words are those of
-the files in ``templates/feedback``, of which each kind of error has one.
+`eai.abilities.attempt_options.Feedback` lists how much it hears. The words are those of the files in
+``templates/feedback``, of which each kind of error has one.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from eai.abilities.attempt import Attempt
-from eai.abilities.experiment import Experiment
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
 from eai.abilities.reports import UNTOLD
 from eai.abilities.trial import Trial
@@ -61,7 +61,7 @@ class Asker:
 
     def question(self, trial: Trial) -> Prompt:
         """The next question."""
-        prompt, chosen = self.prompt_of(trial.task.id), trial.experiment
+        prompt, chosen = self.prompt_of(trial.task.id), trial.options
         if not trial.attempts or chosen.feedback == "none":
             return prompt
         if chosen.form == "chat":
@@ -76,14 +76,14 @@ class Asker:
     def _conversation(self, prompt: Prompt, trial: Trial) -> Prompt:
         """The first question with all answers and what was said to each; of the state only what it is now."""
         said = [self._reply(number, trial) for number in range(1, len(trial.attempts) + 1)]
-        if trial.experiment.world == "continue":
+        if trial.options.world == "continue":
             said[-1] = "\n\n".join([part for part in (said[-1], self._now(trial)) if part])
         answers = [each.response for each in trial.attempts]
         return replace(prompt, turns=tuple(zip(answers, said, strict=True)))
 
     def _reply(self, number: int, trial: Trial) -> str:
         """The reply to one answer in a conversation."""
-        chosen = trial.experiment
+        chosen = trial.options
         values = {"world": self._text(chosen.world), "again": self._text(f"again_{chosen.world}")}
         if chosen.feedback == "state":
             return " ".join(values.values())
@@ -100,7 +100,7 @@ class Asker:
             )
             for number, each in enumerate(trial.attempts, 1)
         ]
-        world = trial.experiment.world
+        world = trial.options.world
         return self._fill(
             "prompt",
             world=self._text(world),
@@ -110,12 +110,12 @@ class Asker:
 
     def _reasons(self, number: int, trial: Trial) -> str:
         attempt, goals = trial.attempts[number - 1], trial.told[number - 1]
-        reasons = self._each_reason(attempt, goals, trial.experiment)
+        reasons = self._each_reason(attempt, goals, trial.options)
         lines = "\n".join([f"- {reason}" for reason in reasons])
         return self._fill("reasons", number=str(number), reasons=lines)
 
     def _each_reason(
-        self, attempt: Attempt, goals: Sequence[GoalReport], chosen: Experiment
+        self, attempt: Attempt, goals: Sequence[GoalReport], chosen: AttemptOptions
     ) -> Iterator[str]:
         """Why an attempt failed: the steps that were not executed, and the goals that were missed."""
         error, explanation = attempt.verdict.error, attempt.explanation or Explanation()
@@ -177,5 +177,5 @@ class Asker:
 
 def _tells_present_world(trial: Trial) -> bool:
     """Whether the next question tells of the world as it is now."""
-    chosen = trial.experiment
+    chosen = trial.options
     return bool(trial.attempts) and chosen.world == "continue" and chosen.feedback != "none"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from eai.abilities.attempt import Attempt
-from eai.abilities.experiment import Experiment
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import GoalReport
 from eai.abilities.notation.plans import Course
 from eai.abilities.reports import goal_reports
@@ -28,7 +28,7 @@ class Trial:
 
     Args:
         scorer: the scorer of the task.
-        experiment: how many attempts there are, and in what world.
+        options: how many attempts there are, and in what world.
         epoch: which of several repetitions of the trial this is.
         stated: the task with the goals that questions state instead of its own; None for its own.
 
@@ -41,17 +41,17 @@ class Trial:
     """
 
     def __init__(
-        self, scorer: PlanScorer, experiment: Experiment, epoch: int = 1, stated: Task | None = None
+        self, scorer: PlanScorer, options: AttemptOptions, epoch: int = 1, stated: Task | None = None
     ) -> None:
-        self.experiment = experiment
+        self.options = options
         self.attempts: list[Attempt] = []
         self.told: list[Sequence[GoalReport]] = []
         self._stated = None if stated is None else _StatedGoals.of(scorer.task, stated)
         self.scorer = scorer
         self.luck = None
-        if experiment.slip:
-            seed, notice = experiment.slip_seed or 0, experiment.notice
-            self.luck = Luck(experiment.slip, scorer.task.id, seed=seed, epoch=epoch, notice=notice)
+        if options.slip:
+            seed, notice = options.slip_seed or 0, options.notice
+            self.luck = Luck(options.slip, scorer.task.id, seed=seed, epoch=epoch, notice=notice)
         self.episode = self.begin()
 
     @property
@@ -68,13 +68,13 @@ class Trial:
         if not self.attempts:
             return False
         verdict = self.attempts[-1].verdict
-        used_up = len(self.attempts) > self.experiment.replans
+        used_up = len(self.attempts) > self.options.replans
         return used_up or bool(verdict.success) or verdict.excluded is not None
 
     @property
     def done(self) -> tuple[Action, ...]:
         """The actions that have been executed in the world in which the next attempt begins."""
-        return self.episode.trajectory.executed if self.experiment.world == "continue" else ()
+        return self.episode.trajectory.executed if self.options.world == "continue" else ()
 
     @property
     def remaining(self) -> Task:
@@ -83,7 +83,7 @@ class Trial:
         Its goals are those that questions state.
         """
         task = self.task if self._stated is None else replace(self.task, goals=self._stated.goals, hazards=())
-        if self.experiment.world == "restart":
+        if self.options.world == "restart":
             return task
         return replace(task, initial=self.episode.state, goals=remaining_goals(task, _names(self.done)))
 
@@ -95,7 +95,7 @@ class Trial:
         """
         if self.over:
             raise ValueError(f"the trial of {self.task.id} is over")
-        if self.attempts and self.experiment.world == "restart":
+        if self.attempts and self.options.world == "restart":
             self.episode = self.begin()
         start = len(self.episode.trajectory.steps)
         scorer, empty = self.scorer, PlanVerdict()
@@ -122,7 +122,7 @@ class Trial:
     def carry_out(self, actions: tuple[Action, ...]) -> Course:
         """The course of a plan in the world as it is now."""
         start, before = len(self.episode.trajectory.steps), self.episode.trajectory.executed
-        until = self.reached if self.experiment.until == "goal" else None
+        until = self.reached if self.options.until == "goal" else None
         ended = self.episode.run(actions, until)
         trajectory, slipped = self.episode.since(start), isinstance(ended, Slip)
         return Course(trajectory, _names(before), slipped=slipped, whole=self.episode.trajectory)

@@ -7,7 +7,8 @@ from typing import Literal, TypeAlias
 from pydantic import Field, model_validator
 from typing_extensions import Self
 
-from eai.abilities.experiment import MAX_BUDGET, MAX_STEPS, Until
+from eai.abilities.attempt_options import Until
+from eai.abilities.experiment import MAX_BUDGET, MAX_STEPS
 from eai.base.errors import InputError
 from eai.results.reward import Shaping
 from eai.tasks.options import Options

@@ -15,7 +15,7 @@ from eai.abilities.protocol import registered_protocols
 from eai.base.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
-    from eai.abilities.experiment import Experiment
+    from eai.abilities.attempt_options import AttemptOptions
     from eai.abilities.protocol import Ability
     from eai.abilities.trial import Trial
     from eai.abilities.verdict import PlanVerdict, Verdict
@@ -30,8 +30,8 @@ class Implementation:
     Attributes:
         open_suite: opens a suite with the protocol's readers, goal tests and counters; InputError where it
             does not score the benchmark.
-        experiment: the experiment of its published script, with which probability and seed actions fail,
-            and with how many further attempts (the script's number if 0).
+        attempts: returns the options of attempts in its published script, given the probability and the seed
+            with which actions fail, and the number of further attempts (the script's number if 0).
         trial: how that script carries out plans.
         as_asked: returns the verdict on a task by the goals that the prompts of published runs stated.
         as_counted: returns the verdicts on the attempts of an experiment with errors counted as that script
@@ -40,7 +40,7 @@ class Implementation:
     """
 
     open_suite: Opener
-    experiment: Callable[[float, int, int], Experiment]
+    attempts: Callable[[float, int, int], AttemptOptions]
     trial: type[Trial]
     as_asked: Callable[[TaskReference, Verdict], Verdict]
     as_counted: Callable[[Sequence[PlanVerdict], int], Sequence[PlanVerdict]]
@@ -76,10 +76,10 @@ def preset(name: str) -> Implementation:
     return implementation
 
 
-def preset_experiment(name: str, slip: float, slip_seed: int, replans: int) -> Experiment | None:
-    """The experiment of a preset; None if it has no name.
+def preset_attempts(name: str, slip: float, slip_seed: int, replans: int) -> AttemptOptions | None:
+    """Return the attempts at a task in a preset, or None if the name is empty.
 
     Raises:
         InputError: there is no such preset.
     """
-    return preset(name).experiment(slip, slip_seed, replans) if name else None
+    return preset(name).attempts(slip, slip_seed, replans) if name else None

@@ -38,6 +38,8 @@ from eai.results.terminal import print_table
 from eai.run.job import Job, answers
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save
+from eai.studies.prompts.choice import of_prompts
+from eai.studies.registry import summarized
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
@@ -158,10 +160,10 @@ def run(
     console.note_planner([suite for suite, _ in chosen])
     first = _first_stage(order, chosen)
     save(spec, out)
-    outcomes, experiment = [], spec.variation.experiment
+    outcomes = []
     for suite, asked in chosen:
         of_suite = [
-            _obtain_and_score(order, endpoint, asked, suite, experiment, first)
+            _obtain_and_score(order, endpoint, asked, suite, first, studied=True)
             if target is None
             else _obtain_adaptively(order, endpoint, asked, suite)
             for endpoint in endpoints
@@ -212,22 +214,23 @@ def _obtain_and_score(
     endpoint: Endpoint,
     prompts: Mapping[str, Prompt],
     suite: Suite,
-    experiment: Experiment | None = None,
     first: Stage | None = None,
     epochs: int | None = None,
+    *,
+    studied: bool = False,
 ) -> SuiteResult:
     """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them.
 
     In a pipeline, and where a scene is perceived, they are answers to other prompts about the same tasks; a
     task without a first stage has no second one. There are as many answers to each task as the order asks
-    for, or ``epochs``.
+    for, or ``epochs``. Answers of an earlier stage are not ``studied``: they have no choices of studies.
     """
     from eai.run.tasks import experiment_of, obtain_answers, trials_of, write_scores
 
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
     about = {} if believed is None else believed.about
-    prompt_name, harness, effort = spec.prompts.label, None, spec.generation.reasoning_effort
+    harness, effort = None, spec.generation.reasoning_effort
     rules: str | None = None
     if declaration_of(suite.ability).takes_turns:
         from eai.agents.play import in_setting
@@ -235,10 +238,10 @@ def _obtain_and_score(
         asked, about = in_setting(spec.agent, asked, suite)
         rules = spec.agent.label or None
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
-    trials = trials_of(experiment, order.library, suite, asked, believed)
-    parts = [experiment, None if believed is None else believed.experiment]
-    parts += [Experiment(prompt_name=prompt_name), Experiment(rules=rules)]
-    parts.append(Experiment(harness=harness, effort=effort))
+    trials = trials_of(spec.variation.attempts if studied else None, order.library, suite, asked, believed)
+    of_studies = spec.experiment if studied else Experiment()
+    parts = [of_studies, None if believed is None else believed.experiment, of_prompts(spec.prompts.label)]
+    parts += [Experiment(rules=rules), Experiment(harness=harness, effort=effort)]
     job = Job(
         *(endpoint, suite, asked, epochs, spec.generation, spec.requests, trials, about),
         experiment=experiment_of([*parts[:-1], Experiment(effort=effort)]),
@@ -255,9 +258,8 @@ def _obtain_and_score(
             answers,
             failures={**answers.failures, **lacking},
             believed=believed,
-            prompt_name=prompt_name,
-            effort=effort,
-            rules=rules,
+            experiment=experiment_of([of_studies, *parts[2:-1], Experiment(effort=effort)]),
+            summarized=lambda record: summarized(record, suite, about.get(record.task_id, {})),
         )
         with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as report:
             result = settle(obtained, folder, suite, spec.scoring, report)

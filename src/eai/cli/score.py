@@ -268,6 +268,7 @@ def _finish_of(share: _Share) -> Callable[[Record], Record] | None:
     if share.goals is None and share.prompt_name is None:
         return share.logged
     from eai.results.epochs import finished
+    from eai.studies.prompts.choice import of_prompts
 
     believed, suite = None, share.suite
     if share.goals is not None:
@@ -275,7 +276,7 @@ def _finish_of(share: _Share) -> Callable[[Record], Record] | None:
 
         goals = (suite.benchmark, suite.ability, suite.source, share.answers.model)
         believed = replace(read_believed(share.goals, *goals), beliefs={}, about={})
-    mark = partial(finished, believed=believed, prompt_name=share.prompt_name)
+    mark = partial(finished, believed=believed, experiment=of_prompts(share.prompt_name))
     return mark if share.logged is None else partial(_in_turn, share.logged, mark)
 
 

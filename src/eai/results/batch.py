@@ -244,7 +244,7 @@ def _made_by(ability: Ability, answers: ResponseFile) -> Experiment:
 def _marked(record: Record, first: Experiment) -> Record:
     """Return a record with the harness and the rules of its answer, or else of the answers beside it."""
     own = declaration_of(record.ability).made_by(record.response) or first
-    return record.varied(harness=own.harness or first.harness, rules=own.rules)
+    return record.varied(replace(own, harness=own.harness or first.harness))
 
 
 def score_run(

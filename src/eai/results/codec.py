@@ -8,31 +8,34 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import is_dataclass
+from dataclasses import is_dataclass, replace
 from enum import Enum
 from functools import cache
 from operator import attrgetter
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
 from eai.abilities.attempt import Attempt
+from eai.abilities.attempt_options import STUDY, AttemptOptions
 from eai.abilities.declaration import declaration_of
-from eai.abilities.experiment import Experiment
+from eai.abilities.experiment import Experiment, StudyChoice
 from eai.abilities.explanation import Explanation, Statement
 from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError
 from eai.base.json_value import Json
-from eai.results.record import Origin, Record, Stated
+from eai.results.older_records import NAMES, older_experiment, older_summaries
+from eai.results.record import Origin, Record
 from eai.tasks.options import misfit
 from eai.tasks.share import GoalTallies
 
-SCHEMA = 3
+SCHEMA = 4
 """The version of the record format."""
 
-READABLE = (2, SCHEMA)
+READABLE = (2, 3, SCHEMA)
 """The versions that are read."""
 
 _HALVES = ("goals", "partial")
@@ -69,11 +72,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "suite_size": record.suite_size,
     }
     if record.experiment is not None:
-        stated = {} if record.stated is None else dataclass_to_json(record.stated)
-        stated = {name: value for name, value in stated.items() if value is not None}
-        written["experiment"] = {**experiment_to_json(record.experiment), **stated}
-    if record.perceived is not None:
-        written["perceived"] = dataclass_to_json(record.perceived)
+        written |= experiment_to_json(record.experiment, record.summaries)
     if record.attempts:
         written["attempts"] = [_attempt_to_json(attempt) for attempt in record.attempts]
     if record.origin is not None:
@@ -89,18 +88,69 @@ def _features_to_json(task: TaskFeatures) -> dict[str, Json]:
     return {name: value for name, value in dataclass_to_json(task).items() if (name, value) not in absent}
 
 
-def experiment_to_json(experiment: Experiment) -> dict[str, Json]:
-    """An experiment as records and summaries have it: what kind it is, and its fields."""
-    return {"name": experiment.name, **dataclass_to_json(experiment)}
+def experiment_to_json(
+    experiment: Experiment, summaries: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
+) -> dict[str, Json]:
+    """Return the fields ``study`` and ``agent`` of records and summaries, each only if there is a choice.
+
+    Args:
+        experiment: the experiment.
+        summaries: what studies say of one answer, by the name of the study.
+    """
+    study: dict[str, Json] = {}
+    for name, choice in experiment.ordered.items():
+        summary = {"summary": _plain(summaries[name])} if name in summaries else {}
+        study[name] = {"label": choice.label, "options": _plain(choice.options), **summary}
+    agent = {name: getattr(experiment, name) for name in ("harness", "effort", "rules")}
+    fields = (("study", study, study), ("agent", agent, experiment.agent))
+    return {name: value for name, value, is_chosen in fields if is_chosen}
 
 
-def experiment_from_json(values: Mapping[str, Any]) -> Experiment:
-    """The experiment that a JSON object is.
+def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
+    """Return the experiment with these fields, or None if they have no choice.
 
     Raises:
-        InputError: it is none; the message names the field.
+        InputError: a field has another type; the message names it.
     """
-    return _read(Experiment, values, "experiment")
+    if not values:
+        return None
+    if values.keys() & {"study", "agent"}:
+        study = _read(dict[str, StudyChoice], values.get("study") or {}, "study")
+        agent = _read(dict[str, Any], values.get("agent") or {}, "agent")
+        if STUDY in study:
+            _read(AttemptOptions, study[STUDY].options, f"study.{STUDY}.options")
+        experiment = _read(Experiment, {**agent, "study": study}, "agent")
+    else:
+        chosen = {name: values[name] for name in NAMES if values.get(name) is not None}
+        names = _read(dict[str, str], chosen, "experiment")
+        experiment = older_experiment(names, _read(AttemptOptions, values, "experiment"))
+    places = enumerate(experiment.study.items())
+    ordered = {name: replace(choice, place=place, summary={}) for place, (name, choice) in places}
+    return None if experiment == Experiment() else replace(experiment, study=ordered)
+
+
+def _experiment(values: Mapping[str, Any]) -> Experiment | None:
+    older = _read(dict[str, Any], values.get("experiment") or {}, "experiment")
+    return experiment_from_json(
+        older or {name: values[name] for name in ("study", "agent") if values.get(name)}
+    )
+
+
+def _summaries(values: Mapping[str, Any]) -> Mapping[str, Mapping[str, Any]]:
+    if not values.get("study"):
+        return older_summaries(values)
+    parts = _read(dict[str, dict[str, Any]], values["study"], "study")
+    return {name: part["summary"] for name, part in parts.items() if part.get("summary")}
+
+
+def read_summary(record: Record, study: str, kind: type[T]) -> T | None:
+    """Return what a study says of an answer as a value of the study's type, or None if it says nothing.
+
+    Raises:
+        InputError: the summary is no such value.
+    """
+    summary = record.summaries.get(study)
+    return None if summary is None else _read(kind, summary, f"study.{study}.summary")
 
 
 def _attempt_to_json(attempt: Attempt) -> dict[str, Json]:
@@ -174,7 +224,8 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
             "verdict": _verdict(values, ability, 0 if origin is None else len(origin.answer_repairs)),
             "origin": origin,
             "explanation": _explanation(values.get("explanation")),
-            "stated": _stated(values),
+            "experiment": _experiment(values),
+            "summaries": _summaries(values),
             "attempts": _attempts(values, ability),
         },
     )
@@ -270,13 +321,6 @@ def _attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...
 def _origin(values: Mapping[str, Any]) -> Origin | None:
     known = {name: values[name] for name in _names(Origin) if name in values}
     return _read(Origin, known) if known else None
-
-
-def _stated(values: Mapping[str, Any]) -> Stated | None:
-    """The goals that a question stated, which stand with the experiment."""
-    experiment = values.get("experiment")
-    known = isinstance(experiment, dict) and "goals_sha256" in experiment
-    return _read(Stated, experiment, "experiment") if known else None
 
 
 def _present(values: Mapping[str, Any], name: str) -> Any:

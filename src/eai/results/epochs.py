@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 from operator import attrgetter
 from pathlib import Path
+from typing import Any
 
 from eai.abilities.answer_text import ANY_VALUE, Pairs, Reading, read_json
 from eai.abilities.attempt import Attempt, Usage
@@ -30,7 +31,7 @@ from eai.results.certainty import Cases
 from eai.results.codec import dataclass_to_json, sha256_of
 from eai.results.cost import per_success, per_success_to_json
 from eai.results.options import ScoringOptions
-from eai.results.record import Origin, Perceived, Record, Stated
+from eai.results.record import Origin, Record
 from eai.results.records import part_of, write_parts
 from eai.results.repeats import passes, passes_to_json, repeated_metric
 from eai.results.responses import Response, ResponseFile, attempt_name, write_responses
@@ -98,8 +99,7 @@ class Believed:
         experiment: the experiment of a run that asks so.
         lacking: why a task without a belief is not asked.
         about: the metadata of questions for built-in models, by task.
-        stated: the stated goals as records have them, by task.
-        perceived: how wrong the perceived scenes are, by task.
+        summaries: what studies say of answers to these questions, by task and study.
         look: how a scene that has changed is perceived; None if it is told as it is.
     """
 
@@ -107,8 +107,7 @@ class Believed:
     experiment: Experiment
     lacking: str
     about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    stated: Mapping[str, Stated] = field(default_factory=dict)
-    perceived: Mapping[str, Perceived] = field(default_factory=dict)
+    summaries: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     look: Look | None = None
 
     def combined(self, goals: Believed) -> Believed:
@@ -123,15 +122,17 @@ class Believed:
             self.experiment.combined(goals.experiment),
             f"{self.lacking}, or {goals.lacking}",
             {i: {**self.about.get(i, {}), **goals.about.get(i, {})} for i in shared},
-            {**self.stated, **goals.stated},
-            {**self.perceived, **goals.perceived},
+            {
+                i: _merged(self.summaries.get(i, {}), goals.summaries.get(i, {}))
+                for i in {**self.summaries, **goals.summaries}
+            },
             goals.look or self.look,
         )
 
     @property
     def goals(self) -> dict[str, Task]:
         """The tasks with the goals that questions state instead of their own, by id."""
-        return {i: self.beliefs[i].task for i in self.stated if i in self.beliefs}
+        return {i: each.task for i, each in self.beliefs.items() if STATED in self.about.get(i, {})}
 
     def prompts(self, library: Library, suite: Suite, task_ids: Iterable[str]) -> dict[str, Prompt]:
         """The questions of those of the tasks that have a belief.
@@ -145,14 +146,20 @@ class Believed:
 
     def marked(self, record: Record) -> Record:
         """The record of an answer to such a question."""
-        stated, perceived = self.stated.get(record.task_id), self.perceived.get(record.task_id)
         varied = (record.experiment or Experiment()).combined(self.experiment)
-        return replace(record, experiment=varied, stated=stated, perceived=perceived)
+        summaries = _merged(record.summaries, self.summaries.get(record.task_id, {}))
+        return replace(record, experiment=varied, summaries=summaries)
 
 
-def finished(record: Record, believed: Believed | None, prompt_name: str | None) -> Record:
-    """A record with what its question stated, and what its prompts are called."""
-    return (record if believed is None else believed.marked(record)).varied(prompt_name=prompt_name)
+def _merged(
+    one: Mapping[str, Mapping[str, Any]], other: Mapping[str, Mapping[str, Any]]
+) -> dict[str, Mapping[str, Any]]:
+    return {name: {**one.get(name, {}), **other.get(name, {})} for name in {**one, **other}}
+
+
+def finished(record: Record, believed: Believed | None, experiment: Experiment) -> Record:
+    """Return a record with what its question stated and the choices of its run."""
+    return (record if believed is None else believed.marked(record)).varied(experiment)
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,9 +177,8 @@ class Obtained:
         tried: in an experiment all attempts, by task and epoch.
         believed: what the questions stated in the place of the facts: goals in a pipeline, perceived scenes;
             ``failures`` has the tasks without any.
-        prompt_name: what the prompts are called; None if they have no name.
-        effort: how much the model was to reason; None for the provider's default.
-        rules: the rules of the game, as far as they differ from the standard setting.
+        experiment: further choices of the run, as records have them.
+        summarized: adds the summaries of studies to a record.
         log: Inspect's log of all answers, those included that were in the journal before.
     """
 
@@ -185,9 +191,8 @@ class Obtained:
     trials: Trials | None = None
     tried: Mapping[Place, Sequence[Attempt]] = field(default_factory=dict)
     believed: Believed | None = None
-    prompt_name: str | None = None
-    effort: str | None = None
-    rules: str | None = None
+    experiment: Experiment = field(default_factory=Experiment)
+    summarized: Callable[[Record], Record] = replace
     log: Path = Path()
 
 
@@ -347,21 +352,19 @@ def _records(
         if not scoring.explanations:
             records = [record.without_explanations() for record in records]
         _write_attempts(folder, obtained.name, records)
-    if obtained.believed is not None:
-        records = [*map(obtained.believed.marked, records)]
-    choices = {"prompt_name": obtained.prompt_name, "effort": obtained.effort, "rules": obtained.rules}
-    return [_with_origin(record, obtained, answers).varied(**choices) for record in records]
+    records = [finished(record, obtained.believed, obtained.experiment) for record in records]
+    return [obtained.summarized(_with_origin(record, obtained, answers)) for record in records]
 
 
 def _tried(
     obtained: Obtained, trials: Trials, answers: Mapping[str, Answer], lacking: Iterable[Record]
 ) -> list[Record]:
     """The records of an experiment; ``answers`` are the last ones of the trials that count."""
-    suite, experiment = trials.suite, trials.experiment
-    found = {record.task_id: replace(record, experiment=experiment) for record in lacking}
+    suite, options = trials.suite, trials.options
+    found = {record.task_id: replace(record, experiment=options.experiment) for record in lacking}
     for task_id, answer in answers.items():
         attempts = obtained.tried[task_id, answer.epoch]
-        found[task_id] = record_of_trial(suite, experiment, obtained.name, task_id, attempts)
+        found[task_id] = record_of_trial(suite, options, obtained.name, task_id, attempts)
     return [found[task_id] for task_id in suite.task_ids if task_id in found]
 
 

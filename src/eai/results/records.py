@@ -140,7 +140,7 @@ def write_parts(
     return totals
 
 
-_IF_ANY = frozenset({"experiment", "planner", "run", "by_attempt"})
+_IF_ANY = frozenset({"planner", "run", "by_attempt"})
 """The fields of a summary that are left out where there is nothing to say."""
 
 
@@ -153,7 +153,7 @@ def _summary(
         "domain": first.domain,
         "ability": first.ability.value,
         "model": first.model,
-        "experiment": None if first.experiment is None else experiment_to_json(first.experiment),
+        **({} if first.experiment is None else experiment_to_json(first.experiment)),
         "data_sha256": first.data_sha256,
         "errata": None if errata is None else errata.to_json(),
         "coverage": totals.coverage.to_json(),

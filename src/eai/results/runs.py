@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 from urllib.parse import urlencode
 
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol, place_of
@@ -118,10 +119,11 @@ def as_counted_in_paper(run: Run) -> Run:
         return run
 
     def as_counted(record: Record) -> Record:
-        if record.experiment is None or not record.attempts:
+        options = AttemptOptions.of(record.experiment)
+        if options is None or not record.attempts:
             return record
         verdicts = [attempt.verdict for attempt in record.attempts]
-        counted = protocol.as_counted(verdicts, record.experiment.replans)
+        counted = protocol.as_counted(verdicts, options.replans)
         pairs = zip(record.attempts, counted, strict=True)
         attempts = tuple([replace(attempt, verdict=verdict) for attempt, verdict in pairs])
         return replace(record, attempts=attempts, verdict=counted[-1])
@@ -200,7 +202,7 @@ def _log_beside(records: Path) -> LogPlace | None:
 def address_of(record: Record) -> str:
     """The part of an address that shows a record in the explorer of a report."""
     made = declaration_of(record.ability).made_by(record.response)
-    key = _key(record if made is None else record.varied(harness=made.harness, rules=made.rules))
+    key = _key(record if made is None else record.varied(made))
     run = f"{key.domain}/{key.ability.value}/{key.protocol.value}/{key.name}"
     return f"explorer.html#{urlencode({'run': run, 'task': record.task_id})}"
 

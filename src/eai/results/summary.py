@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias, cast
 
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import AnswerOutcome, declaration_of, the_four
 from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
 from eai.abilities.protocol import FOUR, Ability
@@ -137,7 +138,8 @@ def most_attempts(records: Sequence[Record]) -> int:
     """How many attempts the tasks of a run could have; 0 where answers were not carried out."""
     if not any(record.attempts for record in records):
         return 0
-    return max(1 + record.experiment.replans for record in records if record.experiment is not None)
+    known = [AttemptOptions.of(record.experiment) for record in records]
+    return max([1 + options.replans for options in known if options is not None])
 
 
 def by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rate]]:

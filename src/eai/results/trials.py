@@ -8,7 +8,7 @@ from functools import partial
 from typing import TypeAlias
 
 from eai.abilities.attempt import Attempt, Usage
-from eai.abilities.experiment import Experiment
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.feedback import Asker
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer
@@ -104,7 +104,7 @@ class Inquiry:
     @property
     def done(self) -> tuple[Action, ...]:
         """The actions executed in the world that the question is about, if it says how that is now."""
-        if self._trial is None or self._trial.experiment.feedback == "none":
+        if self._trial is None or self._trial.options.feedback == "none":
             return ()
         return self._trial.done
 
@@ -134,44 +134,44 @@ class Trials:
 
     Attributes:
         suite: the suite, as it reads answers.
-        experiment: the experiment, as records have it.
+        options: how many attempts there are, and in what world.
         asker: what asks.
         stated: by id, tasks with the goals that questions state instead of the tasks' own.
     """
 
     suite: Suite
-    experiment: Experiment
+    options: AttemptOptions
     asker: Asker
     stated: Mapping[str, Task] = field(default_factory=dict)
 
     def inquiry(self, task_id: str, epoch: int = 1) -> Inquiry:
         """A task as it is put to a model."""
-        trial = begin_trial(self.suite, self.experiment, task_id, epoch, self.stated.get(task_id))
+        trial = begin_trial(self.suite, self.options, task_id, epoch, self.stated.get(task_id))
         return Inquiry(partial(self.asker.question, trial), trial, partial(self.asker.about, trial))
 
 
 def replay(
-    suite: Suite, experiment: Experiment, task_id: str, answers: Iterable[str], epoch: int = 1
+    suite: Suite, options: AttemptOptions, task_id: str, answers: Iterable[str], epoch: int = 1
 ) -> tuple[Attempt, ...]:
     """The outcomes of answers that were given before.
 
     Args:
         suite: the suite, as it reads answers to such questions (`Suite.over`).
-        experiment: the experiment.
+        options: how many attempts there are, and in what world.
         task_id: the task.
         answers: the answers, in order.
         epoch: which epoch they are of.
     """
-    trial = begin_trial(suite, experiment, task_id, epoch)
+    trial = begin_trial(suite, options, task_id, epoch)
     for text in answers:
         trial.take(text)
     return tuple(trial.attempts)
 
 
 def begin_trial(
-    suite: Suite, experiment: Experiment, task_id: str, epoch: int = 1, stated: Task | None = None
+    suite: Suite, options: AttemptOptions, task_id: str, epoch: int = 1, stated: Task | None = None
 ) -> Trial:
-    """A new trial of a task, in the way of the experiment's preset or in ours.
+    """A new trial of a task, in the way of a preset or in ours.
 
     ``stated`` has the goals that questions state instead of the task's own.
 
@@ -181,12 +181,12 @@ def begin_trial(
     scorer = suite.scorer(task_id)
     if not isinstance(scorer, PlanScorer):
         raise InputError(f"{suite.domain} {suite.ability.value} has no plans to carry out")
-    kind = Trial if experiment.preset is None else preset(experiment.preset).trial
-    return kind(scorer, experiment, epoch, stated)
+    kind = Trial if options.preset is None else preset(options.preset).trial
+    return kind(scorer, options, epoch, stated)
 
 
 def record_of_trial(
-    suite: Suite, experiment: Experiment, model: str, task_id: str, attempts: Sequence[Attempt]
+    suite: Suite, options: AttemptOptions, model: str, task_id: str, attempts: Sequence[Attempt]
 ) -> Record:
     """The record of a task that was tried: its verdict is that of the last attempt."""
     last = attempts[-1]
@@ -198,14 +198,14 @@ def record_of_trial(
         last.verdict,
         explanation=last.explanation,
         task=suite.features(task_id),
-        experiment=experiment,
+        experiment=options.experiment,
         attempts=tuple(attempts),
     )
 
 
 def open_trials(
     suite: Suite,
-    experiment: Experiment,
+    options: AttemptOptions,
     asker: Asker,
     task_ids: Iterable[str],
     stated: Mapping[str, Task] | None = None,
@@ -223,4 +223,4 @@ def open_trials(
             f"{suite.domain} {suite.ability.value}: only plans are carried out, attempt by attempt"
         )
     together = suite.over([asker.prompt_of(task_id).user for task_id in task_ids])
-    return Trials(together, experiment, asker, stated or {})
+    return Trials(together, options, asker, stated or {})

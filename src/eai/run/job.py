@@ -153,7 +153,7 @@ class Job:
         requests = [(name, self.request_sha256(name, prompt)) for name, prompt in self.prompts.items()]
         decisive: list[Json] = [self.epochs, requests]
         if self.trials is not None:
-            decisive.append([self.trials.experiment.label, self.trials.suite.protocol.value])
+            decisive.append([self.trials.options.label, self.trials.suite.protocol.value])
         return sha256_of(json.dumps(decisive))
 
     def inquiry(self, task_id: str, epoch: int) -> Inquiry:

@@ -29,6 +29,7 @@ from inspect_ai.scorer import (
 )
 from inspect_ai.solver import TaskState
 
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.abilities.experiment import RULES_SEPARATOR, Experiment
 from eai.abilities.explanation import Explanation, PartReport, StepReport
@@ -42,7 +43,7 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import Scoring
 from eai.results.codec import experiment_from_json, record_from_json, record_to_json
-from eai.results.epochs import STATED, SUBGOALS, majority
+from eai.results.epochs import majority
 from eai.results.record import Record
 from eai.results.responses import Response
 from eai.results.runs import address_of
@@ -50,7 +51,7 @@ from eai.results.summary import outcome, summarise
 from eai.results.trials import record_of_trial, replay
 from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS
-from eai.studies.perception.scene_graph import SCENE
+from eai.studies.registry import summarized
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 _MARK = {True: "✓", False: "✗"}
@@ -194,34 +195,15 @@ def with_experiment(record: Record, suite: Suite, about: Mapping[str, Any], epoc
     written = about.get(EXPERIMENT)
     if written is None:
         return record
-    experiment, task_id = _with_rules(experiment_from_json(written), record), record.task_id
+    stated = experiment_from_json(written) or Experiment()
+    experiment, task_id = _with_rules(stated, record), record.task_id
     if record.unanswered is not None:
         return replace(record, experiment=experiment)
-    if experiment.acts:
-        attempts = replay(suite, experiment, task_id, about[ANSWERS], epoch)
-        record = record_of_trial(suite, experiment, record.model, task_id, attempts)
-    marked = replace(record, experiment=experiment)
-    scenes = None
-    if experiment.scene is not None and SCENE in about:
-        from eai.studies.perception.scenes import listed_scenes
-
-        scenes = listed_scenes(experiment.scene, suite, {task_id: about[SCENE]})
-        marked = scenes.marked(marked)
-    if experiment.goals_from is None:
-        return marked
-    from eai.studies.pipeline.stage_one import believe, with_subgoals
-
-    stated = experiment.goals_from, {task_id: about[STATED]}
-    believed = believe(stated, suite.benchmark, suite.source)
-    if scenes is not None:
-        believed = scenes.combined(believed)
-    if experiment.subgoals_from is not None:
-        subgoals = open_suite(
-            suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
-        )
-        listed = experiment.subgoals_from, {task_id: about[SUBGOALS]}
-        believed = believed.combined(with_subgoals(believed, listed, subgoals))
-    return believed.marked(marked)
+    options = AttemptOptions.of(experiment)
+    if options is not None:
+        attempts = replay(suite, options, task_id, about[ANSWERS], epoch)
+        record = record_of_trial(suite, options, record.model, task_id, attempts)
+    return summarized(replace(record, experiment=experiment), suite, about)
 
 
 Logged: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]

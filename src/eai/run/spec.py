@@ -17,6 +17,7 @@ from typing import Annotated
 from pydantic import BeforeValidator, Field, JsonValue, model_validator
 from typing_extensions import Self
 
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import FOUR, Ability
 from eai.agents.setting import STANDARD, Setting
 from eai.base.errors import InputError, did_you_mean
@@ -184,6 +185,13 @@ class RunSpec(Options):
             InputError: two of them contradict each other.
         """
         return combine([self.studies[each.key] for each in studies_of_runs() if each.key in self.studies])
+
+    @property
+    def experiment(self) -> Experiment:
+        """The choices of studies in records, without those that a stage before the questions states."""
+        variations = {each.name: self.studies.get(each.key, Variation()) for each in studies_of_runs()}
+        chosen = {name: each.recorded(name) for name, each in variations.items() if each.choice}
+        return Experiment({name: choice for name, choice in chosen.items() if choice is not None})
 
     @property
     def tables(self) -> dict[str, dict[str, JsonValue]]:

@@ -29,6 +29,7 @@ from inspect_ai.solver import Solver
 from inspect_ai.util import registry_info
 from rich.text import Text
 
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
@@ -55,6 +56,7 @@ from eai.run.journal import Desk, Journal, Watch
 from eai.run.scorer import EXPERIMENT, SCORERS, Logged, record_in_log, score_of
 from eai.run.solver import ask, ask_as_published, messages_of, without_odd_usage
 from eai.run.spec import read_spec, study_of
+from eai.studies.prompts.choice import of_prompts
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import ErrataChoice, Source
@@ -97,7 +99,8 @@ def build_task(
     book = open_answer_book(benchmark, ability, source)
     gold = {task_id: book[task_id].text for task_id in book if task_id in prompts}
     of_all = {"domain": benchmark.reference, "ability": ability.value, ERRATA: source.errata.value}
-    of_experiment = {} if experiment is None else {EXPERIMENT: experiment_to_json(experiment)}
+    choices = {} if experiment is None else experiment_to_json(experiment)
+    of_experiment = {EXPERIMENT: choices} if choices else {}
     samples = []
     for task_id, prompt in prompts.items():
         known = {**of_all, "task_id": task_id, **(about or {}).get(task_id, {})}
@@ -140,7 +143,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
                     **_of_sections(ability, studies),
                 }
             )
-            scoring, experiment = spec.scoring, spec.variation.experiment
+            scoring, experiment = spec.scoring, spec.experiment
             source = Source(planner=scoring.planner, errata=scoring.errata)
             suite = open_suite(find_benchmark(domain), ability, scoring.protocol, source=source)
             library = Library(spec.prompts.set, spec.prompts.folder, source)
@@ -151,18 +154,18 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
             stage = spec.variation.stage(library, {suite.domain: asked}, _ask_nobody)
             if takes_turns:
                 asked, about = in_setting(spec.agent, asked, suite)
-                experiment, solver = None, player()
+                experiment, solver = Experiment(), player()
             elif spec.variation.choice:
                 spec.variation.abilities([ability])
                 believed = None
                 if stage is not None:
                     asked, believed = _staged(stage, asked, suite)
                     about = believed.about
-                trials = trials_of(experiment, library, suite, asked, believed)
+                trials = trials_of(spec.variation.attempts, library, suite, asked, believed)
                 solver = ask_as_published(trials)
                 experiment = experiment_of([experiment, None if believed is None else believed.experiment])
             if not takes_turns:
-                experiment = experiment_of([experiment, Experiment(prompt_name=spec.prompts.label)])
+                experiment = experiment_of([experiment, of_prompts(spec.prompts.label)])
         task = build_task(suite, asked, solver, experiment=experiment, about=about)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
@@ -177,7 +180,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
 
 
 def trials_of(
-    experiment: Experiment | None,
+    options: AttemptOptions | None,
     library: Library,
     suite: Suite,
     asked: Mapping[str, Prompt],
@@ -188,15 +191,15 @@ def trials_of(
     Raises:
         InputError: answers are no plans.
     """
-    if experiment is None:
+    if options is None:
         return None
     look, goals = (None, {}) if believed is None else (believed.look, believed.goals)
     asker = library.asker(suite.benchmark, suite.ability, asked, look)
-    return open_trials(suite, experiment, asker, asked, goals)
+    return open_trials(suite, options, asker, asked, goals)
 
 
-def experiment_of(parts: Iterable[Experiment | None]) -> Experiment | None:
-    """Return the experiment that makes all choices of several; None if there is no choice.
+def experiment_of(parts: Iterable[Experiment | None]) -> Experiment:
+    """Return the experiment that makes all choices of several.
 
     Raises:
         InputError: two of them choose different values of the same field.
@@ -204,7 +207,7 @@ def experiment_of(parts: Iterable[Experiment | None]) -> Experiment | None:
     combined = Experiment()
     for part in parts:
         combined = combined.combined(part or Experiment())
-    return combined if combined.choices else None
+    return combined
 
 
 def _of_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

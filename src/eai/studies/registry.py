@@ -7,12 +7,18 @@ asked for is imported.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
+from typing import TYPE_CHECKING, Any
 
 from eai.base.entry_points import EntryPoint, entry_points_of
 from eai.base.errors import InputError, did_you_mean
 from eai.studies.study import Study
 from eai.studies.variation import Variation
+
+if TYPE_CHECKING:
+    from eai.benchmarks.suite import Suite
+    from eai.results.record import Record
 
 GROUP = "eai.studies"
 """The group of entry points."""
@@ -59,6 +65,25 @@ def find_study(name: str) -> Study:
     if not isinstance(value, Study):
         raise InputError(f"{name}: expected a Study, found {type(value).__name__}")
     return value
+
+
+def summarized(record: Record, suite: Suite, about: Mapping[str, Any]) -> Record:
+    """Return a record with the summary of each study that has none yet.
+
+    Args:
+        record: the record; without an answer it gets no summaries.
+        suite: the suite of the record.
+        about: the metadata of the question.
+    """
+    if record.unanswered is not None:
+        return record
+    summaries = {**record.summaries}
+    for name in record.study.keys() & _registered().keys() - summaries.keys():
+        summarize = find_study(name).summarize
+        summary = None if summarize is None else summarize(record, suite, about)
+        if summary:
+            summaries[name] = summary
+    return replace(record, summaries=summaries)
 
 
 @cache

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
     from eai.abilities.protocol import Ability, Protocol
     from eai.base.json_value import Json
+    from eai.benchmarks.suite import Suite
+    from eai.results.record import Record
     from eai.results.runs import RunKey
     from eai.results.table import Table
     from eai.studies.records import Records
@@ -63,6 +65,8 @@ class Study:
         choices: what its analysis can be asked for.
         analyze: makes its tables and figures of records; figures are drawn from more than tables print, so
             that one function makes both.
+        summarize: returns what records say of an answer besides their options: takes a record, its suite, and
+            the metadata of its question.
         together: whether it is one of those that ``eai analyze all`` makes of the same records.
     """
 
@@ -72,6 +76,7 @@ class Study:
     section: str = ""
     choices: type[Options] = Options
     analyze: Callable[[Records, Any], Iterator[Analysis]] | None = None
+    summarize: Callable[[Record, Suite, Mapping[str, Any]], Mapping[str, Json]] | None = None
     together: bool = False
 
     @property

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from pydantic import SerializeAsAny
 
-from eai.abilities.experiment import Experiment
+from eai.abilities.attempt_options import AttemptOptions
+from eai.abilities.experiment import SEPARATOR, StudyChoice, named
 from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.base.errors import InputError
 from eai.base.json_value import Json
@@ -133,14 +134,23 @@ class Variation(Options):
         """Return why a run cannot combine the choice with that of another study; empty if it can."""
         if self.states and self.states == other.states:
             return f"both change the {self.states} that questions state"
-        if self.experiment is not None and other.experiment is not None:
+        if self.attempts is not None and other.attempts is not None:
             return "both say how answers are carried out"
         return ""
 
     @property
-    def experiment(self) -> Experiment | None:
+    def attempts(self) -> AttemptOptions | None:
         """How answers are carried out, if not once in a world where every action works."""
         return None
+
+    def recorded(self, study: str) -> StudyChoice | None:
+        """Return the choice as records have it: the options that differ from their defaults.
+
+        A study whose stage states its choice returns None (`Believed.experiment`).
+        """
+        options = self.model_dump(mode="json", exclude_defaults=True)
+        label = SEPARATOR.join([named(name, str(value)) for name, value in options.items()])
+        return StudyChoice(label or study, options)
 
     @property
     def captioner(self) -> str | None:
@@ -200,9 +210,9 @@ class _Combination(Variation):
         return "; ".join([each.heading for each in self.chosen if each.heading])
 
     @property
-    def experiment(self) -> Experiment | None:
+    def attempts(self) -> AttemptOptions | None:
         """How answers are carried out, if not once in a world where every action works."""
-        return next((each.experiment for each in self.chosen if each.experiment is not None), None)
+        return next((each.attempts for each in self.chosen if each.attempts is not None), None)
 
     @property
     def captioner(self) -> str | None:

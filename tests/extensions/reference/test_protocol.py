@@ -8,13 +8,13 @@ import pytest
 
 from abilities.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
 from eai.abilities.attempt import Attempt
-from eai.abilities.experiment import Experiment
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import Counted, PlanVerdict
 from eai.base.errors import InputError
-from eai.benchmarks.protocols import preset_experiment
+from eai.benchmarks.protocols import preset_attempts
 from eai.benchmarks.suite import open_suite
 from eai.extensions.reference.protocol import EAI_1_0_5, TASK
 from eai.results.paper_tables import PaperColumn, paper_models, paper_table
@@ -25,13 +25,13 @@ from eai.tasks.share import GoalTallies, Share
 from oracle import MODELS, Oracle
 
 
-def scripted(slip: float = 0.0) -> Experiment:
-    found = preset_experiment("eai-1.0.5", slip, 0, 0)
+def scripted(slip: float = 0.0) -> AttemptOptions:
+    found = preset_attempts("eai-1.0.5", slip, 0, 0)
     assert found is not None
     return found
 
 
-def tried(experiment: Experiment, *answers: str) -> tuple[list[Attempt], bool]:
+def tried(experiment: AttemptOptions, *answers: str) -> tuple[list[Attempt], bool]:
     """The attempts, and whether the trial is over after them."""
     trial = (Trial if experiment.preset is None else EAI_1_0_5.trial)(scorer(), experiment)
     for text in answers:
@@ -40,12 +40,12 @@ def tried(experiment: Experiment, *answers: str) -> tuple[list[Attempt], bool]:
 
 
 def test_the_preset_is_an_experiment_of_its_own() -> None:
-    ours = Experiment(3, "continue", "state", slip=0.1, slip_seed=0, until="goal")
+    ours = AttemptOptions(3, "continue", "state", slip=0.1, slip_seed=0, until="goal")
     assert replace(scripted(0.1), preset=None) == ours
     assert scripted(0.1).label == f"{ours.label}+as-eai-1.0.5"
-    assert preset_experiment("", 0.1, 0, 3) is None
+    assert preset_attempts("", 0.1, 0, 3) is None
     with pytest.raises(InputError, match="'eai-9' is no preset: expected eai-1"):
-        preset_experiment("eai-9", 0.1, 0, 3)
+        preset_attempts("eai-9", 0.1, 0, 3)
 
 
 def test_a_plan_that_misses_the_goal_is_not_asked_for_again() -> None:

@@ -6,42 +6,42 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.experiment import Experiment
+from eai.abilities.attempt_options import AttemptOptions
 from eai.base.errors import InputError
 from eai.studies.attempts.study import REPLANNING
 
 
 @pytest.mark.parametrize(
-    ("choices", "experiment"),
+    ("choices", "attempts"),
     [
         ({}, None),
         # What cannot matter is as in a plain run:
         ({"world": "continue", "feedback_form": "chat", "slip_notice": "silent", "slip_seed": 3}, None),
         ({"feedback": "none", "until": "done"}, None),
-        ({"replans": 1}, Experiment(1, feedback="explained")),
-        ({"replans": 1, "feedback": "none", "feedback_form": "chat"}, Experiment(1)),
+        ({"replans": 1}, AttemptOptions(1, feedback="explained")),
+        ({"replans": 1, "feedback": "none", "feedback_form": "chat"}, AttemptOptions(1)),
         (
             {"replans": 1, "feedback_form": "chat"},
-            Experiment(1, feedback="explained", form="chat"),
+            AttemptOptions(1, feedback="explained", form="chat"),
         ),
         (
             {"replans": 2, "world": "continue"},
-            Experiment(2, "continue", "explained", until="goal"),
+            AttemptOptions(2, "continue", "explained", until="goal"),
         ),
         (
             {"replans": 2, "world": "continue", "feedback": "state", "until": "done"},
-            Experiment(2, "continue", "state"),
+            AttemptOptions(2, "continue", "state"),
         ),
-        ({"slip": 0.1}, Experiment(slip=0.1, slip_seed=7)),
+        ({"slip": 0.1}, AttemptOptions(slip=0.1, slip_seed=7)),
         (
             {"slip": 0.1, "slip_notice": "silent", "slip_seed": 0},
-            Experiment(slip=0.1, slip_seed=0, notice="silent"),
+            AttemptOptions(slip=0.1, slip_seed=0, notice="silent"),
         ),
-        ({"until": "goal"}, Experiment(until="goal")),
+        ({"until": "goal"}, AttemptOptions(until="goal")),
     ],
 )
-def test_what_some_choices_come_to(choices: dict[str, Any], experiment: Experiment | None) -> None:
-    assert REPLANNING.options.read("attempts", {"slip_seed": 7, **choices}).experiment == experiment
+def test_what_some_choices_come_to(choices: dict[str, Any], attempts: AttemptOptions | None) -> None:
+    assert REPLANNING.options.read("attempts", {"slip_seed": 7, **choices}).attempts == attempts
 
 
 @pytest.mark.parametrize(

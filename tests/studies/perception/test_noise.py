@@ -17,12 +17,12 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.results.record import Perceived
 from eai.studies.perception.belief import perceiving, scene_words
 from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import Noise, noise_of, perceive
 from eai.studies.perception.scene_graph import Supports
+from eai.studies.perception.verdict import Perceived
 from eai.tasks.planning import find_plan
 from eai.tasks.share import Share
 from eai.tasks.source import Source

@@ -4,16 +4,18 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.base.errors import InputError
-from eai.results.record import Perceived, Record
+from eai.results.codec import dataclass_to_json
+from eai.results.record import Record
 from eai.results.table import Estimate, Table
 from eai.studies.perception import study as plot_perception
 from eai.studies.perception.study import PLAIN, perception_tables
+from eai.studies.perception.verdict import Perceived
 from eai.studies.study import metric_of
+from experiments import experiment
 
 SUCCESS = "task_success"
 NOTHING_WRONG = Perceived(
@@ -40,8 +42,8 @@ def record(task: int, scene: str | None, perceived: Perceived | None, *, success
         "0",
         PlanVerdict(executable=success, success=success),
         task=TaskFeatures(f"name {task}", None, 1),
-        experiment=None if scene is None else Experiment(scene=scene),
-        perceived=perceived,
+        experiment=None if scene is None else experiment(scene=scene),
+        summaries={} if perceived is None else {"perception": dataclass_to_json(perceived)},
     )
 
 

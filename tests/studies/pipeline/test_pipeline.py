@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.experiment import Experiment
 from eai.abilities.verdict import Confusion
-from eai.results.record import Record, Stated
+from eai.results.record import Record
 from eai.results.table import Cell, Estimate, Table
 from eai.studies.pipeline.analysis import _kind_of, _Pair, pooled
+from experiments import experiment
 from studies.report.samples import RIGHT, WRONG, action_run
 
 COUNTS = (Confusion(2, 0, 0), Confusion(2, 1, 0), Confusion(1, 1, 1), None)
@@ -22,11 +22,9 @@ def piped(plain: list[Record]) -> list[Record]:
     for number, record in enumerate(plain):
         counts = COUNTS[number % 4]
         verdict = record.verdict if record.verdict.excluded else RIGHT if number % 4 == 0 else WRONG
-        stated = (
-            None if counts is None else Stated("0", counts, stage_1_unknown=("sofaa",) * (number % 4 == 1))
-        )
-        experiment = Experiment(goals_from="first")
-        made.append(replace(record, verdict=verdict, experiment=experiment, stated=stated))
+        stated = {"goal_counts": counts, "stage_1_unknown": ["sofaa"] * (number % 4 == 1)}
+        varied = replace(record, verdict=verdict, experiment=experiment(goals_from="first"))
+        made.append(varied if counts is None else replace(varied, summaries={"pipeline": stated}))
     return made
 
 
@@ -113,12 +111,13 @@ def test_several_pipelines_are_pooled_task_by_task(models: tuple[str, str]) -> N
 
 
 @pytest.mark.parametrize(
-    ("stated", "kind"),
+    ("counts", "kind"),
     [
         (Confusion(3, 0, 0), "exactly right"),
         (Confusion(3, 2, 0), "all, and others"),
         (Confusion(3, 2, 1), "some missing"),
     ],
 )
-def test_how_right_goals_are(stated: Confusion, kind: str) -> None:
-    assert _kind_of(Stated("0", stated)) == kind
+def test_how_right_goals_are(counts: Confusion, kind: str) -> None:
+    record = replace(action_run("m")[0], summaries={"pipeline": {"goal_counts": counts}})
+    assert _kind_of(record) == kind

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.store import Store
@@ -19,6 +18,7 @@ from eai.results.table import Estimate, Table
 from eai.studies.prompts.study import PLAIN, prompt_tables
 from eai.studies.study import metric_of
 from eai.world.fault import FaultKind
+from experiments import experiment
 from processes import eai as in_own_process
 from results.verdicts import SUCCEEDED, failed, record
 from studies.told import read_table
@@ -128,7 +128,7 @@ def test_scored_answers_with_prompt_names_come_out(eai: Command, data_store: Sto
         named = ("--prompt-name", name, "--out", tmp_path / "scores" / name)
         assert eai("score", file, *suite, *named).status == 0
     summary = json.loads((tmp_path / "scores" / "base" / "summary.json").read_text())
-    assert summary["experiment"]["prompt_name"] == "base"
+    assert summary["study"]["prompts"]["options"] == {"prompt_name": "base"}
     outcome = eai(
         "analyze", "prompts", tmp_path / "scores", "--with", "reference=base", "--out", tmp_path / "out"
     )
@@ -159,9 +159,9 @@ def test_a_run_has_the_name_of_its_prompts(data_store: Store, tmp_path: Path) ->
         "prompt-general",
     ]
     records = (folder / "prompt-base" / "records.jsonl").read_text(encoding="utf-8").splitlines()
-    assert [json.loads(line)["experiment"]["prompt_name"] for line in records] == ["base", "base"]
+    assert [json.loads(line)["study"]["prompts"]["label"] for line in records] == ["prompt-base"] * 2
     assert "prompts_sha256" in json.loads((folder / "summary.json").read_text())["run"]
     outcome = in_own_process("analyze", "prompts", tmp_path, "--no-plots", "--out", tmp_path / "out")
     assert "4 tables, 0 plots; in " in outcome.out
     assert PLAIN in next((tmp_path / "out").rglob("prompts.md")).read_text(encoding="utf-8")
-    assert Experiment(prompt_name="base").label == "prompt-base"
+    assert experiment(prompt_name="base").label == "prompt-base"

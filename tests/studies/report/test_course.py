@@ -8,7 +8,6 @@ import pytest
 
 from agents.switches import SWITCHES, WON
 from eai.abilities.attempt import Attempt
-from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, StepReport, read_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
@@ -25,6 +24,7 @@ from eai.studies.report.course import Course, course_of, courses, states_along
 from eai.tasks.source import Source
 from eai.tasks.wording import subjects
 from eai.world.execution import execute
+from experiments import experiment
 from studies.perception.kitchen import DOMAIN, KITCHEN, WORDS, fact, kitchen_task, told_by
 
 DONE = ("TAKE(cup_1)", "PUT_ON(cup_1, table_1)", "LIGHT(lamp_2)")
@@ -72,11 +72,11 @@ def test_a_world_that_goes_on_begins_where_the_attempt_before_ended() -> None:
     record = scored(suite, "1", "[]")
     first, last = (Explanation(steps=reports(*part)) for part in (DONE[:1], DONE[1:]))
     attempts = tuple(Attempt("", PlanVerdict(), explanation=each) for each in (first, last))
-    goes_on = replace(record, experiment=Experiment(1, "continue"), attempts=attempts, explanation=last)
+    goes_on = replace(record, experiment=experiment(1, "continue"), attempts=attempts, explanation=last)
     start, *rest = told(course_of(goes_on, suite), "robot")
     assert "holds(robot, cup_1)" in start
     assert len(rest) == 2
-    begins_anew = replace(goes_on, experiment=Experiment(1, "restart"))
+    begins_anew = replace(goes_on, experiment=experiment(1, "restart"))
     assert course_of(begins_anew, suite) == ()  # what nobody took cannot be put down
 
 

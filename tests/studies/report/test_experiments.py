@@ -15,17 +15,18 @@ from eai.cli import app
 from eai.results.record import Record
 from eai.results.runs import read_runs
 from eai.studies.report.explorer import ExplorerData
+from experiments import experiment
 from studies.report.samples import RIGHT, WRONG, action_run, write_runs
 
 RUNNER = CliRunner()
-REPLANNING = Experiment(3, feedback="explained")
+REPLANNING = experiment(3, feedback="explained")
 LABEL = "first, replans-3-restart-explained"
 
 
-def all_right(experiment: Experiment) -> list[Record]:
+def all_right(tried: Experiment) -> list[Record]:
     """The first model's run, asked again until every answer is right."""
     return [
-        replace(record, experiment=experiment, verdict=record.verdict if record.verdict.excluded else RIGHT)
+        replace(record, experiment=tried, verdict=record.verdict if record.verdict.excluded else RIGHT)
         for record in action_run("first")
     ]
 
@@ -75,8 +76,8 @@ def test_leaderboards_leave_experiments_out_and_say_so(runs: Path) -> None:
 
 
 def test_experiments_that_differ_are_different_runs(tmp_path: Path) -> None:
-    seeds = [replace(REPLANNING, slip=0.1, slip_seed=seed) for seed in (0, 1)]
-    both = write_runs(tmp_path / "seeds", [all_right(experiment) for experiment in seeds])
+    seeds = [experiment(3, feedback="explained", slip=0.1, slip_seed=seed) for seed in (0, 1)]
+    both = write_runs(tmp_path / "seeds", [all_right(tried) for tried in seeds])
     found = report(both, tmp_path / "out")["experiments_action_sequencing_trajectory"]
     assert found == [f"{LABEL}+slip-0.1-seed-{seed}" for seed in (0, 1)]
 

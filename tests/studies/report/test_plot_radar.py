@@ -12,6 +12,7 @@ from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.studies.report.plot_radar import draw_radar
 from eai.studies.report.run_summary import RunSummary, summary_of
+from experiments import experiment
 from studies.report.samples import action_run, goal_run, operator_run, subgoal_run
 
 pytest.importorskip("matplotlib")
@@ -55,5 +56,5 @@ def test_models_beyond_the_colours_are_grey_and_counted() -> None:
 
 def test_a_world_with_two_results_and_experiments_have_no_radar() -> None:
     assert draw_radar([run for run in summaries("m") if run.key.ability.value == "action_sequencing"]) is None
-    assert draw_radar(summaries("m", experiment=Experiment(scene="image"))) is None
+    assert draw_radar(summaries("m", experiment=experiment(scene="image"))) is None
     assert draw_radar([]) is None

@@ -16,7 +16,7 @@ from dataclasses import replace
 from functools import partial
 
 from eai.abilities.attempt import Attempt
-from eai.abilities.experiment import Experiment
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.notation.plans import Course
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
@@ -160,15 +160,15 @@ def count_as_the_paper_did(task: TaskReference, verdict: Verdict) -> Verdict:
 _REPLANS = 3
 
 
-def scripted_experiment(slip: float, slip_seed: int, replans: int) -> Experiment:
-    """The experiment of the script of stochastic actions, on all tasks instead of the twenty that it draws.
+def scripted_attempts(slip: float, slip_seed: int, replans: int) -> AttemptOptions:
+    """Return the attempts of the script of stochastic actions, which draws twenty tasks; here all have them.
 
     Args:
         slip: the probability that an action fails.
         slip_seed: the seed of that.
         replans: how many further attempts there are; the script's three if 0.
     """
-    return Experiment(
+    return AttemptOptions(
         replans or _REPLANS,
         "continue",
         "state",
@@ -234,7 +234,7 @@ def _without_errors(verdict: PlanVerdict) -> PlanVerdict:
 
 EAI_1_0_5 = Implementation(
     open_suite,
-    experiment=scripted_experiment,
+    attempts=scripted_attempts,
     trial=_ScriptedTrial,
     as_asked=count_as_the_paper_did,
     as_counted=count_as_published,

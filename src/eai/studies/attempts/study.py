@@ -17,13 +17,14 @@ from typing import TYPE_CHECKING, get_args
 from pydantic import Field, model_validator
 from typing_extensions import Self
 
+from eai.abilities.attempt_options import AttemptOptions, Feedback, FeedbackForm, Until, World
 from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
-from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, Until, World
+from eai.abilities.experiment import Experiment, StudyChoice
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import file_name
 from eai.base.grouping import grouped
-from eai.benchmarks.protocols import preset_experiment
+from eai.benchmarks.protocols import preset_attempts
 from eai.results.certainty import Case
 from eai.results.paper_tables import PaperTable, paper_table
 from eai.results.plots import LINES, MUTED, RULE, clipped, draw_line, sheet
@@ -60,6 +61,11 @@ class _Arm:
     runs: Mapping[int | None, Sequence[Record]]
 
     @property
+    def options(self) -> AttemptOptions:
+        """The options of its attempts."""
+        return AttemptOptions.of(self.experiment) or AttemptOptions()
+
+    @property
     def name(self) -> str:
         """Its label, in which there is no seed."""
         return self.experiment.label
@@ -67,12 +73,12 @@ class _Arm:
     @property
     def attempts(self) -> int:
         """How many a task may have."""
-        return self.experiment.replans + 1
+        return self.options.replans + 1
 
     @property
     def control(self) -> Experiment:
         """The same without a word."""
-        return replace(self.experiment, feedback="none", form="prompt")
+        return self.experiment.updated(replace(self.options, feedback="none", form="prompt").experiment)
 
     def records(self, attempts: int) -> list[Record]:
         """Those of all seeds, as they would be after so many attempts."""
@@ -92,16 +98,17 @@ def _cases(records: Sequence[Record], metric: str, attempts: int) -> list[Case]:
 def arms_of(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
     """The arms of some runs of one model and suite, those without feedback first; other runs are none."""
     found = grouped(
-        (replace(each, slip_seed=None), (each.slip_seed, records))
+        (experiment.updated(replace(options, slip_seed=None).experiment), (options.slip_seed, records))
         for records in runs
-        if (each := records[0].experiment) is not None and each.acts
+        if (experiment := records[0].experiment) is not None
+        and (options := AttemptOptions.of(experiment)) is not None
     )
     arms = [
         _Arm(experiment, dict(sorted(by_seed, key=lambda each: str(each[0]))))
         for experiment, by_seed in found.items()
     ]
     order = [*get_args(Feedback)]
-    return sorted(arms, key=lambda arm: (arm.experiment.slip, order.index(arm.experiment.feedback), arm.name))
+    return sorted(arms, key=lambda arm: (arm.options.slip, order.index(arm.options.feedback), arm.name))
 
 
 def tables(arms: Sequence[_Arm]) -> list[Table]:
@@ -119,7 +126,7 @@ def remarks(arms: Sequence[_Arm]) -> list[str]:
             f"No resampling arm stands beside {', '.join(alone)}: what feedback is worth is not known. "
             "`eai run` with the same options and `attempts.feedback=none` makes it."
         )
-    once = [arm.name for arm in arms if arm.experiment.slip and len(arm.runs) == 1]
+    once = [arm.name for arm in arms if arm.options.slip and len(arm.runs) == 1]
     if once:
         found.append(
             f"One seed of slips: {', '.join(once)}. Its intervals are of other tasks, not of other luck; run "
@@ -182,7 +189,7 @@ def _worth(arms: Sequence[_Arm]) -> Iterator[Row]:
     after as many attempts; the difference is in points. In the first attempt both ask the same: what differs
     there is chance, and shows how much of it there is.
     """
-    controls = {arm.experiment: arm for arm in arms if arm.experiment.feedback == "none"}
+    controls = {arm.experiment: arm for arm in arms if arm.options.feedback == "none"}
     for arm in arms:
         control = controls.get(arm.control)
         if control is None or control is arm:
@@ -268,18 +275,18 @@ class _Attempts(Variation):
 
     @model_validator(mode="after")
     def _without_contradictions(self) -> Self:
-        _ = self.experiment
+        _ = self.attempts
         return self
 
     @property
     def choice(self) -> str:
         """Several attempts, or actions that fail."""
-        return "attempts.replans, slip or until" if self.experiment else ""
+        return "attempts.replans, slip or until" if self.attempts else ""
 
     @property
     def heading(self) -> str:
-        """The experiment."""
-        return self.experiment.label if self.experiment else ""
+        """The label of the attempts."""
+        return self.attempts.label if self.attempts else ""
 
     def abilities(self, named: Collection[Ability]) -> list[Ability]:
         """Action sequencing.
@@ -293,20 +300,20 @@ class _Attempts(Variation):
         return [Ability.ACTION_SEQUENCING]
 
     @property
-    def experiment(self) -> Experiment | None:
-        """The experiment, in which choices that do not matter are as in a plain run; None for a plain run.
+    def attempts(self) -> AttemptOptions | None:
+        """The attempts, in which choices that do not matter are as in a plain run; None for a plain run.
 
         Feedback explains, and an attempt in a world that continues ends with the goal, where nothing is
         chosen.
         """
-        scripted = preset_experiment(self.preset, self.slip, self.slip_seed, self.replans)
+        scripted = preset_attempts(self.preset, self.slip, self.slip_seed, self.replans)
         if scripted is not None:
             return scripted
         feedback = self.feedback or ("explained" if self.replans else "none")
         if feedback != "none" and not self.replans:
             raise InputError(f"attempts.feedback {feedback}: there is none without attempts.replans")
         continues = self.world == "continue" and bool(self.replans)
-        experiment = Experiment(
+        options = AttemptOptions(
             self.replans,
             "continue" if continues else "restart",
             feedback,
@@ -316,7 +323,11 @@ class _Attempts(Variation):
             self.slip_notice if self.slip else "detected",
             self.until or ("goal" if continues else "done"),
         )
-        return experiment if experiment.acts else None
+        return options if options.acts else None
+
+    def recorded(self, study: str) -> StudyChoice | None:
+        """Return the attempts as records have them."""
+        return None if self.attempts is None else self.attempts.experiment.study[study]
 
 
 class _Choices(Options):
@@ -338,7 +349,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     Raises:
         InputError: there are no such runs.
     """
-    acting = (run for run in records.runs() if run.key.experiment is not None and run.key.experiment.acts)
+    acting = (run for run in records.runs() if AttemptOptions.of(run.key.experiment) is not None)
     groups = list(by_place(acting).values())
     if not groups:
         raise InputError(
@@ -404,7 +415,7 @@ def draw(arms: Sequence[_Arm]) -> Figure | None:
     for number, arm in enumerate(shown):
         estimates = success_by_attempt(arm)
         places = [k + _APART * (number - (len(shown) - 1) / 2) for k in range(1, arm.attempts + 1)]
-        has_feedback = arm.experiment.feedback != "none"
+        has_feedback = arm.options.feedback != "none"
         color, style = (LINES[number % len(LINES)], "o-") if has_feedback else (MUTED, "o--")
         label = f"{clipped(arm.name)}, n = {estimates[0].denominator:,.0f}"
         draw_line(panel, places, estimates, color, style, label=label)

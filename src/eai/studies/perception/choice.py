@@ -17,6 +17,9 @@ from eai.studies.perception.picture import Clutter
 from eai.studies.variation import Variation
 from eai.tasks.options import Arguments
 
+STUDY = "perception"
+"""Name of the study in records."""
+
 Showing: TypeAlias = Literal["text", "image", "both", "predicted", "noisy", "rendered", "numbered", "pointed"]
 """How a question shows the scene (paper, appendix on vision models: experiments 0, 1, 2 and 5).
 
@@ -109,6 +112,9 @@ class Perception(Variation):
         """How the scene is shown."""
         return f"scene: {self.label}"
 
+    def recorded(self, study: str) -> None:
+        """Return None: the stage states how the scene is shown."""
+
     @property
     def captioner(self) -> str | None:
         """The model that lists a predicted scene."""
@@ -121,7 +127,7 @@ class Perception(Variation):
 
     def contradiction(self, other: Variation) -> str:
         """Return why scenes cannot be shown so in the other study, whose world may change."""
-        acted = other.experiment
+        acted = other.attempts
         if acted is not None and acted.world == "continue" and acted.feedback != "none":
             if not self.can_look_again:
                 return "the scene is seen at the start alone, and feedback tells of a world that has changed"

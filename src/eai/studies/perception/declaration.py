@@ -18,8 +18,7 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import add, confusion_shares, of_all
-from eai.results.record import Perceived
-from eai.studies.perception.verdict import SceneGraphVerdict
+from eai.studies.perception.verdict import Perceived, SceneGraphVerdict
 from eai.tasks.share import Share
 
 if TYPE_CHECKING:

@@ -9,9 +9,8 @@ from functools import partial
 from eai.abilities.explanation import Explanation, repair_notes
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import Confusion, ErrorReport
-from eai.results.record import Perceived
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, read_scene_graph
-from eai.studies.perception.verdict import SceneGraphVerdict
+from eai.studies.perception.verdict import Perceived, SceneGraphVerdict
 from eai.tasks.task import Task
 from eai.world.fault import FaultKind
 

@@ -8,16 +8,17 @@ from functools import partial
 from typing import Any
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.experiment import Experiment
+from eai.abilities.experiment import Experiment, named_choice
 from eai.abilities.protocol import SCENE_GRAPH
 from eai.base.entry_points import offered
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
+from eai.results.codec import dataclass_to_json
 from eai.results.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
-from eai.studies.perception.choice import Perception, Showing
+from eai.studies.perception.choice import STUDY, Perception, Showing
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import perceive
 from eai.studies.perception.picture import Clutter, drawn_images, images_in, others_in_view
@@ -29,11 +30,14 @@ from eai.tasks.task import Task
 from eai.tasks.wording import subjects
 from eai.world.state import Fact
 
+_PLACE = 20
+
 
 def _believed(label: str, beliefs: Mapping[str, Belief], **more: Any) -> Believed:
     """Scenes as beliefs; ``label`` says how they are shown."""
     lacking = "there is no scene graph or picture that would tell of the scene"
-    return Believed(beliefs, Experiment(scene=label), lacking, **more)
+    experiment = Experiment({STUDY: named_choice("scene", "scene", label, _PLACE)})
+    return Believed(beliefs, experiment, lacking, **more)
 
 
 def perceived_scenes(
@@ -48,9 +52,9 @@ def perceived_scenes(
         graphs: the scene graphs by task; the others have none.
     """
     beliefs = {i: Belief(believed_task(tasks[i], words, each)) for i, each in graphs.items()}
-    errors = {i: perception_errors(tasks[i], words, each) for i, each in graphs.items()}
+    errors = {i: dataclass_to_json(perception_errors(tasks[i], words, each)) for i, each in graphs.items()}
     about = {i: {SCENE: each.text} for i, each in graphs.items()}
-    return _believed(label, beliefs, about=about, perceived=errors)
+    return _believed(label, beliefs, about=about, summaries={i: {STUDY: each} for i, each in errors.items()})
 
 
 def listed_scenes(label: str, suite: Suite, texts: Mapping[str, str]) -> Believed:

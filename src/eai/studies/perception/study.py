@@ -12,21 +12,23 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.base.errors import InputError
 from eai.base.files import file_name
 from eai.base.grouping import grouped
 from eai.results.certainty import Case, Cases
+from eai.results.codec import read_summary
 from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, sheet
 from eai.results.plots import cases_of as tasks_in
 from eai.results.rate import Rate
-from eai.results.record import Perceived, Record
+from eai.results.record import Record
 from eai.results.summary import cases_of
 from eai.results.table import Estimate, Row, Table, table_of
-from eai.studies.perception.choice import Perception
+from eai.studies.perception.choice import STUDY, Perception
 from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.steps import mean_steps
+from eai.studies.perception.verdict import Perceived
 from eai.studies.records import Records, by_place
 from eai.studies.study import Analysis, Figures, Study, metric_of, of_run
 from eai.studies.variation import Ask, Stage
@@ -36,11 +38,10 @@ from eai.tasks.share import Share
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from eai.base.json_value import Json
     from eai.benchmarks.prompt_library import Library
+    from eai.benchmarks.suite import Suite
     from eai.results.runs import RunKey
-
-
-_NAME = "perception"
 
 
 class _StagedPerception(Perception):
@@ -124,9 +125,9 @@ class _Runs:
         """The tasks of a run of which it is known what was perceived."""
         cases = {case.task: case for case in self.cases(name)}
         return [
-            _Seen(record.perceived, cases[record.task_id])
+            _Seen(perceived, cases[record.task_id])
             for record in self.runs[name]
-            if record.perceived is not None and record.task_id in cases
+            if (perceived := read_summary(record, STUDY, Perceived)) is not None and record.task_id in cases
         ]
 
     def cases(self, name: str) -> Cases:
@@ -166,8 +167,8 @@ def perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> list[Tab
 
 
 def _name(records: Sequence[Record]) -> str:
-    experiment = records[0].experiment
-    return PLAIN if experiment is None or experiment.scene is None else experiment.scene
+    part = records[0].study.get(STUDY)
+    return PLAIN if part is None else str(part.options["scene"])
 
 
 @table_of("perception_runs", ("scene", *_RATES, "steps", "value"))
@@ -277,7 +278,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
         (label, group)
         for runs in by_place(records.runs()).values()
         for label, group in grouped((_besides(run.key), run) for run in runs).items()
-        if any(record.perceived for run in group for record in run.records)
+        if any(STUDY in record.summaries for run in group for record in run.records)
     ]
     if not groups:
         raise InputError(_NONE_SEEN)
@@ -291,7 +292,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 
 def _besides(key: RunKey) -> str:
     """The name of a run without how it shows the scene: runs of one name are compared."""
-    rest = None if key.experiment is None else key.experiment.without("scene")
+    rest = None if key.experiment is None else key.experiment.without(STUDY)
     return key._replace(experiment=rest).name
 
 
@@ -326,10 +327,23 @@ def draw(by_run: Table, metric: str) -> Figure | None:
     return figure
 
 
+def _summarize(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
+    """Return the errors of the scene graph that a question stated."""
+    from eai.studies.perception.scene_graph import SCENE
+    from eai.studies.perception.scenes import listed_scenes
+
+    if SCENE not in about:
+        return {}
+    scenes = {record.task_id: about[SCENE]}
+    believed = listed_scenes(record.study[STUDY].options["scene"], suite, scenes)
+    return believed.summaries[record.task_id][STUDY]
+
+
 PERCEPTION = Study(
-    _NAME,
+    STUDY,
     "How questions show the scene (with prompts.set eai).",
     _StagedPerception,
     choices=_Choices,
     analyze=_analyze,
+    summarize=_summarize,
 )

@@ -31,12 +31,12 @@ from eai.results.comparison import compare
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_models, paper_table
 from eai.results.rate import rate_of
-from eai.results.record import Record, Stated
+from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.results.summary import cases_of, name_of
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.studies.pipeline.operator_chain import analyze_operators
-from eai.studies.pipeline.stage_one import read_interpretations
+from eai.studies.pipeline.stage_one import STUDY, read_interpretations
 from eai.studies.records import Records
 from eai.studies.study import Analysis, paper_remarks, suite_title
 from eai.tasks.source import Source
@@ -58,11 +58,11 @@ _PAPER = ("paper modular", "paper pipeline")
 _PERFECT = "perfect stage 2"
 
 
-def _kind_of(stated: Stated | None) -> str:
+def _kind_of(record: Record) -> str:
     """The kind of the stated goals: all that is stated besides the task's is one of the others."""
-    if stated is None:
+    if STUDY not in record.summaries:
         return "no answer"
-    _, others, missed = stated.goal_counts
+    _, others, missed = record.summaries[STUDY]["goal_counts"]
     return "some missing" if missed else "all, and others" if others else "exactly right"
 
 
@@ -95,8 +95,8 @@ class _Pair:
     def chain(self) -> str:
         """The kind of the pipeline: whether subgoals are stated too, and what else its run varies."""
         experiment = self.pipeline[0].experiment or Experiment()
-        rest = experiment.without("goals_from", "subgoals_from")
-        kind = _GOALS if experiment.subgoals_from is None else "goals and subgoals"
+        rest = experiment.without(STUDY)
+        kind = "goals and subgoals" if "subgoals_from" in experiment.study[STUDY].options else _GOALS
         return kind if rest is None else f"{kind}, {rest.label}"
 
     @property
@@ -112,7 +112,7 @@ class _Pair:
             goals if self.reachable else goals.without([_PERFECT]),
             self._first_stage(),
         ]
-        if any(record.stated and record.stated.subgoals_sha256 for record in self.pipeline):
+        if any("subgoals_sha256" in record.summaries.get(STUDY, {}) for record in self.pipeline):
             made.append(self._breaks())
         return [*made, self._missed()] if self.asked else made
 
@@ -163,7 +163,7 @@ class _Pair:
         them solves. Goals are judged under strict; others are wrong goals, ill-formed ones and such as name
         what does not exist.{self._searched}
         """
-        believed = {record.task_id: _kind_of(record.stated) for record in self._shared(self.pipeline)}
+        believed = {record.task_id: _kind_of(record) for record in self._shared(self.pipeline)}
         for kind in (*_KINDS, "all"):
             tasks = {task for task, known in believed.items() if kind in (known, "all")}
             if tasks:
@@ -196,12 +196,10 @@ class _Pair:
         """
         records = self._shared(self.pipeline)
         kinds: dict[str, Callable[[Record], bool]] = {
-            "no answer": lambda record: record.stated is None,
-            "unreadable, so that no goals were stated": lambda r: bool(
-                r.stated and r.stated.stage_1_unreadable
-            ),
-            "names what does not exist": lambda r: bool(r.stated and r.stated.stage_1_unknown),
-            "has ill-formed entries": lambda r: bool(r.stated and r.stated.stage_1_left_out),
+            "no answer": lambda record: STUDY not in record.summaries,
+            "unreadable, so that no goals were stated": _states("stage_1_unreadable"),
+            "names what does not exist": _states("stage_1_unknown"),
+            "has ill-formed entries": _states("stage_1_left_out"),
         }
         successes = {case.task: case for case in self._cases(records)}
         for heading, is_so in kinds.items():
@@ -246,16 +244,21 @@ class _Pair:
         return [record for record in side if record.task_id in tasks]
 
 
+def _states(name: str) -> Callable[[Record], bool]:
+    """Return whether a field of the pipeline's summary of a record is neither empty nor 0."""
+    return lambda record: bool(record.summaries.get(STUDY, {}).get(name))
+
+
 _LINKS = ("goal interpretation", "subgoal decomposition", "action sequencing")
 """The abilities of a chain, in order."""
 
 
 def _break_of(record: Record, success: Case) -> str:
     """The first ability of a chain whose answer fails."""
-    stated = record.stated
+    stated = record.summaries.get(STUDY)
     fails = (
-        stated is None or bool(stated.goal_counts[2]),
-        stated is None or not stated.subgoals_success,
+        stated is None or bool(stated["goal_counts"][2]),
+        stated is None or not stated["subgoals_success"],
         not success.share.numerator,
     )
     return next((link for link, is_broken in zip(_LINKS, fails, strict=True) if is_broken), "nowhere")
@@ -334,7 +337,7 @@ def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
         )
     for run in sorted(piped, key=lambda run: run.key.order):
         experiment = run.key.experiment
-        other = None if experiment is None else experiment.without("goals_from", "subgoals_from")
+        other = None if experiment is None else experiment.without(STUDY)
         alone = plain.get(run.key._replace(experiment=other))
         if alone is None:
             records.note(f"left out, as it has no modular run: {run.key}")
@@ -344,7 +347,7 @@ def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
 
 def _is_pipeline(run: Run) -> bool:
     """Whether the questions of a run state interpreted goals."""
-    return run.key.experiment is not None and run.key.experiment.goals_from is not None
+    return run.key.experiment is not None and STUDY in run.key.experiment.study
 
 
 def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search: bool) -> _Pair:
@@ -353,8 +356,7 @@ def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search:
     reachable: Mapping[str, bool] = {}
     if goals is not None:
         benchmark = find_benchmark(key.domain)
-        experiment = other.key.experiment
-        model = "" if experiment is None else experiment.goals_from or ""
+        model = other.records[0].study[STUDY].options["goals_from"]
         answers = read_interpretations(goals, benchmark, source, model)[1]
         suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
         asked = {task: list(_conditions(suite.scorer(task), text)) for task, text in answers.items()}

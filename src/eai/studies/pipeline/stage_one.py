@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-from eai.abilities.experiment import Experiment
+from eai.abilities.experiment import Experiment, named_choice
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import read_stated
 from eai.abilities.protocol import Ability
@@ -20,12 +20,13 @@ from eai.abilities.verdict import ALL, Confusion, Unreadable
 from eai.base.errors import InputError
 from eai.base.files import file_name, files_below
 from eai.base.grouping import grouped
+from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.answer_files import files_of_suite
 from eai.results.codec import sha256_of
 from eai.results.epochs import STATED, SUBGOALS, Believed
-from eai.results.record import Stated
+from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 from eai.results.responses import read_responses
 from eai.studies.variation import Endpoint, Stage
@@ -38,6 +39,11 @@ STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 OWN = "own"
 """The value of ``pipeline.goals`` for the goals that the model itself is asked for first."""
 
+
+STUDY = "pipeline"
+"""Name of the study in records."""
+
+_PLACE = 10
 
 Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
 """A model, and its answers to goal interpretation by task id."""
@@ -79,7 +85,7 @@ def believe(
     model, answers = interpretations
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
     beliefs: dict[str, Belief] = {}
-    stated: dict[str, Stated] = {}
+    stated: dict[str, Mapping[str, Json]] = {}
     for task_id in suite.task_ids:
         if task_id in answers:
             answer = answers[task_id]
@@ -89,22 +95,23 @@ def believe(
             stated[task_id] = _judged(answer, task_id, suite)
     return Believed(
         beliefs,
-        Experiment(goals_from=model),
+        Experiment({STUDY: named_choice("goals", "goals_from", model, _PLACE)}),
         "there is no answer to goal interpretation that would state the goals",
         {task_id: {STATED: belief.answer} for task_id, belief in beliefs.items()},
-        stated,
+        {task_id: {STUDY: each} for task_id, each in stated.items()},
     )
 
 
-def _judged(answer: str, task_id: str, suite: Suite) -> Stated:
+def _judged(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
+    """Return what records say of stated goals; they are scored under the default protocol."""
     read = read_stated(answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.goals)
-    return Stated(
-        goals_sha256=sha256_of(answer),
-        goal_counts=goal_counts(suite.score(task_id, answer)),
-        stage_1_unreadable=read.unreadable is not None,
-        stage_1_unknown=read.unknown,
-        stage_1_left_out=len(read.left_out),
-    )
+    return {
+        "goals_sha256": sha256_of(answer),
+        "goal_counts": list(goal_counts(suite.score(task_id, answer))),
+        "stage_1_unreadable": read.unreadable is not None,
+        "stage_1_unknown": list(read.unknown),
+        "stage_1_left_out": len(read.left_out),
+    }
 
 
 def goal_counts(verdict: object) -> Confusion:
@@ -223,7 +230,7 @@ def with_subgoals(goals: Believed | None, listed: Interpretations, suite: Suite)
     """
     model, answers = listed
     beliefs: dict[str, Belief] = {}
-    stated: dict[str, Stated] = {}
+    summaries: dict[str, Mapping[str, Mapping[str, Any]]] = {}
     for task_id, answer in answers.items():
         if goals is None or task_id not in goals.beliefs:
             continue
@@ -231,16 +238,35 @@ def with_subgoals(goals: Believed | None, listed: Interpretations, suite: Suite)
         subgoals = () if isinstance(read, Unreadable) else read.subgoals
         beliefs[task_id] = replace(goals.beliefs[task_id], subgoals=subgoals)
         success = bool(getattr(suite.score(task_id, answer), "success", False))
-        stated[task_id] = replace(
-            goals.stated[task_id], subgoals_sha256=sha256_of(answer), subgoals_success=success
-        )
+        summaries[task_id] = {STUDY: {"subgoals_sha256": sha256_of(answer), "subgoals_success": success}}
     return Believed(
         beliefs,
-        Experiment(subgoals_from=model),
+        Experiment({STUDY: named_choice("subgoals", "subgoals_from", model, _PLACE)}),
         "there is no answer to subgoal decomposition that would state subgoals",
         {task_id: {SUBGOALS: answers[task_id]} for task_id in beliefs},
-        stated,
+        summaries,
     )
+
+
+def summary_of(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
+    """Return what records say of the goals and subgoals that a question stated; the suite is the question's.
+
+    Args:
+        record: the record of the answer.
+        suite: the suite of the record.
+        about: the metadata of the question, with the answers whose goals and subgoals it stated.
+    """
+    task_id, models = record.task_id, record.study[STUDY].options
+    if STATED not in about:
+        return {}
+    believed = believe((models["goals_from"], {task_id: about[STATED]}), suite.benchmark, suite.source)
+    if SUBGOALS in about:
+        asked = open_suite(
+            suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
+        )
+        listed = models["subgoals_from"], {task_id: about[SUBGOALS]}
+        believed = believed.combined(with_subgoals(believed, listed, asked))
+    return believed.summaries.get(task_id, {}).get(STUDY, {})
 
 
 def _own(stage: Stage, endpoint: Endpoint, suite: Suite) -> Interpretations:

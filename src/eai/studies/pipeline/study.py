@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import model_validator
 from typing_extensions import Self
@@ -17,7 +17,10 @@ from eai.studies.variation import Ask, Stage, Variation
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
+    from eai.base.json_value import Json
     from eai.benchmarks.prompt_library import Library
+    from eai.benchmarks.suite import Suite
+    from eai.results.record import Record
     from eai.studies.records import Records
 
 
@@ -48,6 +51,9 @@ class _Pipeline(Variation):
     def heading(self) -> str:
         """Whose goals they are."""
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
+
+    def recorded(self, study: str) -> None:
+        """Return None: the stage states the models whose goals and subgoals questions state."""
 
     @property
     def states(self) -> Literal["", "scene", "goals"]:
@@ -100,10 +106,17 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     return analyze(records, chosen.goals, search=chosen.search)
 
 
+def _summarize(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
+    from eai.studies.pipeline.stage_one import summary_of
+
+    return summary_of(record, suite, about)
+
+
 PIPELINE = Study(
     "pipeline",
     "Interpreted goals (action sequencing, subgoal decomposition).",
     _Pipeline,
     choices=_Choices,
     analyze=_analyze,
+    summarize=_summarize,
 )

@@ -26,6 +26,7 @@ from eai.results.record import Record
 from eai.results.runs import Run
 from eai.results.summary import cases_of, outcome, share_of
 from eai.results.table import Cell, Estimate, Row, Table, table_of
+from eai.studies.prompts.choice import STUDY
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, metric_of
 from eai.tasks.options import Options
@@ -364,8 +365,8 @@ def ordered_by(cells: Table, model: str) -> list[dict[str, Cell]]:
 
 
 def _name(run: Run) -> str:
-    experiment = run.key.experiment
-    return PLAIN if experiment is None or experiment.prompt_name is None else experiment.prompt_name
+    part = run.records[0].study.get(STUDY)
+    return PLAIN if part is None else str(part.options["prompt_name"])
 
 
 def _by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
@@ -373,7 +374,7 @@ def _by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
     suites: dict[str, list[Run]] = {}
     for run in runs:
         experiment = run.key.experiment
-        rest = None if experiment is None else experiment.without("prompt_name")
+        rest = None if experiment is None else experiment.without(STUDY)
         labels = [run.key.suite.file_name, *([] if rest is None else [rest.label])]
         suites.setdefault("-".join(labels), []).append(run)
     return suites

@@ -11,6 +11,7 @@ from functools import cache
 from typing import Protocol as Structure
 from typing import TypeAlias, runtime_checkable
 
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.files import file_name
@@ -117,8 +118,8 @@ def _action(step: StepReport, scene: Scene) -> Action:
 
 def _before(record: Record) -> list[StepReport]:
     """The steps of earlier attempts where the world continues."""
-    experiment = record.experiment
-    if experiment is None or experiment.world != "continue":
+    options = AttemptOptions.of(record.experiment)
+    if options is None or options.world != "continue":
         return []
     return [step for attempt in record.attempts[:-1] for step in _steps(attempt.explanation)]
 

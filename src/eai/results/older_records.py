@@ -1,0 +1,50 @@
+"""Experiments in records of schema 2 and 3: one object with the options of all studies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from eai.abilities.attempt_options import STUDY, AttemptOptions
+from eai.abilities.experiment import Experiment, StudyChoice, named_choice
+
+_AGENT = ("harness", "effort", "rules")
+
+_OPTIONS = {
+    "goals_from": ("pipeline", "goals"),
+    "subgoals_from": ("pipeline", "subgoals"),
+    "scene": ("perception", "scene"),
+    "prompt_name": ("prompts", "prompt"),
+}
+"""The study of each option that is a name, and the word before the name in labels."""
+
+_ORDER = ("pipeline", "perception", STUDY, "prompts")
+
+NAMES = (*_OPTIONS, *_AGENT)
+"""Fields of an experiment that are names."""
+
+_STATED = (
+    *("goals_sha256", "goal_counts", "stage_1_unreadable", "stage_1_unknown", "stage_1_left_out"),
+    *("subgoals_sha256", "subgoals_success"),
+)
+
+
+def older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Experiment:
+    """Return the experiment with these names and attempts."""
+    study: dict[str, StudyChoice] = dict(attempts.experiment.study) if attempts.acts else {}
+    for option, (name, kind) in _OPTIONS.items():
+        if option in names:
+            choice = named_choice(kind, option, names[option])
+            study[name] = study[name].combined(name, choice) if name in study else choice
+    places = enumerate(_ORDER)
+    ordered = {name: replace(study[name], place=place) for place, name in places if name in study}
+    return Experiment(ordered, **{name: names[name] for name in _AGENT if name in names})
+
+
+def older_summaries(record: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """Return what the studies of an older record say of its answer."""
+    experiment = record.get("experiment") or {}
+    stated = {name: experiment[name] for name in _STATED if experiment.get(name) is not None}
+    summaries = {"pipeline": stated, "perception": record.get("perceived") or {}}
+    return {name: summary for name, summary in summaries.items() if summary}

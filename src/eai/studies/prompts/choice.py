@@ -1,0 +1,17 @@
+"""The name of prompts as the choice of a run."""
+
+from __future__ import annotations
+
+from eai.abilities.experiment import Experiment, named_choice
+
+STUDY = "prompts"
+"""Name of the study in records."""
+
+_PLACE = 40
+
+
+def of_prompts(name: str | None) -> Experiment:
+    """Return the experiment of a run whose prompts have a name, or a plain experiment if the name is None."""
+    if name is None:
+        return Experiment()
+    return Experiment({STUDY: named_choice("prompt", "prompt_name", name, _PLACE)})

@@ -1,0 +1,15 @@
+"""Experiments of the package's own studies, by their options."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from eai.abilities.attempt_options import AttemptOptions
+from eai.abilities.experiment import Experiment
+from eai.results.older_records import NAMES, older_experiment
+
+
+def experiment(*attempts: Any, **options: Any) -> Experiment:
+    """An experiment with names such as ``scene="image"``; all other options are those of attempts."""
+    names = {name: options.pop(name) for name in NAMES if name in options}
+    return older_experiment(names, AttemptOptions(*attempts, **options))

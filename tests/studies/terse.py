@@ -1,0 +1,59 @@
+"""A study from outside the package: how long answers are if the question sets a limit of characters."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any, Literal
+
+from pydantic import Field
+
+from eai.abilities.experiment import Experiment
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import Suite
+from eai.results.epochs import Believed
+from eai.results.record import Record
+from eai.results.table import Table
+from eai.studies.records import Records
+from eai.studies.study import Analysis, Study
+from eai.studies.variation import Ask, Endpoint, Stage, Variation
+from eai.tasks.options import Options
+from eai.tasks.prompts.prompt import TOLD, Belief
+
+
+class Limit(Variation):
+    """A limit in the question.
+
+    Attributes:
+        characters: The most characters of an answer.
+    """
+
+    characters: int = Field(default=0, ge=0)
+
+    @property
+    def choice(self) -> str:
+        return "terse.characters" if self.characters else ""
+
+    @property
+    def states(self) -> Literal["", "scene", "goals"]:
+        return "scene"
+
+    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage:
+        return Stage(library, wanted, ask, self._limited)
+
+    def _limited(self, stage: Stage, endpoint: Endpoint, suite: Suite) -> Believed:
+        told = f"{TOLD}\nAnswer in {self.characters} characters."
+        beliefs = {task_id: Belief(task, initial=told) for task_id, task in suite.tasks.items()}
+        return Believed(beliefs, Experiment(), "there is no such task")
+
+
+def summarize(record: Record, suite: Suite, about: Mapping[str, Any]) -> dict[str, int]:
+    return {"excess": max(0, len(record.response) - record.study["terse"].options["characters"])}
+
+
+def analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
+    runs = [(run.key.name, run.records) for run in records.runs()]
+    rows = [(name, sum(each.summaries["terse"]["excess"] for each in made)) for name, made in runs]
+    yield Analysis([Table("terse", "Characters above the limit", "By run.", ("run", "excess"), tuple(rows))])
+
+
+TERSE = Study("terse", "Limits of characters.", Limit, analyze=analyze, summarize=summarize)
