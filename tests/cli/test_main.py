@@ -143,7 +143,7 @@ COMMANDS = "eai.commands"
 def test_help_has_the_summary_of_each_command_and_imports_none(eai: Command) -> None:
     known: Any = get_command(app)
     shown = " ".join(eai("--help").out.split())
-    names = [name for name in declared(COMMANDS) if " " not in name]
+    names = [name for name in entry_points_of(COMMANDS) if " " not in name]
     assert sorted(known.commands) == sorted(names)
     context = known.context_class(known, info_name="eai")
     for name in names:
