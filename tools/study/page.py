@@ -34,7 +34,7 @@ def page_of(claims: Sequence[Claim], evidence: Evidence, *, planner: bool = True
     measured = partial_success_table() if evidence.is_whole else iter(())
     parts = [_statements(judged), _overview(found), _details(found), _left_out(claims, known), measured]
     lines = [head(evidence, len(known), judged), *(line for part in parts for line in part)]
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines).rstrip() + "\n"
 
 
 def judged_statements(
