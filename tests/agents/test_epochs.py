@@ -10,6 +10,7 @@ import pytest
 
 from agents.switches import SWITCHES, WON
 from eai.abilities.attempt import Usage
+from eai.abilities.experiment import Experiment
 from eai.agents.declaration import averaged, contributions
 from eai.agents.play import Arena
 from eai.agents.setting import ACTING
@@ -147,7 +148,8 @@ def test_to_look_and_to_be_done_are_no_executed_actions(tmp_path: Path) -> None:
 def test_runs_of_two_harnesses_are_two_agents(tmp_path: Path) -> None:
     made = Tables(Source(), features=False)
     for harness in ("react", "text"):
-        made.add([record.varied(harness=harness, effort="high") for record in acted(tmp_path)])
+        agent = Experiment(harness=harness, effort="high")
+        made.add([record.varied(agent) for record in acted(tmp_path)])
     assert [(line.harness, line.effort) for line in made.answers[1:3]] == [
         ("react", "high"),
         ("text", "high"),
