@@ -72,6 +72,14 @@ def test_an_episode_is_scored_as_that_of_a_model_that_does_the_same(
     assert [turn["said"] for turn in record["turns"]] == commands
 
 
+def test_no_file_is_named_as_written_if_nobody_played(play: Playing, out: Path) -> None:
+    done = play()
+    assert done.status == 0
+    assert not out.exists()
+    assert f"0 of 1 task over; no command was given, so {out} is not written" in done.out
+    assert "eai score" not in done.out
+
+
 def test_lines_that_count_and_lines_that_do_not(play: Playing, out: Path) -> None:
     lines = ("go shed", "go( hall )", "look", "look", "pres lamp", "Press(lamb)", "[WAVE")
     told = play("", "help", " ", *lines).out

@@ -62,6 +62,9 @@ def play(
 
         serve_page(page, begun, total, answers.put, lambda address: note(f"open {address}"))
         over = total
+    if not out.exists():
+        say(f"{over} of {counted(total, 'task')} over; no command was given, so {out} is not written")
+        return
     say(f"{over} of {counted(total, 'task')} over; written to {out}")
     say(f"To score: eai score {out} --domain {domain} --ability {ACTING.value} --allow-missing")
 
