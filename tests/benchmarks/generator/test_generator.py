@@ -60,7 +60,7 @@ def test_a_task_is_a_function_of_its_seed_alone(like: str) -> None:
 @sweep
 def test_the_order_of_hash_tables_plays_no_part() -> None:
     code = (
-        "import hashlib; from generator.worlds import tasks;"
+        "import hashlib; from benchmarks.generator.worlds import tasks;"
         "from eai.tasks.task_lines import written;"
         "from eai.benchmarks.registry import find_benchmark as find;"
         "print(hashlib.sha256(''.join(written(t.task, n, find(n).domain, t.about) for n in ('virtualhome',"
