@@ -45,18 +45,18 @@ class Usage:
 
 @dataclass(frozen=True, slots=True)
 class Attempt:
-    """One of several answers to a task, in an experiment that carries them out one after the other.
+    """An answer to a task that gets several attempts, one after the other.
 
     Attributes:
         response: the answer as it was scored.
-        verdict: what it came to; where the world continues, its goals are those of all attempts so far.
-        slipped_at: the first of its steps that slipped, from 0; None if none did.
-        goal_held_at: after how many of its steps all goals held for the first time, 0 for at its start; None
-            if they never did. It says of a plan that passes through the goal what its end does not.
-        prompt_sha256: digest of what was asked, where that is known.
-        usage: what the answer took, where that is known.
-        answer_repairs: names of what was done to the model's text before it was scored.
-        explanation: what became of it in words, where that was asked for.
+        verdict: the verdict on the answer. If the world continues, its goals count all attempts so far.
+        slipped_at: number of the first step that slipped, from 0; None if no step did.
+        goal_held_at: number of steps after which all goals held for the first time, 0 for the start of the
+            attempt; None if they never did. A plan may reach the goal and leave it again.
+        prompt_sha256: digest of the question, if known.
+        usage: tokens and time of the answer, if known.
+        answer_repairs: names of the changes that were made to the model's text before scoring.
+        explanation: the verdict in words, if the user asked for it.
     """
 
     response: str

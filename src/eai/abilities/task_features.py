@@ -11,15 +11,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TaskFeatures:
-    """The features of a task, whatever was answered: what success may be set against, as an outcome may not.
+    """The features of a task that do not depend on the answer. Analyses compare success by them.
 
     Attributes:
-        name: the name that tasks of a kind share; tasks of one name are near copies of each other.
-        annotated_steps: how many steps the data set's own plan has; None if it has none.
-        goals: how many goals it has.
-        hazards: what the last of them keep from happening (`eai.tasks.task.Task`).
-        missing: the facts for want of which no plan reaches them, where an answer may say so.
-        fits: the objects that the instruction may mean, where an answer may ask.
+        name: the name of the task. Tasks with the same name are near copies of each other.
+        annotated_steps: number of steps of the data set's own plan; None if there is no plan.
+        goals: number of goals.
+        hazards: the hazards that the last goals forbid (`eai.tasks.task.Task`).
+        missing: the missing facts that leave the goals out of reach, if an answer may say so; else None.
+        fits: the objects that the instruction may mean, if an answer may ask; else None.
     """
 
     name: str

@@ -5,7 +5,7 @@
 
     env = gymnasium.make("eai/Benchmark-v1", benchmark="lamps:lamps", slip=0.1)
 
-Importing this package registers the environments; every option of `make` is one of `gymnasium.make`. The
+Importing this module registers the environments; every option of `make` is one of `gymnasium.make`. The
 benchmarks that come with the package have names of their own, such as those of `IDS`.
 """
 
@@ -32,7 +32,7 @@ except ImportError as _error:
     _MISSING = _error
 
     def __getattr__(name: str) -> NoReturn:
-        """Names that need gymnasium are not there without it; the rewards of this package do not."""
+        """Raise an error that says how to install gymnasium, if a name needs it."""
         if name not in __all__:
             raise AttributeError(f"module 'eai.agents.gym' has no attribute {name!r}")
         raise ImportError(f"environments need gymnasium: {how_to_install('envs')}") from _MISSING

@@ -40,27 +40,26 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """A verdict with what it is a verdict on.
+    """A verdict, with the answer, the task and the run that it belongs to.
 
     Attributes:
         domain: the name of the domain.
-        model: who answered.
+        model: the name of the model that answered.
         task_id: the data set's id.
-        response: the answer as it was scored; empty also where a record that was read does not have it.
-        data_sha256: digest of the data it was scored against.
-        verdict: of the class that the ability declares.
-        errata: the errata of the data that it was made with; None if none were used.
-        sample: its number, from 0, where a task has several answers that all count; None for the only one.
-        explanation: what became of the answer in words, where that was asked for.
-        origin: where the answer comes from, where a run knows it.
-        task: what the task is like, where that is known.
-        unanswered: why there is no answer; None if there is one, be it empty.
-        suite_size: how many tasks the suite has, whose records together are a whole run; None if that is
-            not known.
-        experiment: how its run differs from asking each question once; None if it does not.
-        summaries: what studies say of the answer, by the name of the study; `study` has their options too.
-        attempts: every answer to the task, in order, where answers were carried out in an experiment. The
-            verdict is that of the last.
+        response: the answer as it was scored; empty if the file of the record leaves answers out.
+        data_sha256: digest of the data that the answer was scored against.
+        verdict: a verdict of the class that the ability declares.
+        errata: the errata that decided the verdict; None if no errata were used.
+        sample: number of the answer, from 0, if a task has several answers that all count; else None.
+        explanation: the verdict in words, if the user asked for it.
+        origin: the source of the answer, if the run knows it.
+        task: the features of the task, if known.
+        unanswered: the reason why there is no answer; None if there is an answer, even an empty one.
+        suite_size: number of tasks of the suite; None if unknown. A run with a record of each is whole.
+        experiment: how the run differs from asking each question once; None if it does not differ.
+        summaries: statements of studies on the answer, by study; `study` has their options too.
+        attempts: all answers to the task in order, if the run gave several attempts. The verdict is that of
+            the last attempt.
     """
 
     protocol: Protocol

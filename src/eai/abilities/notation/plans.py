@@ -225,7 +225,7 @@ class PddlPlans(JsonPlans):
         return super().read(text, actions) if plan is None else plan
 
     def looks_like_step(self, line: str) -> bool:
-        """Whether a line that is no step may be meant as one, whatever its first word."""
+        """Whether a line that cannot be read as a step looks like one, whatever its first word is."""
         return False
 
     def step(self, line: str) -> WrittenStep | None:
