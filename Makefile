@@ -51,6 +51,8 @@ test-all: $(WITH_DEV)
 lint: $(WITH_DEV)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/python tools/plain_english.py
+	$(BIN)/python tools/commit_subjects.py
 
 type: $(WITH_DEV)
 	$(BIN)/mypy
