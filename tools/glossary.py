@@ -1,4 +1,4 @@
-"""Writes docs/glossary.md from the docstrings of all public classes: `python tools/glossary.py`."""
+"""Write docs/glossary.md: `python tools/glossary.py`."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "glossary.md"
 
 NOUNS = {
-    "Formula": "A goal, subgoal, condition or derived predicate, on one state or a course of states.",
-    "State": "All that is true of a scene at one moment.",
+    "Formula": "A goal, subgoal, condition or derived predicate, on one state or on a sequence of states.",
+    "State": "All facts that hold in a scene at one time.",
     "Operator": "A kind of action: ordered checks, and effects.",
     "Domain": "A declared world: predicates, derived predicates and operators.",
-    "Trajectory": "The states and steps of a plan that is carried out, up to its first error.",
+    "Trajectory": "The states and steps of an executed plan, up to its first error.",
     "Episode": "A task played one action at a time, with full diagnosis.",
     "Planner": "Searches for a plan on a declared domain.",
     "SearchResult": "How a search ended, its plan, and its effort.",
     "Task": "A scene at the start, a goal, an instruction, and often a gold plan.",
-    "TaskSet": "Tasks by id, built when they are asked for.",
-    "Goal": "A part of what a task asks for: of states, relations or actions.",
+    "TaskSet": "Tasks by id, each built at its first use.",
+    "Goal": "A condition that a task asks for, about states, relations or actions.",
     "Benchmark": "A world with tasks, and how its answers are written.",
     "Notation": "How answers are written and read: `PlanNotation`, `GoalNotation`, `SubgoalNotation`.",
     "Ability": "A kind of question, with how its answers are judged; registered by name.",
-    "Prompt": "The text that a model is sent for a task.",
+    "Prompt": "The text that is sent to a model for a task.",
     "Answer": "The text that a model returns.",
     "Verdict": "The result of scoring one answer.",
-    "Fault": "Why an action is impossible: the failed check, and the kind of error.",
+    "Fault": "The reason why an action is impossible: the failed check, and the kind of error.",
     "Explanation": "A verdict step by step, in words.",
     "Record": "An answer's verdict, evidence and origin as one line of a file.",
     "Run": "The records of one model on one suite.",
@@ -37,15 +37,13 @@ NOUNS = {
     "Study": "A variation around benchmarks and abilities: options, beliefs, tables, figures.",
     "RunSpec": "The models, tasks, studies and limits of a run.",
 }
-"""The nouns that the rest is described with."""
+"""Nouns that the other texts of the project use, with their meanings."""
 
 HEAD = """\
 # Glossary
 
-On this page you can look up the 25 nouns of this project, and every public class.
-`python tools/glossary.py` writes it from the docstrings.
-
-## The nouns
+On this page you can look up the 25 nouns of this project. The [API page](api.md) shows the classes.
+`python tools/glossary.py` writes this page.
 
 | noun | meaning |
 |---|---|
@@ -53,40 +51,26 @@ On this page you can look up the 25 nouns of this project, and every public clas
 
 
 class PublicClass(NamedTuple):
-    """A class that a module shows: where it stands, and its first sentence."""
+    """A class without a leading underscore, its module, and the first sentence of its docstring."""
 
-    package: str
     module: str
     name: str
     meaning: str
 
 
 def public_classes() -> Iterator[PublicClass]:
-    """All public classes, by module and name."""
+    """Yield all public classes of the package, by module."""
     source = ROOT / "src" / "eai"
     for path in sorted(source.rglob("*.py")):
-        parts = path.relative_to(source).with_suffix("").parts
+        module = ".".join(path.relative_to(source).with_suffix("").parts)
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-                meaning = (ast.get_docstring(node) or "").partition("\n\n")[0].replace("\n", " ")
-                yield PublicClass(parts[0], ".".join(parts), node.name, meaning.replace("|", "\\|"))
+                yield PublicClass(module, node.name, (ast.get_docstring(node) or "").partition("\n\n")[0])
 
 
 def page() -> str:
-    """The whole page."""
-    nouns = "".join(f"| {noun} | {meaning} |\n" for noun, meaning in NOUNS.items())
-    classes = [each for each in public_classes() if each.name not in NOUNS]
-    packages = dict.fromkeys(each.package for each in classes)
-    return HEAD + nouns + "".join(_section(name, classes) for name in packages)
-
-
-def _section(package: str, classes: list[PublicClass]) -> str:
-    rows = "".join(
-        f"| `{each.name}` | `{each.module}` | {each.meaning} |\n"
-        for each in sorted(classes, key=lambda each: each.name.lower())
-        if each.package == package
-    )
-    return f"\n## {package}\n\n| class | module | meaning |\n|---|---|---|\n{rows}"
+    """Return the content of the page."""
+    return HEAD + "".join(f"| {noun} | {meaning} |\n" for noun, meaning in NOUNS.items())
 
 
 if __name__ == "__main__":
