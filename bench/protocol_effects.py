@@ -20,7 +20,7 @@ from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
 from eai.benchmarks.errata import errata_of
 from eai.benchmarks.reference_wheel import task_id_of
 from eai.benchmarks.virtualhome import domain as virtualhome
-from eai.benchmarks.virtualhome.operators import declared_operators
+from eai.benchmarks.virtualhome.operators import make_operators
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, open_tasks
@@ -79,7 +79,7 @@ def rules_of(protocol: Protocol) -> Rules:
 def variants() -> dict[str, Rules]:
     """`strict` with one rule of the reference at a time, by name."""
     strict = rules_of(STRICT)
-    in_reference_order = Simulator("virtualhome", VOCABULARY, declared_operators())
+    in_reference_order = Simulator("virtualhome", VOCABULARY, make_operators())
     return {
         "relation_goals_end_at_first": replace(strict, tasks=REFERENCE, relations=REFERENCE),
         "script_counts_as_failure": replace(strict, script=REFERENCE),

@@ -21,7 +21,7 @@ from eai.base.store import Store
 from eai.benchmarks.gold_answers import corrupted_versions, heeding_answer, noisy_answer
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
-from eai.benchmarks.virtualhome.plan_notation import Identified
+from eai.benchmarks.virtualhome.plan_notation import ObjectWithId
 from eai.results.trials import Trials, begin_trial, open_trials, replay
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
@@ -115,7 +115,7 @@ def test_how_answers_are_read_is_fixed_by_the_prompts(
     assert isinstance(scorer, ActionSequencing)
     plan = scorer.notation.read(gold)
     assert isinstance(plan, WrittenPlan)
-    assert any(isinstance(word, Identified) for word in plan.steps[0].objects) is with_ids[prompts]
+    assert any(isinstance(word, ObjectWithId) for word in plan.steps[0].objects) is with_ids[prompts]
     read_as_asked = suite.over([asked["27_2"].user])
     assert replay(read_as_asked, EXPLAINED, "27_2", [gold])[0] == begin_trial(
         trials.suite, EXPLAINED, "27_2"

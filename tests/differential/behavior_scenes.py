@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from eai.benchmarks.behavior.evidence import GroundRelation, load_evidence
-from eai.benchmarks.behavior.tasks import BehaviorTask, initial_relations, initial_states
+from eai.benchmarks.behavior.tasks import BehaviorTask, collect_initial_relations, yield_initial_states
 from eai.extensions.reference.behavior_quirks import truncated_options
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
@@ -21,8 +21,8 @@ ALSO_IMPORTED = ("networkx", "pyyaml")
 def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = None) -> dict[str, Any]:
     """Return the scene of a task, with its own or other initial relations."""
     record, evidence = task.record, load_evidence()
-    relations = initial_relations(record, evidence) if relations is None else relations
-    true = set(initial_states(record, evidence))
+    relations = collect_initial_relations(record, evidence) if relations is None else relations
+    true = set(yield_initial_states(record, evidence))
     instances = {thing.name: thing.instance for thing in record.objects}
     objects = []
     for thing in record.objects:
@@ -33,15 +33,15 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
             marks, True
         )
         mine = [(predicate, target) for predicate, source, target in relations if source == thing.name]
-        volume = evidence.volumes.of(record.scene, thing.name, thing.model)
-        for name in (thing.name, *thing.parts):
+        volume = evidence.volumes.get_volume(record.scene, thing.name, thing.model)
+        for name in (thing.name, *thing.half_names):
             part = name != thing.name
             related = (
                 {}
                 if part
                 else {each: [target for predicate, target in mine if predicate == each] for each, _ in mine}
             )
-            size = volume * evidence.volumes.part if part else volume
+            size = volume * evidence.volumes.ratio_of_half if part else volume
             objects.append(
                 {
                     "name": name,
@@ -64,7 +64,7 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
     return {
         "activity": record.activity,
         "objects": objects,
-        "scope": [[thing.instance, [thing.name, *thing.parts]] for thing in record.objects],
+        "scope": [[thing.instance, [thing.name, *thing.half_names]] for thing in record.objects],
         "initial": [
             *map(words, record.problem.initial),
             *(["not", *words(fact)] for fact in record.problem.denied),

@@ -37,7 +37,7 @@ from differential.verdict_fields import examples, fields
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.verdict import Verdict
-from eai.benchmarks.behavior.tasks import listed_relations, open_tasks
+from eai.benchmarks.behavior.tasks import open_tasks, read_listed_relations
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.reference.protocol import open_virtualhome
 from eai.pddl.planning import PlannerChoice
@@ -126,7 +126,7 @@ def scenes_for(ability: Ability, task_ids: set[str]) -> dict[str, Any]:
     for task_id in sorted(task_ids):
         task = tasks[task_id]
         as_listed = ability is Ability.SUBGOAL_DECOMPOSITION and task.initial_as_published != task.initial
-        found[task_id] = described(task, listed_relations(task.record) if as_listed else None)
+        found[task_id] = described(task, read_listed_relations(task.record) if as_listed else None)
     return found
 
 

@@ -19,7 +19,7 @@ import eai.logic.formula as f
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
 from eai.benchmarks.behavior_1k.operators import declared
-from eai.benchmarks.behavior_1k.scene import SetUp, scenes
+from eai.benchmarks.behavior_1k.scene import SetUp, make_set_up
 from eai.benchmarks.packs import open_pack
 from eai.logic.traversal import walk
 from eai.planning.planner import needed_actions
@@ -193,11 +193,11 @@ class _Regression(Products):
     def _bring_into_state(self, state: str, name: str) -> None:
         match state:
             case "cooked":
-                self._heat(name, self._to(p.cooks, name))
+                self._heat(name, self._find_sources(p.cooks, name))
             case "hot":
-                self._heat(name, self._those(p.heat_source))
+                self._heat(name, self._find_things(p.heat_source))
             case "frozen":
-                sources = self._to(p.chills, name)
+                sources = self._find_sources(p.chills, name)
                 self._with_any(partial(self._expose, "FREEZE", name), sources, f"nothing freezes {name}")
             case "open":
                 self._opened(name)
@@ -208,7 +208,7 @@ class _Regression(Products):
                 self._free_hand()
                 self._do("FOLD" if state == "folded" else "UNFOLD", name)
             case "on_fire":
-                self._with_any(partial(self._ignite, name), self._those(p.lighter), "nothing lights it")
+                self._with_any(partial(self._ignite, name), self._find_things(p.lighter), "nothing lights it")
             case _:
                 raise NoWayError(f"nothing makes anything {state}")
 
@@ -234,7 +234,7 @@ class _Regression(Products):
         def beside(one: str, there: str, *, in_place: bool) -> None:
             if in_place and (self._support(one) is None or self._support(one) != self._support(there)):
                 raise NoWayError("they are in two places")
-            neighbours = [n for n in self._of(p.stands_by, one) if n != there]
+            neighbours = [n for n in self._find_targets(p.stands_by, one) if n != there]
             self._get(one)
             self._reach(there, one)
             if neighbours:
@@ -254,10 +254,12 @@ class _Regression(Products):
             case "covered", name, substance:
                 self._uncover(name, substance)
             case (("contains" | "filled"), name, _):
-                places = [*self._those(p.sink), *self._vessels(name), *self._those(p.floor)]
+                places = [*self._find_things(p.sink), *self._vessels(name), *self._find_things(p.floor)]
                 self._with_any(partial(self._empty, name), places, f"{name} cannot be emptied")
             case "saturated", name, _:
-                dryers = [partial(self._run_closed, "DRY", name, machine) for machine in self._those(p.dryer)]
+                dryers = [
+                    partial(self._run_closed, "DRY", name, machine) for machine in self._find_things(p.dryer)
+                ]
                 self._first_of((*dryers, lambda: self._do("WAIT")), f"{name} cannot be dried")
             case "attached", name, other:
                 self._free_hand()
@@ -287,7 +289,7 @@ class _Regression(Products):
     def _take_away(self, name: str, place: str) -> None:
         self._get(name)
         if self._has(p.floor, place):
-            places = [o for o in self._those(p.fixed) if o != place and not self._has(p.openable, o)]
+            places = [o for o in self._find_things(p.fixed) if o != place and not self._has(p.openable, o)]
             self._with_any(
                 partial(self._do, "PLACE_ONTOP", name), places, f"there is nowhere else to put {name}"
             )
@@ -308,7 +310,7 @@ def opened(source: Source | None = None) -> tuple[Sequence[str], SetUp]:
     """The names of all activities, and how each is set up."""
     pack = open_pack(PACK, source)
     texts = dict(line.split("\t") for line in pack.read(ACTIVITIES).decode().splitlines())
-    return list(texts), scenes(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+    return list(texts), make_set_up(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 
 
 def line_of(set_up: SetUp, name: str) -> str:

@@ -24,17 +24,26 @@ class Products(Ways):
         self._first_of(self._ways_to_make(name, inside), f"there is no way to make {name}")
 
     def _ways_to_make(self, name: str, inside: str | None) -> Iterator[Way]:
-        yield from (partial(self._slice, w) for w in self._of(p.part_of, name))
-        yield from (lambda w=w: self._dice(w, inside, cooked=False) for w in self._to(p.diced_as, name))
-        yield from (lambda w=w: self._dice(w, inside, cooked=True) for w in self._to(p.diced_cooked_as, name))
-        yield from (lambda s=s: self._cook_in_pot(s, name, inside) for s in self._to(p.cooks_to, name))
-        yield from (lambda s=s: self._boil_in_pot(s, name, inside) for s in self._to(p.boils_to, name))
-        yield from (lambda w=w: self._melt(w, name, inside) for w in self._to(p.melts_to, name))
-        for recipe in self._to(p.makes, name):
+        yield from (partial(self._slice, w) for w in self._find_targets(p.part_of, name))
+        yield from (
+            lambda w=w: self._dice(w, inside, cooked=False) for w in self._find_sources(p.diced_as, name)
+        )
+        yield from (
+            lambda w=w: self._dice(w, inside, cooked=True)
+            for w in self._find_sources(p.diced_cooked_as, name)
+        )
+        yield from (
+            lambda s=s: self._cook_in_pot(s, name, inside) for s in self._find_sources(p.cooks_to, name)
+        )
+        yield from (
+            lambda s=s: self._boil_in_pot(s, name, inside) for s in self._find_sources(p.boils_to, name)
+        )
+        yield from (lambda w=w: self._melt(w, name, inside) for w in self._find_sources(p.melts_to, name))
+        for recipe in self._find_sources(p.makes, name):
             yield from self._follow(recipe, inside)
 
     def _tool(self, ability: Predicate) -> str:
-        found = [tool for tool in self._those(ability) if self._is("real", tool)]
+        found = [tool for tool in self._find_things(ability) if self._is("real", tool)]
         if not found:
             raise NoWayError(f"there is no {ability.name}")
         return found[0]
@@ -53,7 +62,7 @@ class Products(Ways):
     def _dice(self, whole: str, inside: str | None, *, cooked: bool) -> None:
         self._produce(whole)
         if cooked and not self._has(p.is_cooked, whole):
-            self._heat(whole, self._to(p.cooks, whole))
+            self._heat(whole, self._find_sources(p.cooks, whole))
         vessels = [v for v in (inside, *self._vessels()) if v and not self._is("carried_by", v, whole)]
         boards = [o for o in self._category if not self._has(p.fixed, o) and "board" in o]
 
@@ -76,7 +85,9 @@ class Products(Ways):
         """Vessels in which something may be made: the one where it shall be, what holds it, empty ones."""
         holding = [] if substance is None else self._holders(substance)
         wanted = [] if inside is None or self._has(p.fixed, inside) else [inside]
-        others = [v for v in self._those(p.fillable) if self._is("real", v) and not self._has(p.fixed, v)]
+        others = [
+            v for v in self._find_things(p.fillable) if self._is("real", v) and not self._has(p.fixed, v)
+        ]
         return [*dict.fromkeys((*wanted, *(v for v in holding if v in others), *self._vessels(), *others))]
 
     def _expect_in(self, vessel: str, substance: str) -> None:
@@ -86,7 +97,7 @@ class Products(Ways):
     def _cook_in_pot(self, substance: str, made: str, inside: str | None) -> None:
         def cook(pot: str) -> None:
             self._have_in(pot, substance)
-            self._heat(pot, self._to(p.cooks, substance))
+            self._heat(pot, self._find_sources(p.cooks, substance))
             self._expect_in(pot, made)
 
         if not self._holders(substance, movable=False):
@@ -94,17 +105,17 @@ class Products(Ways):
         self._with_any(cook, self._pots(substance, inside), f"no pot for {substance}")
 
     def _boil_in_pot(self, substance: str, made: str, inside: str | None) -> None:
-        boiled = self._those(p.boiled_water)
+        boiled = self._find_things(p.boiled_water)
         if not boiled:
             raise NoWayError("there is no boiled water")
 
         def boil(pot: str) -> None:
             if not self._has(p.has_in, pot, boiled[0]):
-                for water in self._to(p.cooks_to, boiled[0])[:1]:
+                for water in self._find_sources(p.cooks_to, boiled[0])[:1]:
                     self._have_in(pot, water)
-                    self._heat(pot, self._to(p.cooks, water))
+                    self._heat(pot, self._find_sources(p.cooks, water))
             self._have_in(pot, substance)
-            self._heat(pot, self._to(p.cooks, substance))
+            self._heat(pot, self._find_sources(p.cooks, substance))
             self._expect_in(pot, made)
 
         self._with_any(boil, self._pots(substance, inside), f"no pot for {substance}")
@@ -114,11 +125,11 @@ class Products(Ways):
 
         def melt(place: str) -> None:
             self._put_at(thing, place)
-            self._heat(place, self._to(p.melts, thing))
+            self._heat(place, self._find_sources(p.melts, thing))
             if not (self._has(p.has_in, place, made) or self._has(p.has_cover, place, made)):
                 raise NoWayError(f"there is no {made} in or on {place}")
 
-        unfit = (*self._those(p.fixed), *self._those(p.substance), thing)
+        unfit = (*self._find_things(p.fixed), *self._find_things(p.substance), thing)
         trays = [o for o in self._category if o not in unfit]
         places = list(dict.fromkeys((*self._pots(None, inside), *trays)))
         ordered = places[::-1] if self._backwards else places
@@ -127,22 +138,22 @@ class Products(Ways):
     def _follow(self, recipe: str, inside: str | None) -> Iterator[Way]:
         """The ways to follow a recipe."""
         if self._has(p.by_heat, recipe):
-            vessels, sources = self._of(p.made_in, recipe), self._of(p.heated_by, recipe)
+            vessels, sources = self._find_targets(p.made_in, recipe), self._find_targets(p.heated_by, recipe)
             pairs = [(vessel, source) for vessel in vessels for source in sources]
             yield from (lambda v=v, s=s: self._bake(recipe, v, s) for v, s in pairs)
         elif self._has(p.by_stirring, recipe):
             yield from (lambda v=v: self._stir(recipe, v) for v in self._pots(None, inside))
         else:
-            yield from (lambda m=m: self._run(recipe, m) for m in self._of(p.made_in, recipe))
+            yield from (lambda m=m: self._run(recipe, m) for m in self._find_targets(p.made_in, recipe))
 
     def _prepare(self, recipe: str, vessel: str) -> None:
         """Have everything that a recipe takes in its vessel, and nothing else that is in its way."""
-        things, toppings = self._of(p.ingredient, recipe), self._of(p.topping, recipe)
+        things, toppings = self._find_targets(p.ingredient, recipe), self._find_targets(p.topping, recipe)
         for each in (*things, *toppings):
             if not self._has(p.substance, each):
                 self._produce(each)
             if self._has(p.cooked_first, recipe, each) and not self._has(p.is_cooked, each):
-                self._heat(each, self._to(p.cooks, each))
+                self._heat(each, self._find_sources(p.cooks, each))
         for each in (*things, *toppings):
             if self._has(p.substance, each) and not (self._holders(each, movable=False) or self._taps(each)):
                 self._produce(each)
@@ -151,7 +162,7 @@ class Products(Ways):
                 self._have_in(vessel, each)
             elif not self._is("carried_by", each, vessel):
                 self._put_into(each, vessel)
-        bases = self._of(p.base, recipe)
+        bases = self._find_targets(p.base, recipe)
         for each in toppings:
             if self._has(p.substance, each):
                 self._cover(bases[0], each)

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.benchmarks.behavior_1k import predicates as p
-from eai.benchmarks.behavior_1k.conventions import Facts
+from eai.benchmarks.behavior_1k.conventions import SceneReader
 from eai.world.action import Action
 from eai.world.condition import Readings
 from eai.world.domain import Domain
@@ -34,7 +34,7 @@ class NoWayError(Exception):
     """A way that was tried does not lead where it should."""
 
 
-class Ways(Facts):
+class Ways(SceneReader):
     """A plan as it is written, the state that it leads to, and the ways to bring one thing about there.
 
     Args:
@@ -141,7 +141,7 @@ class Ways(Facts):
     # Hands, doors and switches. What is named in `keep` stays in hand.
 
     def _free_hand(self, *keep: str) -> None:
-        holding = self._those(p.held)
+        holding = self._find_things(p.held)
         if len(holding) < 2:
             return
         free = [name for name in holding if name not in keep]
@@ -168,7 +168,7 @@ class Ways(Facts):
         self._produce(name)
         self._reach(name, *keep)
         self._free_hand(*keep)
-        attached = self._of(p.attached_to, name)
+        attached = self._find_targets(p.attached_to, name)
         if attached:
             self._do("DETACH", name, attached[0])
         else:
@@ -208,18 +208,18 @@ class Ways(Facts):
 
     def _holders(self, substance: str, *, movable: bool = True) -> list[str]:
         """The things from which a substance can be taken: sources and vessels before what it lies on."""
-        filled = [o for how in (p.gives, p.full_of, p.has_in) for o in self._to(how, substance)]
+        filled = [o for how in (p.gives, p.full_of, p.has_in) for o in self._find_sources(how, substance)]
         if movable and not self._has(p.visual, substance):
-            filled += self._to(p.has_cover, substance)
+            filled += self._find_sources(p.has_cover, substance)
         found = dict.fromkeys(filled)
         return [o for o in found if self._is("real", o) and not (movable and self._has(p.fixed, o))]
 
     def _taps(self, substance: str) -> list[str]:
-        return [source for source in self._to(p.gives, substance) if self._has(p.fixed, source)]
+        return [source for source in self._find_sources(p.gives, substance) if self._has(p.fixed, source)]
 
     def _vessels(self, *without: str) -> list[str]:
         """The empty vessels."""
-        empty = [v for v in self._those(p.fillable) if not self._of(p.has_in, v)]
+        empty = [v for v in self._find_things(p.fillable) if not self._find_targets(p.has_in, v)]
         return [v for v in empty if self._is("real", v) and not self._has(p.fixed, v) and v not in without]
 
     def _supply(self, substance: str, *without: str) -> str:
@@ -282,15 +282,17 @@ class Ways(Facts):
         tools = [
             (tool, manner)
             for manner in (p.removes_dry, p.removes_running, p.removes_soaked)
-            for tool in self._to(manner, substance)
+            for tool in self._find_sources(manner, substance)
             if tool != name and self._is("real", tool) and not self._has(p.fixed, tool)
         ]
         dirty = [each for each in tools if self._was_dirty(each[0])]
         ways = [partial(self._wipe, name, substance, *each) for each in tools if each not in dirty]
         if not self._has(p.fixed, name):
-            ways += [partial(self._wash, name, substance, machine) for machine in self._those(p.washer)]
-            ways += [partial(self._rinse, name, substance, sink) for sink in self._those(p.sink)]
-            ways += [partial(self._run_closed, "DRY", name, machine) for machine in self._those(p.dryer)]
+            ways += [partial(self._wash, name, substance, machine) for machine in self._find_things(p.washer)]
+            ways += [partial(self._rinse, name, substance, sink) for sink in self._find_things(p.sink)]
+            ways += [
+                partial(self._run_closed, "DRY", name, machine) for machine in self._find_things(p.dryer)
+            ]
         ways += [partial(self._clean_and_wipe, name, substance, *each) for each in dirty]
         ways += [partial(self._wipe, name, substance, *each) for each in dirty]
         self._first_of(ways, f"nothing here removes {substance}")
@@ -301,7 +303,7 @@ class Ways(Facts):
             raise NoWayError(f"{tool} is being cleaned")
         self._cleaned |= {tool, name}
         try:
-            for cover in self._of(p.has_cover, tool):
+            for cover in self._find_targets(p.has_cover, tool):
                 self._uncover(tool, cover)
         finally:
             self._cleaned -= {tool, name}
@@ -313,10 +315,10 @@ class Ways(Facts):
 
     def _with_solvent(self, substance: str, bring: Callable[[str], None]) -> None:
         """Bring some solvent of a substance."""
-        self._with_any(bring, self._of(p.dissolved_by, substance), f"no solvent for {substance}")
+        self._with_any(bring, self._find_targets(p.dissolved_by, substance), f"no solvent for {substance}")
 
     def _wipe(self, name: str, substance: str, tool: str, manner: Predicate) -> None:
-        solvents = self._of(p.dissolved_by, substance)
+        solvents = self._find_targets(p.dissolved_by, substance)
         if manner is p.removes_soaked and not any(self._has(p.soaked_with, tool, each) for each in solvents):
             self._with_solvent(substance, partial(self._soak, tool))
         self._get(tool)
@@ -388,7 +390,7 @@ class Ways(Facts):
         self._with_any(partial(self._expose, "HEAT", name), able, f"no source of heat for {name}")
 
     def _thaw(self, name: str) -> None:
-        if any(self._is("exposed_to", name, source) for source in self._those(p.cold_source)):
+        if any(self._is("exposed_to", name, source) for source in self._find_things(p.cold_source)):
             self._get(name)
             self._do("RELEASE", name)
         self._do("WAIT")

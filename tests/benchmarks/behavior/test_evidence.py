@@ -19,15 +19,15 @@ def test_every_entry_has_a_reason() -> None:
 
 def test_volumes_go_by_object_then_model_then_default() -> None:
     volumes = load_evidence().volumes
-    assert volumes.of("Wainscott_0_int", "fridge_97", "fridge") == 1.6
-    assert volumes.of("Pomaria_1_int", "fridge_97", "fridge") == 1.1
-    assert volumes.of("Pomaria_1_int", "gizmo_1", "gizmo") == volumes.default == 0.01
+    assert volumes.get_volume("Wainscott_0_int", "fridge_97", "fridge") == 1.6
+    assert volumes.get_volume("Pomaria_1_int", "fridge_97", "fridge") == 1.1
+    assert volumes.get_volume("Pomaria_1_int", "gizmo_1", "gizmo") == volumes.default == 0.01
 
 
 def test_the_table_is_the_one_that_was_found() -> None:
     found = read_shared("spec", "behavior_evidence.json")
     evidence = load_evidence()
-    assert dict(evidence.volumes.of_model) == found["volume_m3"]["by_category"]
+    assert dict(evidence.volumes.by_model) == found["volume_m3"]["by_category"]
     assert evidence.standing == set(found["stands_on_its_rooms_floor"]["categories"])
     assert evidence.initially_open == set(found["initially_open"]["categories"])
     assert set(evidence.added) == {entry["task"] for entry in found["extra_relations"]}

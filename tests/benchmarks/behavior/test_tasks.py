@@ -9,11 +9,11 @@ from benchmarks.behavior.kitchen import EVIDENCE, GOAL, make_record, make_task
 from eai.benchmarks.behavior.evidence import load_evidence
 from eai.benchmarks.behavior.tasks import (
     BehaviorTasks,
+    assume_standing_relations,
     build_tasks,
-    initial_relations,
-    initial_states,
-    listed_relations,
-    standing_relations,
+    collect_initial_relations,
+    read_listed_relations,
+    yield_initial_states,
 )
 from eai.tasks.source import TaskSet
 from eai.tasks.task import GoalKind
@@ -53,24 +53,24 @@ def test_all_records_equal_the_reconstruction(behavior_tasks: BehaviorTasks, rec
                 "igibson_category": thing.model,
                 "igibson_synset": thing.synset,
                 "kind": "room_floor" if thing.is_floor else "object",
-                "parts": list(thing.parts),
+                "parts": list(thing.half_names),
                 "states": sorted(map(spelt, thing.states)),
                 "cleaning_tool": "cleaningTool" in thing.abilities,
                 "slicer": "slicer" in thing.abilities,
                 "water_source": "waterSource" in thing.abilities,
                 "volume_m3_ESTIMATED": None
                 if thing.is_floor
-                else evidence.volumes.of(record.scene, thing.name, thing.model),
+                else evidence.volumes.get_volume(record.scene, thing.name, thing.model),
             }
             for thing in record.objects
         ] == [{**thing, "states": sorted(thing["states"])} for thing in expected["objects"]]
         relations = expected["initial_relations"]
-        assert triples(listed_relations(record)) == triples(relations["listed"])
-        assert triples(standing_relations(record, evidence)) == triples(
+        assert triples(read_listed_relations(record)) == triples(relations["listed"])
+        assert triples(assume_standing_relations(record, evidence)) == triples(
             relations["assumed_furniture_onfloor"]
         )
-        assert triples(initial_relations(record, evidence)) == triples(relations["used"])
-        states = {(name, spelt(state)) for state, name in initial_states(record, evidence)}
+        assert triples(collect_initial_relations(record, evidence)) == triples(relations["used"])
+        states = {(name, spelt(state)) for state, name in yield_initial_states(record, evidence)}
         assert states == set(map(tuple, expected["initial_states_true"]))
 
 
@@ -80,11 +80,14 @@ def test_initial_facts_are_those_of_the_authors_simulator_log(behavior_tasks: Be
     robot, differing = "agent.n.01_1", set()
     for row in read_shared("oracle", "behavior", "igibson_run.claude-3-haiku-20240307.json.gz"):
         record = behavior_tasks[row["identifier"]].record
-        facts = {*map(tuple, initial_relations(record, evidence)), *initial_states(record, evidence)}
+        facts = {
+            *map(tuple, collect_initial_relations(record, evidence)),
+            *yield_initial_states(record, evidence),
+        }
         logged = [tuple(ast.literal_eval(fact)) for fact in row["initial_state"]]
         true = {fact for fact in logged if fact[0] != "not" and robot not in fact}
         false = {fact[1:] for fact in logged if fact[0] == "not"}
-        assert true >= set(map(tuple, listed_relations(record)))
+        assert true >= set(map(tuple, read_listed_relations(record)))
         assert not false & facts
         differing |= {(record.activity, *fact) for fact in true - facts}
     assert differing == {
@@ -102,7 +105,7 @@ def test_what_operators_ask_by_model_is_what_the_reference_asks_by_name(
             assert {n for n in task.scene.index if word in n} == {n for n, m in models.items() if m == word}
         for whole in task.record.objects:
             alike = {n for n in task.scene.index if "_part_" in n and whole.name in n}
-            assert alike == set(whole.parts)
+            assert alike == set(whole.half_names)
 
 
 def test_the_initial_state_has_what_files_and_evidence_say() -> None:
@@ -142,7 +145,7 @@ def test_a_plan_keeps_a_misspelt_action(behavior_tasks: BehaviorTasks) -> None:
 
 def test_furniture_that_is_placed_nowhere_stands_on_the_floor_of_its_room() -> None:
     record = make_record()
-    placed = {source for _, source, _ in standing_relations(record, EVIDENCE)}
+    placed = {source for _, source, _ in assume_standing_relations(record, EVIDENCE)}
     assert placed == {"fridge_1", "table_1", "sink_1", "dishwasher_1", "car_1"}
 
 

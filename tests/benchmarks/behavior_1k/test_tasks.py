@@ -13,7 +13,7 @@ from eai.benchmarks.behavior_1k.benchmark import behavior_1k, challenge_2025, of
 from eai.benchmarks.behavior_1k.conventions import HEADING
 from eai.benchmarks.behavior_1k.kinds import PACK
 from eai.benchmarks.behavior_1k.operators import declared
-from eai.benchmarks.behavior_1k.tasks import left_out
+from eai.benchmarks.behavior_1k.tasks import load_exclusions
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
@@ -89,7 +89,7 @@ def test_no_gold_plan_wipes_with_something_dirty(
 
 def test_an_activity_has_a_plan_or_is_left_out_with_a_reason(activities: TaskSet[Task]) -> None:
     planned = {task_id for task_id, task in activities.items() if task.script}
-    reasons = left_out()
+    reasons = load_exclusions()
     assert len(planned) == PLANNED
     assert planned.isdisjoint(reasons)
     assert planned | set(reasons) == set(activities)
@@ -105,7 +105,7 @@ def test_the_goal_of_stacking_wood_counts_four_of_six_logs(activities: TaskSet[T
     assert each.body.operands == (on_the_table.body, on_a_log.body)
     logs = len(task.scene.names(task.scene.category("log")))
     assert on_the_table.count + on_a_log.count < logs
-    assert "contradicts itself" in left_out()["stacking_wood"]
+    assert "contradicts itself" in load_exclusions()["stacking_wood"]
 
 
 @every(50)

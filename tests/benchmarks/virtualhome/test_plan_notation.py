@@ -10,7 +10,7 @@ from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.verdict import Unreadable
-from eai.benchmarks.virtualhome.plan_notation import Identified, VirtualHomePlans, read_steps
+from eai.benchmarks.virtualhome.plan_notation import ObjectWithId, VirtualHomePlans, read_steps
 from eai.world.action import Action
 
 ACTION_NAMES = ("WALK", "GRAB", "SIT", "PUTBACK")
@@ -167,8 +167,8 @@ def test_what_is_written_is_read(plan: list[Action]) -> None:
 @pytest.mark.parametrize(
     ("text", "objects"),
     [
-        ('{"PUTIN": ["cup", "13", "fridge", 10]}', (Identified("cup", "13"), Identified("fridge", 10))),
-        ('{"PUTIN": ["cup", "13", "fridge"]}', (Identified("cup", "13"), Identified("fridge", None))),
+        ('{"PUTIN": ["cup", "13", "fridge", 10]}', (ObjectWithId("cup", "13"), ObjectWithId("fridge", 10))),
+        ('{"PUTIN": ["cup", "13", "fridge"]}', (ObjectWithId("cup", "13"), ObjectWithId("fridge", None))),
         ('{"PUTIN": ["cup", "fridge"]}', ("cup", "fridge")),
     ],
 )
@@ -179,4 +179,4 @@ def test_a_class_and_an_id_are_one_object(text: str, objects: tuple[object, ...]
 
 
 def test_what_messages_call_an_object() -> None:
-    assert (str(Identified("cup", 13)), str(Identified("cup", None))) == ("cup_13", "cup without an id")
+    assert (str(ObjectWithId("cup", 13)), str(ObjectWithId("cup", None))) == ("cup_13", "cup without an id")

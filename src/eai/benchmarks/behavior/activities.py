@@ -34,7 +34,7 @@ from eai.world.state import State
 _ROOM = "inroom"
 
 
-_Kind: TypeAlias = tuple[str, str, tuple[str, ...]]
+_UsualObject: TypeAlias = tuple[str, str, tuple[str, ...]]
 """The model, the synset and the abilities of an object."""
 
 
@@ -49,11 +49,11 @@ def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
     known = {record.problem.name: record for record in records}
     usual = {category: Counter(found).most_common(1)[0][0] for category, found in kinds.items()}
     header = header_of("behavior", (*kinds, AGENT_CATEGORY, "room"), rooms, arities)
-    return header, lambda problem: _pose(problem, known.get(problem.name), usual)
+    return header, lambda problem: _build_initial(problem, known.get(problem.name), usual)
 
 
-def _pose(
-    problem: PddlProblem, known: BehaviorRecord | None, usual: Mapping[str, _Kind]
+def _build_initial(
+    problem: PddlProblem, known: BehaviorRecord | None, usual: Mapping[str, _UsualObject]
 ) -> tuple[State, Meaning]:
     """A problem, which the data set may know, about objects as they usually are."""
     same = {(thing.instance, thing.category): thing for thing in (() if known is None else known.objects)}
@@ -71,10 +71,10 @@ def _pose(
         goal_options=(),
     )
     names = {thing.instance: thing.name for thing in things}
-    return build_task(record, load_evidence()).initial, lambda formula: _meaning(formula, names)
+    return build_task(record, load_evidence()).initial, lambda formula: _translate(formula, names)
 
 
-def _meaning(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
+def _translate(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
     """The condition about objects by name; no state says anything of rooms."""
     match formula:
         case f.Atom(name) if name == _ROOM:
@@ -82,7 +82,7 @@ def _meaning(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
         case f.Atom("onfloor", (thing, floor)) if thing.name not in names and floor.name in names:
             return f.Atom(p.robot_on.name, (f.Constant(names[floor.name]),))
         case f.Not(operand):
-            return f.Not(_meaning(operand, names))
+            return f.Not(_translate(operand, names))
         case _:
             return rename_objects(formula, names)
 
@@ -120,32 +120,32 @@ def problem_text(task: Task, goals: Sequence[f.Formula]) -> str:
     if not isinstance(task, BehaviorTask):
         raise TypeError(f"{task.id} is no task of BEHAVIOR")
     instances = {each.name: each.instance for each in task.record.objects}
-    return write_problem(problem_of(task.record, [rename_objects(goal, instances) for goal in goals]))
+    return write_problem(build_problem(task.record, [rename_objects(goal, instances) for goal in goals]))
 
 
-def problem_of(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProblem:
+def build_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProblem:
     """The problem of reaching some ground conditions about the instances of a problem file."""
     problem = record.problem
     categories = {each.name: each.type for each in problem.objects}
-    asked = {name for goal in goals for name in objects(goal)}
+    needed = {name for goal in goals for name in objects(goal)}
     helping = {category for name in predicates_of(*goals) for category in _HELPERS.get(name, ())}
-    asked |= {name for name, category in categories.items() if category in helping}
+    needed |= {name for name, category in categories.items() if category in helping}
 
-    def kept(facts: Iterable[f.Atom]) -> list[f.Atom]:
+    def select_facts(facts: Iterable[f.Atom]) -> list[f.Atom]:
         """The facts about what is asked for, without those about rooms."""
         about = ((fact, {*objects(fact)}) for fact in facts)
-        return [fact for fact, names in about if names & asked and names <= categories.keys()]
+        return [fact for fact, names in about if names & needed and names <= categories.keys()]
 
-    initial, denied = kept(problem.initial), kept(problem.denied)
-    named = asked.union(*map(objects, (*initial, *denied)))
-    initial += [f.Atom(_SAME, (f.Constant(name), f.Constant(name))) for name in sorted(named)]
+    initial, denied = select_facts(problem.initial), select_facts(problem.denied)
+    mentioned = needed.union(*map(objects, (*initial, *denied)))
+    initial += [f.Atom(_SAME, (f.Constant(name), f.Constant(name))) for name in sorted(mentioned)]
     pddl = {name: name.replace(".", "_") for name in categories}
-    named |= {name for name in categories if name.startswith(AGENT_CATEGORY)}
+    mentioned |= {name for name in categories if name.startswith(AGENT_CATEGORY)}
     types = {AGENT_CATEGORY: _AGENT}
     declared = [
         TypedName(pddl[name], types.get(category, category.replace(".", "_")))
         for name, category in categories.items()
-        if name in named
+        if name in mentioned
     ]
     return PddlProblem(
         name=record.activity,

@@ -31,7 +31,7 @@ _FLOOR_MODEL = "floors"
 """The word of the taxonomy for the models of floors."""
 
 
-class _Kind(NamedTuple):
+class _TaxonomyEntry(NamedTuple):
     """The entry of the taxonomy for a model category."""
 
     synset: str
@@ -49,13 +49,13 @@ def convert_tasks(wheel: Bundle, bddl: Bundle, report: Report) -> dict[str, byte
     lines, options = [], []
     for done, (task_id, stats) in enumerate(tasks.items()):
         report("converting", "BEHAVIOR tasks", done, len(tasks))
-        lines.append(_line(task_id, converter.task(task_id, stats)))
-        options.append(_line(task_id, converter.goal_options(task_id)))
+        lines.append(_format_line(task_id, converter.convert_task(task_id, stats)))
+        options.append(_format_line(task_id, converter.read_goal_options(task_id)))
     report("converting", "BEHAVIOR tasks", len(tasks), len(tasks))
     return {TASKS_MEMBER: b"".join(lines), OPTIONS_MEMBER: b"".join(options)}
 
 
-def _line(task_id: str, value: object) -> bytes:
+def _format_line(task_id: str, value: object) -> bytes:
     return f"{task_id}\t{json.dumps(value, separators=(',', ':'))}\n".encode()
 
 
@@ -71,9 +71,9 @@ class _Converter:
         self._options = json.loads(wheel.read(f"{_INTERPRETATION}all_conditions.json"))
         self._instructions = json.loads(wheel.read(f"{_INTERPRETATION}instructions_by_activity_name.json"))
         self._sentences = json.loads(wheel.read(f"{_INTERPRETATION}natural_language_goal_conditions.json"))
-        self._kinds = dict(_kinds(json.loads(bddl.read(_TAXONOMY))))
+        self._kinds = dict(_read_taxonomy(json.loads(bddl.read(_TAXONOMY))))
 
-    def task(self, task_id: str, stats: Mapping[str, Any]) -> dict[str, object]:
+    def convert_task(self, task_id: str, stats: Mapping[str, Any]) -> dict[str, object]:
         """The line of one task."""
         activity, definition = stats["task"], stats["task_id"]
         text = self._bddl.read(f"bddl/activity_definitions/{activity}/problem{definition}.bddl").decode()
@@ -89,46 +89,46 @@ class _Converter:
             "scene": stats["scene_id"],
             "instruction": self._instructions[activity],
             "goal_sentences": self._sentences[activity],
-            "objects": list(self._objects(task_id, problem)),
+            "objects": list(self._read_objects(task_id, problem)),
             "problem": text,
             "plan": [[step["action"], re.split(r"\s*,\s*", step["object"].strip())] for step in plan],
         }
 
-    def goal_options(self, task_id: str) -> list[object]:
+    def read_goal_options(self, task_id: str) -> list[object]:
         """The goals of goal interpretation, each as its ground options."""
         return list(self._options[task_id]["goal_conditions"].values())
 
-    def _objects(self, task_id: str, problem: PddlProblem) -> Iterator[Sequence[object]]:
+    def _read_objects(self, task_id: str, problem: PddlProblem) -> Iterator[Sequence[object]]:
         """The objects, in the order that problem and prompt share; the prompt knows their names."""
         declared = [each for each in problem.objects if each.type != AGENT_CATEGORY]
-        named = _objects_of_prompt(self._prompts[task_id])
+        named = _read_prompt_objects(self._prompts[task_id])
         if [each.type for each in declared] != [each["category"] for each in named]:
             raise DataError(f"{task_id}: its prompt lists other objects than its problem")
         states = self._states[task_id]
         for each, thing in zip(declared, named, strict=True):
-            model = _model_of(thing["name"])
+            model = _parse_model(thing["name"])
             kind = self._kinds[_FLOOR_MODEL if model == FLOOR else model]
-            if _states_by_taxonomy(kind) != set(states[each.name]):
+            if _get_possible_states(kind) != set(states[each.name]):
                 raise DataError(f"{task_id}: {each.name} can be in other states than {kind.synset}")
             yield thing["name"], each.name, each.type, model, kind.synset, kind.abilities
 
 
-def _kinds(node: Mapping[str, Any]) -> Iterator[tuple[str, _Kind]]:
+def _read_taxonomy(node: Mapping[str, Any]) -> Iterator[tuple[str, _TaxonomyEntry]]:
     """Model category -> what it is, for a node of the taxonomy and all below it."""
-    kind = _Kind(node["name"], tuple(sorted(node["abilities"])))
+    kind = _TaxonomyEntry(node["name"], tuple(sorted(node["abilities"])))
     for model in node["igibson_categories"]:
         yield model, kind
     for child in node.get("children", ()):
-        yield from _kinds(child)
+        yield from _read_taxonomy(child)
 
 
-def _objects_of_prompt(prompt: str) -> list[dict[str, str]]:
+def _read_prompt_objects(prompt: str) -> list[dict[str, str]]:
     """The interactable objects that a prompt lists, each a name and a category."""
     task = prompt.rpartition("Your task:")[2].partition("interactable objects:")[2]
     return [ast.literal_eval(line) for line in task.splitlines() if line.startswith("{")]
 
 
-def _model_of(name: str) -> str:
+def _parse_model(name: str) -> str:
     """The model category that the name of an object begins with."""
     match = _MODEL.fullmatch(name)
     if match is None:
@@ -136,7 +136,7 @@ def _model_of(name: str) -> str:
     return FLOOR if name.startswith(f"{FLOOR}_") else match[1]
 
 
-def _states_by_taxonomy(kind: _Kind) -> set[str]:
+def _get_possible_states(kind: _TaxonomyEntry) -> set[str]:
     """The states of an object of this kind, spelt as the wheel spells them."""
     states = (state for ability, state in STATE_OF_ABILITY.items() if ability in kind.abilities)
     return {"".join(word.capitalize() for word in state.split("_")) for state in states}

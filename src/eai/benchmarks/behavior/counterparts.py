@@ -50,7 +50,7 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
 """The action of each published operator; actions of one hand without the hand."""
 
 _GRASP = "GRASP"
-_OF_ONE_HAND = frozenset(
+_ONE_HAND_ACTIONS = frozenset(
     (_GRASP, "RELEASE", "PLACE_ONTOP", "PLACE_INSIDE", "PLACE_NEXTTO", "PLACE_NEXTTO_ONTOP", "PLACE_UNDER")
 )
 _HANDS = ("RIGHT", "LEFT")
@@ -63,14 +63,14 @@ def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
     """
     names = BehaviorGoals().names(task)
     index = {name.replace(".", "_"): number for number, name in enumerate(names)}
-    return tuple(_with_hands(translate(steps, COUNTERPARTS, index.get), steps))
+    return tuple(_choose_hands(translate(steps, COUNTERPARTS, index.get), steps))
 
 
-def _with_hands(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:
+def _choose_hands(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:
     """Yield the actions with the hand that grasps or holds the object that a step names first."""
     held: dict[str, str] = {}
     for action, step in zip(actions, steps, strict=False):
-        if action.operator not in _OF_ONE_HAND:
+        if action.operator not in _ONE_HAND_ACTIONS:
             yield action
             continue
         thing, is_grasp = step.arguments[0], action.operator == _GRASP

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 
-from eai.benchmarks.behavior.operators import declared_operators, going_there
+from eai.benchmarks.behavior.operators import add_movement, make_operators
 from eai.benchmarks.behavior.predicates import VOCABULARY, X, held, is_sliced, part, shut_in
 from eai.world.domain import Domain
 from eai.world.history import was_possible_before
@@ -15,15 +15,15 @@ from eai.world.operator import Operator, in_paper_order
 @cache
 def as_meant() -> Domain:
     """The domain as the paper means it: the declared one, with checks in the paper's order."""
-    return _household([going_there(in_paper_order(operator)) for operator in declared_operators()])
+    return _build_household([add_movement(in_paper_order(operator)) for operator in make_operators()])
 
 
 def as_declared() -> Domain:
     """The domain with the reference's order of checks."""
-    return _household(declared_operators())
+    return _build_household(make_operators())
 
 
-def _household(operators: Sequence[Operator]) -> Domain:
+def _build_household(operators: Sequence[Operator]) -> Domain:
     """The household with these operators.
 
     The robot sees what it holds and what is in nothing that is closed, but no parts of what is whole.

@@ -31,13 +31,13 @@ class _Volumes:
     """
 
     default: float
-    part: float
-    of_model: Mapping[str, float]
-    of_object: Mapping[tuple[str, str], float]
+    ratio_of_half: float
+    by_model: Mapping[str, float]
+    by_object: Mapping[tuple[str, str], float]
 
-    def of(self, scene: str, name: str, model: str) -> float:
+    def get_volume(self, scene: str, name: str, model: str) -> float:
         """The volume of an object."""
-        return self.of_object.get((scene, name), self.of_model.get(model, self.default))
+        return self.by_object.get((scene, name), self.by_model.get(model, self.default))
 
 
 @dataclass(frozen=True, slots=True)

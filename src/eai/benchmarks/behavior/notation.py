@@ -20,7 +20,7 @@ from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, re
 from eai.abilities.verdict import Unreadable
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior import predicates as p
-from eai.benchmarks.behavior.records import Condition, GroundOption
+from eai.benchmarks.behavior.records import GoalCondition, GroundOption
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.logic.choice import AllOf, AnyOf, Choice, Leaf, Literal
 from eai.logic.formula import Atom, Constant, Not
@@ -36,12 +36,12 @@ STATES = tuple(state.name for state in p.GOAL_STATES if state.name != "burnt")
 RELATIONS = tuple(sorted([*(relation.name for relation in p.GOAL_RELATIONS), "touching"]))
 """The relations of the same."""
 
-_ONE_OBJECT = (
+_UNARY_PREDICATES = (
     *(state.name.replace("toggled_on", "toggledon") for state in p.GOAL_STATES),
     "holds_rh",
     "holds_lh",
 )
-_ABOUT_THE_ROBOT = ("inFOVOfRobot", "inHandOfRobot", "inReachOfRobot", "inSameRoomAsRobot")
+_ROBOT_PREDICATES = ("inFOVOfRobot", "inHandOfRobot", "inReachOfRobot", "inSameRoomAsRobot")
 _ROOMS = (
     "Undefined",
     "BedRoom",
@@ -68,20 +68,20 @@ _ROOMS = (
     "UtilityRoom",
 )
 
-ARITIES: Mapping[str, int] = {
-    **dict.fromkeys((*_ONE_OBJECT, *_ABOUT_THE_ROBOT), 1),
+PREDICATE_ARITIES: Mapping[str, int] = {
+    **dict.fromkeys((*_UNARY_PREDICATES, *_ROBOT_PREDICATES), 1),
     **{f"isIn{room}": 1 for room in _ROOMS},
     **dict.fromkeys(RELATIONS, 2),
 }
 """Every predicate of subgoals with its number of objects (``base_vocabulary.json``)."""
 
-UNOBSERVED = frozenset(ARITIES) - {*_ONE_OBJECT, *RELATIONS, "inHandOfRobot"}
+UNOBSERVED = frozenset(PREDICATE_ARITIES) - {*_UNARY_PREDICATES, *RELATIONS, "inHandOfRobot"}
 """Predicates about rooms, sight and reach, of which the symbolic scene knows nothing."""
 
-ROBOT = frozenset(("agent", "agent_n_01", "agent.1", "agent_n_01.1"))
+ROBOT_NAMES = frozenset(("agent", "agent_n_01", "agent.1", "agent_n_01.1"))
 """Names of the robot in subgoals. The symbolic scene does not know where it is."""
 
-IN_DOMAIN: Mapping[str, str] = {
+DOMAIN_NAMES: Mapping[str, str] = {
     "toggledon": "toggled_on",
     "touching": "nextto",
     "inHandOfRobot": p.held.name,
@@ -90,7 +90,7 @@ IN_DOMAIN: Mapping[str, str] = {
 }
 """Predicate of answers -> its name in the domain, where that is another."""
 
-ACTIONS: Mapping[str, int | None] = {
+ACTION_ARITIES: Mapping[str, int | None] = {
     **{operator.name.lower(): operator.arity for operator in behavior.as_meant().operators},
     **dict.fromkeys(("burn", "stain", "unclean")),
 }
@@ -99,34 +99,38 @@ ACTIONS: Mapping[str, int | None] = {
 _NUMBERED = re.compile(r"(.+)_(\d+)")
 
 
-def meant(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> FormulaLexicon:
+def make_lexicon(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> FormulaLexicon:
     """The meanings of these names in the domain."""
-    categories = {n: c for n, c in category_predicates(scene).items() if scene.vocabulary.arity(n) is None}
-    actions = {name: name.upper() for name in ACTIONS}
-    return FormulaLexicon(scene, signature, objects, IN_DOMAIN, actions, categories, UNOBSERVED, ROBOT)
+    categories = {
+        n: c for n, c in map_category_predicates(scene).items() if scene.vocabulary.arity(n) is None
+    }
+    actions = {name: name.upper() for name in ACTION_ARITIES}
+    return FormulaLexicon(
+        scene, signature, objects, DOMAIN_NAMES, actions, categories, UNOBSERVED, ROBOT_NAMES
+    )
 
 
-def category_predicates(scene: Scene) -> dict[str, str]:
+def map_category_predicates(scene: Scene) -> dict[str, str]:
     """The predicates that say that an object is of a category -> the category."""
     categories = dict.fromkeys(thing.category for thing in scene.objects)
     return {category.replace(".", "_"): category for category in categories if "." in category}
 
 
-def object_names(scene: Scene) -> dict[str, int]:
+def map_object_names(scene: Scene) -> dict[str, int]:
     """Name that an object may have -> the object: ``jar.0``, also ``jar_0``.
 
     Names of formulas have no hyphens; where an object's name does, an underscore stands for it.
     """
     names = {thing.name.replace("-", "_"): i for i, thing in enumerate(scene.objects)}
-    return {**names, **{_dotted(name): i for name, i in names.items()}}
+    return {**names, **{_write_dotted(name): i for name, i in names.items()}}
 
 
-def published_names(scene: Scene) -> dict[str, int]:
+def map_published_names(scene: Scene) -> dict[str, int]:
     """Name in the reference -> the object of a task; parts of objects have none."""
-    return {_dotted(thing.name): i for i, thing in enumerate(scene.objects) if "." in thing.category}
+    return {_write_dotted(thing.name): i for i, thing in enumerate(scene.objects) if "." in thing.category}
 
 
-def _dotted(name: str) -> str:
+def _write_dotted(name: str) -> str:
     match = _NUMBERED.fullmatch(name)
     return name if match is None else f"{match[1]}.{match[2]}"
 
@@ -142,23 +146,23 @@ class BehaviorSubgoals(SubgoalNotation):
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
         """The prompts' names of states, actions and objects."""
-        known = {name: arity for name, arity in ACTIONS.items() if arity is not None}
-        objects = object_names(scene)
-        names = {*objects, *ROBOT}
-        predicates = {**dict.fromkeys(category_predicates(scene), 1), **ARITIES}
-        return meant(scene, Signature(predicates, known, names), objects)
+        known = {name: arity for name, arity in ACTION_ARITIES.items() if arity is not None}
+        objects = map_object_names(scene)
+        names = {*objects, *ROBOT_NAMES}
+        predicates = {**dict.fromkeys(map_category_predicates(scene), 1), **PREDICATE_ARITIES}
+        return make_lexicon(scene, Signature(predicates, known, names), objects)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """Read the subgoals in an answer, or say why they cannot be read."""
         written = read_output(text, frozenset())
         if isinstance(written, Unreadable):
             return written
-        subgoals = tuple(map(_spelt, written.subgoals))
+        subgoals = tuple(map(_respell, written.subgoals))
         repairs = written.repairs if subgoals == written.subgoals else (*written.repairs, "spelling")
         return replace(written, subgoals=subgoals, repairs=repairs)
 
 
-def _spelt(subgoal: str) -> str:
+def _respell(subgoal: str) -> str:
     for written, meant in _SPELLINGS:
         subgoal = subgoal.replace(written, meant)
     return subgoal
@@ -170,7 +174,7 @@ class _BehaviorPlans(JsonPlans):
     def objects(self, task: Task) -> Callable[[object], int | None]:
         """Return the lookup of names of the scene and of goals."""
         find = super().objects(task)
-        index = {instance: task.scene.index[name] for name, instance in _instances(task).items()}
+        index = {instance: task.scene.index[name] for name, instance in _map_instances(task).items()}
 
         def object_of(word: object) -> int | None:
             number = find(word)
@@ -201,22 +205,22 @@ class BehaviorGoals(JsonGoals):
     def words(self, domain: Domain) -> Mapping[Word, str]:
         """The states and relations that goals of the published file speak of; touching is being next to."""
         arities = {**dict.fromkeys(STATES, 1), **dict.fromkeys(RELATIONS, 2)}
-        return {(name, arity): IN_DOMAIN.get(name, name) for name, arity in arities.items()}
+        return {(name, arity): DOMAIN_NAMES.get(name, name) for name, arity in arities.items()}
 
     def names(self, task: Task) -> tuple[str, ...]:
         """The instance that each object is; parts of objects are none."""
-        instances = _instances(task)
+        instances = _map_instances(task)
         return tuple([instances.get(thing.name, thing.name) for thing in task.scene.objects])
 
     def alternatives(self, task: Task) -> tuple[Alternatives, ...]:
         """The published goals, each as its ground options; of a task that is not published, its own."""
         if not isinstance(task, BehaviorTask):
             return super().alternatives(task)
-        names = {instance: name for name, instance in _instances(task).items()}
+        names = {instance: name for name, instance in _map_instances(task).items()}
 
         @cache  # most conditions stand in many options of a goal
-        def leaf(condition: Condition) -> Leaf:
-            return Leaf(_literal(condition, names))
+        def leaf(condition: GoalCondition) -> Leaf:
+            return Leaf(_to_literal(condition, names))
 
         def choice(options: tuple[GroundOption, ...]) -> Choice:
             return AnyOf(tuple([AllOf(tuple(map(leaf, option))) for option in options]))
@@ -224,14 +228,14 @@ class BehaviorGoals(JsonGoals):
         return tuple([Alternatives("condition", None, choice(each)) for each in task.record.goal_options])
 
 
-def _instances(task: Task) -> Mapping[str, str]:
+def _map_instances(task: Task) -> Mapping[str, str]:
     """The instance that each object is, by the object's name; nothing where the task is not published."""
     things = task.record.objects if isinstance(task, BehaviorTask) else ()
     return {thing.name: thing.instance for thing in things}
 
 
-def _literal(condition: Condition, names: Mapping[str, str]) -> Literal:
+def _to_literal(condition: GoalCondition, names: Mapping[str, str]) -> Literal:
     predicate, *arguments = condition
     if predicate == "not":
-        return Not(_literal(tuple(arguments[0]), names))
+        return Not(_to_literal(tuple(arguments[0]), names))
     return Atom(str(predicate), tuple(Constant(names[str(argument)]) for argument in arguments))

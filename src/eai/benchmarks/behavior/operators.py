@@ -42,28 +42,28 @@ HANDS = (_Hand("LEFT", p.in_left_hand, p.in_right_hand), _Hand("RIGHT", p.in_rig
 A_HAND_FREE = missing(~p.hands_full(), "both hands are full")
 
 
-def in_one_hand(hand: _Hand) -> Check:
+def require_not_in_other_hand(hand: _Hand) -> Check:
     """The object is not in the other hand, which would have to let it go first."""
     return missing(~hand.other(X), "{x} is in the other hand already")
 
 
-def cut_off(thing: Variable) -> Check:
+def require_cut_off(thing: Variable) -> Check:
     """The object is no part of a whole that is still whole."""
     condition = Implies(p.part(thing), p.is_sliced(thing))
     return missing(condition, f"{{{thing.name}}} has not been cut off yet")
 
 
-def interactable(thing: Variable) -> tuple[Check, ...]:
+def require_interactable(thing: Variable) -> tuple[Check, ...]:
     """The object can be got at, and is no whole that has been cut up."""
     shut = Exists(C, p.closed(C) & p.within(thing, C))
     return (
         missing(~p.shut_in(thing), f"{{{thing.name}}} is inside something that is closed", witness=shut),
         affordance(~p.cut_up(thing), f"{{{thing.name}}} is sliced; only its parts can be handled"),
-        cut_off(thing),
+        require_cut_off(thing),
     )
 
 
-def going_there(operator: Operator) -> Operator:
+def add_movement(operator: Operator) -> Operator:
     """The action, to do which the robot goes to the floor that the last argument is on, if it is on one."""
     place = operator.parameters[-1]
     go = Let(F, p.floor_below(place, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
@@ -94,7 +94,7 @@ def put_with(thing: Variable, neighbour: Variable) -> tuple[Effect, ...]:
     )
 
 
-def cut_loose(thing: Variable) -> tuple[Effect, ...]:
+def clear_support(thing: Variable) -> tuple[Effect, ...]:
     """The object rests on nothing any more."""
     return Delete(p.lies_in(thing, ANYTHING)), Delete(p.lies_on(thing, ANYTHING))
 
@@ -105,16 +105,16 @@ def grasp(hand: _Hand) -> Operator:
         affordance(~p.floor(X), "{x} is a floor"),
         affordance(~p.ungraspable(X), "{x} is too big to grasp"),
         additional(~hand.holds(X), "{x} is in that hand already"),
-        in_one_hand(hand),
+        require_not_in_other_hand(hand),
         missing(hand.empty, "that hand is full"),
-        *interactable(X),
+        *require_interactable(X),
     )
     effects = (
         Delete(p.stands_on(X, ANYTHING)),
         *both_ways(Delete, p.stands_under(X, ANYTHING)),
         *both_ways(Delete, p.stands_by(X, ANYTHING)),
-        *cut_loose(X),
-        ForEach(C, p.carries(X, C) & p.much_larger(C, X), cut_loose(C)),
+        *clear_support(X),
+        ForEach(C, p.carries(X, C) & p.much_larger(C, X), clear_support(C)),
         Add(hand.holds(X)),
     )
     text = "take the object into that hand"
@@ -127,14 +127,14 @@ def release(hand: _Hand) -> Operator:
         missing(~(hand.empty & p.labelled(X)), "that hand holds nothing"),
         additional(~hand.empty, "that hand holds nothing"),
         missing(hand.holds(X), "that hand holds something other than {x}"),
-        *interactable(X),
+        *require_interactable(X),
     )
     effects = (Delete(hand.holds(X)), Let(F, p.robot_on(F), (Add(p.stands_on(X, F)),)))
     text = "let go of the object in that hand"
     return Operator(f"{hand.name}_RELEASE", (X,), checks, effects, text, role=Role.RELEASES)
 
 
-def can_place(hand: _Hand, place: Variable) -> tuple[Check, ...]:
+def require_place(hand: _Hand, place: Variable) -> tuple[Check, ...]:
     """The checks of all placing: an object is held, and the place is not part of it."""
     return (
         missing(~hand.empty, "that hand holds nothing"),
@@ -143,34 +143,34 @@ def can_place(hand: _Hand, place: Variable) -> tuple[Check, ...]:
             ~Exists(H, hand.holds(H) & p.carried_by(place, H)),
             f"{{{place.name}}} is carried by the object in that hand",
         ),
-        *interactable(place),
+        *require_interactable(place),
     )
 
 
 NO_INSIDE = affordance(~p.floor(X), "{x} is a floor, which has no inside")
 
 
-def placing(hand: _Hand) -> Iterator[Operator]:
+def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
     """The thing in the hand, called ``h`` in the effects, comes to rest somewhere else."""
-    free, beside = can_place(hand, X), both_ways(Add, p.stands_by(H, X))
+    free, beside = require_place(hand, X), both_ways(Add, p.stands_by(H, X))
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
     for name, checks, effects, where in (
         ("ONTOP", free, put_on(H, X), "onto the object"),
-        ("INSIDE", (*_goes_in(hand, fits), *free), put_in(H, X), "into the object"),
+        ("INSIDE", (*_require_fitting(hand, fits), *free), put_in(H, X), "into the object"),
         ("NEXTTO", free, (*beside, *put_with(H, X)), "next to the object"),
         ("UNDER", free, (Add(p.stands_under(H, X)), *put_with(H, X)), "under the object"),
     ):
-        yield _place(hand, name, (X,), checks, effects, where)
-    both = (*free, *can_place(hand, Y))
+        yield _make_placing_action(hand, name, (X,), checks, effects, where)
+    both = (*free, *require_place(hand, Y))
     where = "next to the first object and onto the second"
-    yield _place(hand, "NEXTTO_ONTOP", (X, Y), both, (*beside, *put_on(H, Y)), where)
+    yield _make_placing_action(hand, "NEXTTO_ONTOP", (X, Y), both, (*beside, *put_on(H, Y)), where)
 
 
-def _goes_in(hand: _Hand, fits: Check) -> tuple[Check, ...]:
+def _require_fitting(hand: _Hand, fits: Check) -> tuple[Check, ...]:
     return NO_INSIDE, fits, missing(hand.empty | ~p.closed(X), "{x} is closed")
 
 
-def _place(
+def _make_placing_action(
     hand: _Hand,
     name: str,
     parameters: tuple[Variable, ...],
@@ -183,26 +183,26 @@ def _place(
     return Operator(f"{hand.name}_PLACE_{name}", parameters, checks, (placed,), text)
 
 
-def pouring(hand: _Hand) -> Iterator[Operator]:
+def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
     """Each thing directly in or on what the hand holds, called ``c`` in the effects, goes somewhere else."""
     too_big = Exists(H, hand.holds(H) & Exists(C, p.carries(H, C) & p.larger(C, X)))
     fits = affordance(~too_big, "the contents of what the hand holds are too big for {x}")
     empty = Exists(H, hand.holds(H) & ~Exists(C, p.carries(H, C)))
     has_contents = affordance(~empty, "what the hand holds is empty")
     for name, checks, effects, where in (
-        ("INSIDE", _goes_in(hand, fits), put_in(C, X), "into the object"),
+        ("INSIDE", _require_fitting(hand, fits), put_in(C, X), "into the object"),
         ("ONTOP", (has_contents,), put_on(C, X), "onto the object"),
     ):
-        poured = ForEach(C, Exists(H, hand.holds(H) & p.carries(H, C)), (*cut_loose(C), *effects))
+        poured = ForEach(C, Exists(H, hand.holds(H) & p.carries(H, C)), (*clear_support(C), *effects))
         text = f"pour what is in or on the object in that hand {where}"
-        checks = (*checks, *can_place(hand, X))
+        checks = (*checks, *require_place(hand, X))
         yield Operator(f"{hand.name}_TRANSFER_CONTENTS_{name}", (X,), checks, (poured,), text)
 
 
-def by_hand(hand: _Hand) -> tuple[Operator, ...]:
+def make_hand_actions(hand: _Hand) -> tuple[Operator, ...]:
     """The actions of a hand, in the order of the reference."""
-    ontop, inside, nextto, under, nextto_ontop = placing(hand)
-    return grasp(hand), ontop, inside, release(hand), nextto, *pouring(hand), nextto_ontop, under
+    ontop, inside, nextto, under, nextto_ontop = make_placing_actions(hand)
+    return grasp(hand), ontop, inside, release(hand), nextto, *make_pouring_actions(hand), nextto_ontop, under
 
 
 def set_state(
@@ -222,8 +222,8 @@ def set_state(
         *first,
         A_HAND_FREE,
         affordance(ability(X), f"{{x}} is not {ability.name}"),
-        additional(~wanted if to else wanted, f"{{x}} {_already(state, holds=to)}"),
-        *interactable(X),
+        additional(~wanted if to else wanted, f"{{x}} {_describe_already(state, holds=to)}"),
+        *require_interactable(X),
         *last,
     )
     change = Add(wanted) if to else Delete(wanted)
@@ -256,9 +256,13 @@ def slice_() -> Operator:
             When(~state(X), (ForEach(P, parts, (Delete(state(P)),)),)),
         )
     )
-    labels = tuple(effect for label in p.LABELS for effect in _hand_down(label))
+    labels = tuple(effect for label in p.LOOSE_RELATIONS for effect in _pass_relation_to_halves(label))
     supports: tuple[Effect, ...] = tuple(
-        Let(C, relation(X, C), (ForEach(P, parts, (*cut_loose(P), Add(relation(P, C)))), *cut_loose(X)))
+        Let(
+            C,
+            relation(X, C),
+            (ForEach(P, parts, (*clear_support(P), Add(relation(P, C)))), *clear_support(X)),
+        )
         for relation in (p.lies_in, p.lies_on)
     )
     return set_state(
@@ -272,7 +276,7 @@ def slice_() -> Operator:
     )
 
 
-def _hand_down(label: Predicate) -> tuple[Effect, ...]:
+def _pass_relation_to_halves(label: Predicate) -> tuple[Effect, ...]:
     """The parts of x stand in the relation to all to which x did, both ways; x does not any more."""
     parts = p.part_of(P, X)
     return (
@@ -294,13 +298,13 @@ def clean() -> Operator:
         additional(p.is_dusty(X) | p.is_stained(X), "{x} is neither dusty nor stained"),
     )
     tries = (
-        _wipe(
+        _make_cleaning_try(
             p.is_dusty,
             in_sink | in_dishwasher | tool,
             "no hand holds a cleaning tool, and {x} is in no running sink or dishwasher",
             "there_is_no_cleaning_tool_running_sink_or_dishwasher_for",
         ),
-        _wipe(
+        _make_cleaning_try(
             p.is_stained,
             in_sink | wet_tool | detergent,
             "no hand holds a soaked cleaning tool or detergent, and {x} is in no running sink",
@@ -310,10 +314,10 @@ def clean() -> Operator:
     return Operator("CLEAN", (X,), checks, (), "clean the object of dust and stains", tries=tries)
 
 
-def _wipe(dirt: Predicate, means: Formula, lacking: str, id: str) -> Try:
+def _make_cleaning_try(dirt: Predicate, means: Formula, lacking: str, id: str) -> Try:
     checks = (
-        additional(dirt(X), f"{{x}} {_already(dirt, holds=False)}"),
-        *interactable(X),
+        additional(dirt(X), f"{{x}} {_describe_already(dirt, holds=False)}"),
+        *require_interactable(X),
         replace(missing(means, lacking), id=id),
     )
     return Try(dirt(X), checks, (Delete(dirt(X)),))
@@ -338,12 +342,12 @@ def freeze() -> Operator:
     return set_state("FREEZE", p.freezable, p.is_frozen, "freeze the object", to=True, last=(in_cold,))
 
 
-def declared_operators() -> tuple[Operator, ...]:
+def make_operators() -> tuple[Operator, ...]:
     """All actions, in the order of the reference's list (``EvalActions``), the left hand first."""
     not_on = missing(~(p.toggleable(X) & p.is_toggled_on(X)), "{x} is running")
     return (
         Operator("NAVIGATE_TO", (X,), (), (), "go to the object", role=Role.MOVEMENT),
-        *chain.from_iterable(zip(*map(by_hand, HANDS), strict=True)),
+        *chain.from_iterable(zip(*map(make_hand_actions, HANDS), strict=True)),
         set_state("OPEN", p.openable, p.is_open, "open the object", to=True, last=(not_on,)),
         set_state("CLOSE", p.openable, p.is_open, "close the object", to=False),
         cook(),
@@ -358,6 +362,6 @@ def declared_operators() -> tuple[Operator, ...]:
     )
 
 
-def _already(state: Predicate, *, holds: bool) -> str:
+def _describe_already(state: Predicate, *, holds: bool) -> str:
     words = state.name.removeprefix("is_").replace("_", " ")
     return f"is already {words}" if holds else f"is already not {words}"

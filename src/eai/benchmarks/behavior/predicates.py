@@ -17,7 +17,7 @@ from eai.world.vocabulary import Predicate, Vocabulary
 _SUPPORTS = ("lies_in", "lies_on")
 
 
-def targets(relation: str) -> Values:
+def make_target_lookup(relation: str) -> Values:
     """All that an object stands in a stored relation to."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
@@ -26,10 +26,10 @@ def targets(relation: str) -> Values:
     return values
 
 
-def as_its_parts(values: Values) -> Values:
+def combine_halves(values: Values) -> Values:
     """The relation as goals see it: an object that has been sliced is where both its parts are."""
 
-    def seen(state: State, arguments: tuple[int, ...]) -> int:
+    def find_common_values(state: State, arguments: tuple[int, ...]) -> int:
         (x,) = arguments
         parts = state.relation("part_of").column(x) if state.those("is_sliced") >> x & 1 else 0
         if not parts:
@@ -39,10 +39,10 @@ def as_its_parts(values: Values) -> Values:
             common &= values(state, (part,))
         return common
 
-    return seen
+    return find_common_values
 
 
-def _standing_on(state: State, root: int) -> int:
+def _find_floor(state: State, root: int) -> int:
     """The floor on which an object stands that rests on nothing else."""
     return state.relation("stands_on").row(root)
 
@@ -101,7 +101,7 @@ stands_on = Predicate("stands_on", 2)
 stands_under = Predicate("stands_under", 2)
 stands_by = Predicate("stands_by", 2)
 
-LABELS = (stands_on, stands_under, stands_by)
+LOOSE_RELATIONS = (stands_on, stands_under, stands_by)
 """The relations besides support, in the order in which initial facts of them are entered."""
 
 STATES = (
@@ -124,37 +124,37 @@ halved = Defined("halved", (X,), is_sliced(X) & f.Exists(P, part_of(P, X)))
 held = Defined("held", (X,), in_left_hand(X) | in_right_hand(X))
 hands_full = Defined("hands_full", (), f.Exists(X, in_left_hand(X)) & f.Exists(X, in_right_hand(X)))
 closed = Defined("closed", (X,), openable(X) & ~is_open(X))
-labelled = Defined("labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LABELS)))
+labelled = Defined("labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LOOSE_RELATIONS)))
 carries, carried_by, within = support.carrying((lies_in, lies_on))
 shut_in = Defined("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
 floor_below = Lookup(
     "floor_below",
     2,
-    support.floors(_SUPPORTS, _standing_on),
+    support.floors(_SUPPORTS, _find_floor),
     (*_SUPPORTS, "floor", "stands_on"),
     support.on_floor("floor_below", floor, carries, stands_on(X, Y)),
 )
 
-_OWN = tuple([each for each in globals().values() if isinstance(each, Defined | Lookup)])
+_BASIC_DERIVED = tuple([each for each in globals().values() if isinstance(each, Defined | Lookup)])
 
 # Derived: what goals ask for.
 
 
-def _state_seen(name: str, own: Predicate) -> Defined:
+def _make_goal_state(name: str, own: Predicate) -> Defined:
     """A state as goals see it."""
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P)))
     return Defined(name, (X,), (own(X) & ~halved(X)) | (halved(X) & of_parts))
 
 
-def _relation_seen(name: str, own: Predicate | Defined) -> Defined:
+def _make_goal_relation(name: str, own: Predicate | Defined) -> Defined:
     """A relation as goals see it."""
     values = own.values if isinstance(own, Defined) else None
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P, Y)))
     seen = (own(X, Y) & ~halved(X)) | (halved(X) & of_parts)
-    return Defined(name, (X, Y), seen, as_its_parts(values or targets(own.name)))
+    return Defined(name, (X, Y), seen, combine_halves(values or make_target_lookup(own.name)))
 
 
-GOAL_STATES = tuple(_state_seen(own.name.removeprefix("is_"), own) for _, own in STATES)
+GOAL_STATES = tuple(_make_goal_state(own.name.removeprefix("is_"), own) for _, own in STATES)
 STORED = {
     "inside": lies_in,
     "ontop": lies_on,
@@ -165,12 +165,12 @@ STORED = {
 """The stored relation behind each relation of BDDL, in the order in which initial facts are entered."""
 
 GOAL_RELATIONS = tuple(
-    _relation_seen(name, within if own is lies_in else own) for name, own in STORED.items()
+    _make_goal_relation(name, within if own is lies_in else own) for name, own in STORED.items()
 )
-directly_inside = _relation_seen("directly_inside", lies_in)
+directly_inside = _make_goal_relation("directly_inside", lies_in)
 
 VOCABULARY = Vocabulary(
     predicates=tuple([each for each in globals().values() if isinstance(each, Predicate)]),
-    derived=(*_OWN, *GOAL_STATES, *GOAL_RELATIONS, directly_inside),
+    derived=(*_BASIC_DERIVED, *GOAL_STATES, *GOAL_RELATIONS, directly_inside),
 )
 """The predicates of this module in the order in which they are declared."""

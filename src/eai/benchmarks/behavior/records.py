@@ -34,10 +34,10 @@ STATE_OF_ABILITY: Mapping[str, str] = {
 }
 """Which ability of the taxonomy lets an object be in which state."""
 
-Condition: TypeAlias = tuple[str | tuple[str, ...], ...]
+GoalCondition: TypeAlias = tuple[str | tuple[str, ...], ...]
 """``(predicate, instance, ...)``, or ``("not", (predicate, instance, ...))``."""
 
-GroundOption: TypeAlias = tuple[Condition, ...]
+GroundOption: TypeAlias = tuple[GoalCondition, ...]
 """One way to meet a goal: all of these conditions."""
 
 
@@ -72,7 +72,7 @@ class BehaviorObject:
         return tuple(state for ability, state in STATE_OF_ABILITY.items() if ability in self.abilities)
 
     @property
-    def parts(self) -> tuple[str, ...]:
+    def half_names(self) -> tuple[str, ...]:
         """The names of what it falls into when it is sliced."""
         return tuple(f"{self.name}_part_{i}" for i in range(2)) if "sliceable" in self.abilities else ()
 
@@ -107,21 +107,21 @@ class BehaviorRecord:
 
 def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
     """The records of a pack, in data set order; a record is decoded once, on first use."""
-    lines, options = _by_id(pack.read(TASKS_MEMBER)), _by_id(pack.read(OPTIONS_MEMBER))
+    lines, options = _split_by_id(pack.read(TASKS_MEMBER)), _split_by_id(pack.read(OPTIONS_MEMBER))
 
     def read(task_id: str) -> BehaviorRecord:
-        return _record(task_id, json.loads(lines[task_id]), json.loads(options[task_id]))
+        return _read_record(task_id, json.loads(lines[task_id]), json.loads(options[task_id]))
 
     return TaskSet(lines, read, pack.sha256)
 
 
-def _by_id(content: bytes) -> dict[str, bytes]:
+def _split_by_id(content: bytes) -> dict[str, bytes]:
     """The lines of a member: each is an id, a tab and JSON."""
     pairs = (line.split(b"\t", 1) for line in content.splitlines())
     return {task_id.decode(): text for task_id, text in pairs}
 
 
-def _record(task_id: str, values: Mapping[str, Any], goals: Sequence[Sequence[Any]]) -> BehaviorRecord:
+def _read_record(task_id: str, values: Mapping[str, Any], goals: Sequence[Sequence[Any]]) -> BehaviorRecord:
     return BehaviorRecord(
         id=task_id,
         activity=values["activity"],
@@ -137,10 +137,10 @@ def _record(task_id: str, values: Mapping[str, Any], goals: Sequence[Sequence[An
         problem=parse_problem(values["problem"]),
         plan=tuple([(action, tuple(objects)) for action, objects in values["plan"]]),
         goal_options=tuple(
-            [tuple([tuple(map(_condition, option)) for option in options]) for options in goals]
+            [tuple([tuple(map(_read_condition, option)) for option in options]) for options in goals]
         ),
     )
 
 
-def _condition(values: Sequence[Any]) -> Condition:
+def _read_condition(values: Sequence[Any]) -> GoalCondition:
     return ("not", tuple(values[1])) if values[0] == "not" else tuple(values)

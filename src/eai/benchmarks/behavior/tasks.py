@@ -20,10 +20,10 @@ from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.state import Fact, Scene, State, WorldObject
 
-MAX_GRASPABLE = 1.5
+MAX_GRASPABLE_VOLUME = 1.5
 """The volume up to which an object can be grasped, in m3 (reference: ``evolving_graph.py`` grasp)."""
 
-MUCH = 5
+MUCH_LARGER_RATIO = 5
 """The ratio of volumes above which a thing falls off when its support is grasped (ibid.)."""
 
 _ABILITY_PREDICATES: Mapping[str, str] = {
@@ -71,8 +71,8 @@ def build_task(record: BehaviorRecord, evidence: UnpublishedFacts) -> BehaviorTa
         record: what published files say.
         evidence: what they do not say.
     """
-    builder = _Builder(record, evidence)
-    initial = builder.state(initial_relations(record, evidence))
+    builder = _BehaviorTaskBuilder(record, evidence)
+    initial = builder.build_state(collect_initial_relations(record, evidence))
     as_published = record.id in evidence.listed_relations_only
     return BehaviorTask(
         id=record.id,
@@ -80,12 +80,12 @@ def build_task(record: BehaviorRecord, evidence: UnpublishedFacts) -> BehaviorTa
         instruction=record.instruction,
         initial=initial,
         annotated_final=None,
-        script=tuple(builder.script()),
-        goals=tuple(builder.goals()),
+        script=tuple(builder.yield_script()),
+        goals=tuple(builder.yield_goals()),
         temporal_goal=None,
         relevant=tuple(range(len(builder.scene.objects))),
         record=record,
-        initial_as_published=builder.state(listed_relations(record)) if as_published else initial,
+        initial_as_published=builder.build_state(read_listed_relations(record)) if as_published else initial,
     )
 
 
@@ -98,15 +98,17 @@ def open_tasks(source: Source | None = None) -> BehaviorTasks:
     return build_tasks(read_records(open_pack(PACK, source)), load_evidence())
 
 
-def initial_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:
+def collect_initial_relations(
+    record: BehaviorRecord, evidence: UnpublishedFacts
+) -> tuple[GroundRelation, ...]:
     """The relations of objects at the start, by name: as listed, as assumed, as found by evidence."""
-    listed = listed_relations(record)
+    listed = read_listed_relations(record)
     removed = evidence.removed.get(record.id, ())
     kept = tuple(relation for relation in listed if relation[:2] not in removed)
-    return (*kept, *standing_relations(record, evidence), *evidence.added.get(record.id, ()))
+    return (*kept, *assume_standing_relations(record, evidence), *evidence.added.get(record.id, ()))
 
 
-def listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
+def read_listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
     """The relations of a problem file, by name; without those of the robot."""
     name_of = {thing.instance: thing.name for thing in record.objects}
     return tuple(
@@ -118,12 +120,14 @@ def listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
     )
 
 
-def standing_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:
+def assume_standing_relations(
+    record: BehaviorRecord, evidence: UnpublishedFacts
+) -> tuple[GroundRelation, ...]:
     """For furniture that the problem file places nowhere: it stands on the floor of its room."""
     stated = [fact for fact in record.problem.initial if fact.predicate == "inroom"]
     rooms = {fact.arguments[0].name: fact.arguments[1].name for fact in stated}
     floors = {rooms[o.instance]: o.name for o in record.objects if o.is_floor and o.instance in rooms}
-    listed = listed_relations(record)
+    listed = read_listed_relations(record)
     placed = {source for predicate, source, _ in listed if predicate in ("inside", "ontop", "onfloor")}
     return tuple(
         ("onfloor", thing.name, floors[rooms[thing.instance]])
@@ -134,7 +138,7 @@ def standing_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tu
     )
 
 
-def initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> Iterator[tuple[str, str]]:
+def yield_initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> Iterator[tuple[str, str]]:
     """State and name of each object that is in it at the start."""
     name_of = {thing.instance: thing.name for thing in record.objects}
     for fact in record.problem.initial:
@@ -145,71 +149,75 @@ def initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> Iterat
             yield "open", thing.name
 
 
-class _Builder:
+class _BehaviorTaskBuilder:
     """Makes scene, state and goals of one task."""
 
     def __init__(self, record: BehaviorRecord, evidence: UnpublishedFacts) -> None:
         self._record = record
         self._evidence = evidence
-        parts = (WorldObject(part, f"half_{thing.model}") for thing in record.objects for part in thing.parts)
+        parts = (
+            WorldObject(part, f"half_{thing.model}") for thing in record.objects for part in thing.half_names
+        )
         whole = (WorldObject(thing.name, thing.category) for thing in record.objects)
         self.scene = Scene(VOCABULARY, (*whole, *parts))
         self._index = self.scene.index
 
-    def state(self, relations: Iterable[GroundRelation]) -> State:
+    def build_state(self, relations: Iterable[GroundRelation]) -> State:
         """The state at the start, with these relations."""
-        return self.scene.state((*self._nature(), *self._sizes(), *self._situation(relations)))
+        return self.scene.state(
+            (*self._yield_kinds(), *self._yield_volume_comparisons(), *self._yield_situation(relations))
+        )
 
-    def goals(self) -> Iterator[Goal]:
+    def yield_goals(self) -> Iterator[Goal]:
         """The goals of the problem file, about objects by name."""
         problem = self._record.problem
         names = {thing.instance: thing.name for thing in self._record.objects}
         for formula in operands(rename_objects(problem.goal, names), And):
-            yield Goal(_kind(formula), formula)
+            yield Goal(_classify_goal(formula), formula)
 
-    def script(self) -> Iterator[Action]:
+    def yield_script(self) -> Iterator[Action]:
         """The human's plan; a misspelt action keeps its name."""
         for action, objects in self._record.plan:
             yield Action(action, tuple([self._index[name] for name in objects]))
 
-    def _nature(self) -> Iterator[Fact]:
+    def _yield_kinds(self) -> Iterator[Fact]:
         """The category of each object."""
         for thing in self._record.objects:
             names = [_ABILITY_PREDICATES[a] for a in thing.abilities if a in _ABILITY_PREDICATES]
             names += [thing.model] if thing.model in _MODEL_PREDICATES else []
             names += [p.floor.name] if thing.is_floor else []
-            for each in (thing.name, *thing.parts):
+            for each in (thing.name, *thing.half_names):
                 yield from (Fact(name, (self._index[each],)) for name in names)
-            for part in thing.parts:
+            for part in thing.half_names:
                 yield Fact(p.part_of.name, (self._index[part], self._index[thing.name]))
 
-    def _sizes(self) -> Iterator[Fact]:
+    def _yield_volume_comparisons(self) -> Iterator[Fact]:
         """The comparisons of the volumes of the objects."""
         known, scene = self._evidence.volumes, self._record.scene
-        volumes = [known.of(scene, thing.name, thing.model) for thing in self._record.objects]
+        volumes = [known.get_volume(scene, thing.name, thing.model) for thing in self._record.objects]
         for thing, volume in zip(self._record.objects, tuple(volumes), strict=True):
-            volumes += [known.part * volume] * len(thing.parts)
+            volumes += [known.ratio_of_half * volume] * len(thing.half_names)
         for i, mine in enumerate(volumes):
-            if mine > MAX_GRASPABLE:
+            if mine > MAX_GRASPABLE_VOLUME:
                 yield Fact(p.ungraspable.name, (i,))
             for j, other in enumerate(volumes):
                 if mine > other:
                     yield Fact(p.larger.name, (i, j))
-                    if mine > MUCH * other:
+                    if mine > MUCH_LARGER_RATIO * other:
                         yield Fact(p.much_larger.name, (i, j))
 
-    def _situation(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
+    def _yield_situation(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
         """States and places at the start."""
-        for state, name in initial_states(self._record, self._evidence):
+        for state, name in yield_initial_states(self._record, self._evidence):
             yield Fact(f"is_{state}", (self._index[name],))
         for predicate, source, target in relations:
             pair = (self._index[source], self._index[target])
             yield Fact(p.STORED[predicate].name, pair)
             if predicate == "nextto":
                 yield Fact(p.STORED[predicate].name, pair[::-1])
-        yield from self._robot()
+        yield from self._yield_robot_floor()
 
-    def _robot(self) -> Iterator[Fact]:
+    def _yield_robot_floor(self) -> Iterator[Fact]:
         """The floor that the robot stands on."""
         floors = {thing.instance: thing.name for thing in self._record.objects if thing.is_floor}
         for fact in self._record.problem.initial:
@@ -218,6 +226,6 @@ class _Builder:
                 yield Fact(p.robot_on.name, (self._index[floors[target[0]]],))
 
 
-def _kind(formula: Formula) -> GoalKind:
+def _classify_goal(formula: Formula) -> GoalKind:
     """Relation if the goal speaks of any, else state."""
     return GoalKind.STATE if RELATIONS.isdisjoint(predicates_of(formula)) else GoalKind.RELATION

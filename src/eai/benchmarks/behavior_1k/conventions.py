@@ -20,19 +20,19 @@ from eai.world.vocabulary import Predicate
 HEADING = "Conventions of this household that matter here:"
 SITUATION = "Sources and floors of this household:"
 
-_NEEDS: Mapping[Predicate, str] = {
+_NEED_WORDS: Mapping[Predicate, str] = {
     p.works_inside: "on what is inside it",
     p.works_on: "while switched on",
     p.works_closed: "while closed",
 }
 
-_WIPED: Mapping[Predicate, str] = {
+_WIPING_WORDS: Mapping[Predicate, str] = {
     p.removes_dry: "dry",
     p.removes_running: "switched on",
     p.removes_soaked: "soaked with a solvent",
 }
 
-_MADE: Mapping[Predicate, str] = {
+_MADE_SENTENCES: Mapping[Predicate, str] = {
     p.diced_as: "DICE makes {} of {}.",
     p.diced_cooked_as: "DICE makes {} of {} if that is cooked.",
     p.cooks_to: "Heat makes {} of {} in a vessel.",
@@ -40,10 +40,10 @@ _MADE: Mapping[Predicate, str] = {
     p.melts_to: "Heat melts {1} in or on something to {0}.",
 }
 
-_RESULTS: Mapping[str, Predicate] = {"cooked": p.makes_cooked, "hot": p.makes_hot}
+_RESULT_WORDS: Mapping[str, Predicate] = {"cooked": p.makes_cooked, "hot": p.makes_hot}
 
 
-class Facts:
+class SceneReader:
     """Reads the stored predicates of a state.
 
     Args:
@@ -58,15 +58,15 @@ class Facts:
     def _has(self, predicate: Predicate, *names: str) -> bool:
         return self._state.has(predicate.name, *[self._index[name] for name in names])
 
-    def _those(self, predicate: Predicate) -> list[str]:
+    def _find_things(self, predicate: Predicate) -> list[str]:
         """The things of which a predicate holds."""
         return [self._names[i] for i in bits(self._state.those(predicate.name))]
 
-    def _of(self, predicate: Predicate, name: str) -> list[str]:
+    def _find_targets(self, predicate: Predicate, name: str) -> list[str]:
         """The things to which a thing stands in a relation."""
         return [self._names[i] for i in bits(self._state.relation(predicate.name).row(self._index[name]))]
 
-    def _to(self, predicate: Predicate, name: str) -> list[str]:
+    def _find_sources(self, predicate: Predicate, name: str) -> list[str]:
         """The things that stand in a relation to a thing."""
         return [self._names[i] for i in bits(self._state.relation(predicate.name).column(self._index[name]))]
 
@@ -74,13 +74,15 @@ class Facts:
 def conventions(task: Task) -> str:
     """Return the sources, floors and conventions that matter in a task, each kind below its heading."""
     return "\n\n".join(
-        filter(None, (describe_situation(task), _join_below(HEADING, _Conventions(task.initial).lines())))
+        filter(
+            None, (describe_situation(task), _join_below(HEADING, _ConventionWriter(task.initial).lines()))
+        )
     )
 
 
 def describe_situation(task: Task) -> str:
     """Return the sources and floors of a task, one a line below the heading, or an empty text."""
-    return _join_below(SITUATION, _Situation(task.initial).lines())
+    return _join_below(SITUATION, _SituationWriter(task.initial).lines())
 
 
 def _join_below(heading: str, lines: Iterable[str]) -> str:
@@ -88,23 +90,23 @@ def _join_below(heading: str, lines: Iterable[str]) -> str:
     return "\n".join((heading, *listed)) if listed else ""
 
 
-class _Situation(Facts):
+class _SituationWriter(SceneReader):
     """States what sources give, and the floors of objects that rest on nothing."""
 
     def lines(self) -> Iterator[str]:
         """Yield a line for each source and each floor."""
         for source in self._names:
-            given = self._of(p.gives, source)
+            given = self._find_targets(p.gives, source)
             if given:
-                yield f"- {source} {self._giving(source, _listed(given))}."
+                yield f"- {source} {self._describe_source(source, _join_names(given))}."
         resting = reduce(or_, [self._state.relation(place).sources for place in p.SUPPORTS])
-        free = {*self._those(p.present)} - {self._names[i] for i in bits(resting)}
-        for floor in self._those(p.floor):
-            above = [name for name in self._to(p.by_floor, floor) if name in free]
+        free = {*self._find_things(p.present)} - {self._names[i] for i in bits(resting)}
+        for floor in self._find_things(p.floor):
+            above = [name for name in self._find_sources(p.by_floor, floor) if name in free]
             if above:
-                yield f"- {floor} is the floor of {_listed(above)}."
+                yield f"- {floor} is the floor of {_join_names(above)}."
 
-    def _giving(self, source: str, given: str) -> str:
+    def _describe_source(self, source: str, given: str) -> str:
         """Return the way in which a source gives: a fixed one to FILL and SOAK, another to POUR and APPLY."""
         if not self._has(p.fixed, source):
             return f"always holds {given}"
@@ -112,84 +114,98 @@ class _Situation(Facts):
         return f"gives {given}{running}"
 
 
-class _Conventions(Facts):
+class _ConventionWriter(SceneReader):
     """States the static facts of a scene."""
 
     def lines(self) -> Iterator[str]:
         """Yield a line for each convention."""
-        yield from map(self._removal, [name for name in self._names if self._to(p.has_cover, name)])
-        yield from self._heat()
+        yield from map(
+            self._describe_removal, [name for name in self._names if self._find_sources(p.has_cover, name)]
+        )
+        yield from self._describe_heat()
         for name in self._names:
-            yield from self._products(name)
-        yield from map(self._recipe, self._those(p.recipe))
+            yield from self._describe_products(name)
+        yield from map(self._describe_recipe, self._find_things(p.recipe))
         for name in self._names:
-            fitting = self._of(p.fits, name)
+            fitting = self._find_targets(p.fits, name)
             if fitting:
-                yield f"- {name} can be attached to {_listed(fitting)}."
+                yield f"- {name} can be attached to {_join_names(fitting)}."
 
-    def _removal(self, substance: str) -> str:
+    def _describe_removal(self, substance: str) -> str:
         """The ways to remove a substance that covers something."""
-        wiping = {how: self._to(manner, substance) for manner, how in _WIPED.items()}
-        ways = [f"by wiping with {_listed(tools)} ({how})" for how, tools in wiping.items() if tools]
-        washing, solvents = self._to(p.washes_off, substance), self._of(p.dissolved_by, substance)
+        wiping = {how: self._find_sources(manner, substance) for manner, how in _WIPING_WORDS.items()}
+        ways = [f"by wiping with {_join_names(tools)} ({how})" for how, tools in wiping.items() if tools]
+        washing, solvents = (
+            self._find_sources(p.washes_off, substance),
+            self._find_targets(p.dissolved_by, substance),
+        )
         if washing:
-            ways.append(f"by washing or rinsing in {_listed(washing)}")
-        machines = [one for one in (*self._those(p.washer), *self._those(p.sink)) if one not in washing]
+            ways.append(f"by washing or rinsing in {_join_names(washing)}")
+        machines = [
+            one for one in (*self._find_things(p.washer), *self._find_things(p.sink)) if one not in washing
+        ]
         if solvents and machines:
-            ways.append(f"by washing or rinsing in {_listed(machines)} with a solvent in it or on the thing")
-        dissolved = f" Its solvents here: {_listed(solvents)}." if solvents else ""
+            ways.append(
+                f"by washing or rinsing in {_join_names(machines)} with a solvent in it or on the thing"
+            )
+        dissolved = f" Its solvents here: {_join_names(solvents)}." if solvents else ""
         return f"- {substance} is removed {'; '.join(ways) or 'by nothing here'}.{dissolved}"
 
-    def _heat(self) -> Iterator[str]:
+    def _describe_heat(self) -> Iterator[str]:
         """Yield the needs of sources of heat and cold, and their effects on things here."""
-        sources = self._those(p.heat_source)
-        food = {name for source in sources for name in self._of(p.cooks, source)}
-        for source in (*sources, *self._those(p.cold_source)):
-            needs = [words for need, words in _NEEDS.items() if self._has(need, source)]
-            cooked, molten = self._of(p.cooks, source), self._of(p.melts, source)
-            all_food = "all food here" if set(cooked) == food else _listed(cooked)
+        sources = self._find_things(p.heat_source)
+        food = {name for source in sources for name in self._find_targets(p.cooks, source)}
+        for source in (*sources, *self._find_things(p.cold_source)):
+            needs = [words for need, words in _NEED_WORDS.items() if self._has(need, source)]
+            cooked, molten = self._find_targets(p.cooks, source), self._find_targets(p.melts, source)
+            all_food = "all food here" if set(cooked) == food else _join_names(cooked)
             effects = [f"cooks {all_food}"] if cooked else []
-            effects += [f"melts {_listed(molten)}"] if molten else []
-            effects += ["cools and freezes what can be frozen"] if self._of(p.chills, source) else []
+            effects += [f"melts {_join_names(molten)}"] if molten else []
+            effects += (
+                ["cools and freezes what can be frozen"] if self._find_targets(p.chills, source) else []
+            )
             does = f"; it {' and '.join(effects)}" if effects else ""
             yield f"- {source} works {', '.join(needs) or 'always'}{does}."
 
-    def _products(self, name: str) -> Iterator[str]:
+    def _describe_products(self, name: str) -> Iterator[str]:
         """Yield the products of cutting and heating a thing."""
-        halves = self._to(p.part_of, name)
+        halves = self._find_sources(p.part_of, name)
         if halves:
-            yield f"- SLICE makes {_listed(halves)} of {name}."
-        for predicate, words in _MADE.items():
-            made = self._of(predicate, name)
+            yield f"- SLICE makes {_join_names(halves)} of {name}."
+        for predicate, words in _MADE_SENTENCES.items():
+            made = self._find_targets(predicate, name)
             if made:
-                yield f"- {words.format(_listed(made), name)}"
+                yield f"- {words.format(_join_names(made), name)}"
 
-    def _recipe(self, recipe: str) -> str:
+    def _describe_recipe(self, recipe: str) -> str:
         """Return a recipe as a sentence."""
-        vessels, sources = self._of(p.made_in, recipe), self._of(p.heated_by, recipe)
+        vessels, sources = self._find_targets(p.made_in, recipe), self._find_targets(p.heated_by, recipe)
         if self._has(p.by_stirring, recipe):
             how = "by stirring, in any vessel"
         elif self._has(p.by_heat, recipe):
-            how = f"in {_listed(vessels, 'or')} by {_listed(sources, 'or')}"
+            how = f"in {_join_names(vessels, 'or')} by {_join_names(sources, 'or')}"
         else:
-            how = f"in {_listed(vessels, 'or')}, switched on, by RUN"
-        toppings, bases = self._taken(recipe, p.topping), _listed(self._of(p.base, recipe), "or")
+            how = f"in {_join_names(vessels, 'or')}, switched on, by RUN"
+        toppings, bases = (
+            self._describe_ingredients(recipe, p.topping),
+            _join_names(self._find_targets(p.base, recipe), "or"),
+        )
         over = f", with {toppings} on {bases}" if toppings else ""
-        results = [word for word, makes in _RESULTS.items() if self._has(makes, recipe)]
-        state = f" {_listed(results)}" if results else ""
-        taken = self._taken(recipe, p.ingredient) or "no ingredients"
+        results = [word for word, makes in _RESULT_WORDS.items() if self._has(makes, recipe)]
+        state = f" {_join_names(results)}" if results else ""
+        taken = self._describe_ingredients(recipe, p.ingredient) or "no ingredients"
         alone = "" if self._has(p.relaxed, recipe) else ", and nothing else"
-        made = self._of(p.makes, recipe)
+        made = self._find_targets(p.makes, recipe)
         are = "are" if len(made) > 1 else "is"
-        return f"- {_listed(made)} {are} made{state} {how} of {taken}{over}{alone}."
+        return f"- {_join_names(made)} {are} made{state} {how} of {taken}{over}{alone}."
 
-    def _taken(self, recipe: str, role: Predicate) -> str:
+    def _describe_ingredients(self, recipe: str, role: Predicate) -> str:
         """The things that a recipe takes in a role, and whether they are to be cooked."""
-        raw, cooked = self._of(p.raw, recipe), self._of(p.cooked_first, recipe)
+        raw, cooked = self._find_targets(p.raw, recipe), self._find_targets(p.cooked_first, recipe)
         notes = {**dict.fromkeys(raw, " (not cooked)"), **dict.fromkeys(cooked, " (cooked)")}
-        return _listed([f"{name}{notes.get(name, '')}" for name in self._of(role, recipe)])
+        return _join_names([f"{name}{notes.get(name, '')}" for name in self._find_targets(role, recipe)])
 
 
-def _listed(names: Iterable[str], word: str = "and") -> str:
+def _join_names(names: Iterable[str], word: str = "and") -> str:
     several: Sequence[str] = list(names)
     return f" {word} ".join([", ".join(several[:-1]), several[-1]]) if len(several) > 1 else "".join(several)

@@ -22,13 +22,13 @@ _SYNSET = re.compile(r"[\w'-]+\.n\.\d\d\b")
 _RULES = "bddl/generated_data/transition_map/tm_jsons"
 _ATTACHMENTS = re.compile(r"VALID_ATTACHMENTS = set\((\[.*?\])\)", re.DOTALL)
 
-MENDED: Mapping[str, tuple[str, str]] = {
+CORRECTIONS: Mapping[str, tuple[str, str]] = {
     "loading_the_car": (") ) (not (open ?car.n.01_1) ) )", ") (not (open ?car.n.01_1) ) ) )"),
     "wash_a_baseball_cap": ("\\", ""),
 }
 """Two slips of the pen and what is meant: a goal beside the conjunction, a stray backslash."""
 
-_PLAIN = {
+_PLAIN_ABILITIES = {
     *("openable", "toggleable", "slicer", "fillable", "cloth", "drapeable", "rope", "mixingTool"),
     *("sceneObject", "substance", "liquid", "visualSubstance", "flammable", "freezable"),
 }
@@ -44,15 +44,17 @@ def convert_tasks(files: Bundle, report: Report) -> dict[str, bytes]:
     Raises:
         DataError: a file is absent or not as expected.
     """
-    texts = dict(_definitions(files))
+    texts = dict(_read_definitions(files))
     rules = _read_rules(files)
     known = set(_SYNSET.findall(json.dumps(rules))) | set(_SYNSET.findall(" ".join(texts.values())))
     annotated = _read_json(files, "bddl/generated_data/propagated_annots_params.json")
-    kinds = {synset: dict(_abilities(annotated[synset])) for synset in sorted(known & annotated.keys())}
+    kinds = {
+        synset: dict(_select_abilities(annotated[synset])) for synset in sorted(known & annotated.keys())
+    }
     removers: list[object] = []
     for abilities in kinds.values():
         if "removes" in abilities:
-            abilities["removes"] = _number(removers, abilities["removes"])
+            abilities["removes"] = _number_value(removers, abilities["removes"])
     values = {"kinds": kinds, "removers": removers}
     lines = [f"{name}\t{text}\n" for name, text in texts.items()]
     return {
@@ -66,11 +68,11 @@ def _compact(value: object) -> bytes:
     return json.dumps(value, separators=(",", ":")).encode()
 
 
-def _number(known: list[object], value: object) -> int:
+def _number_value(values: list[object], value: object) -> int:
     """The place of a value in a list; there are nine kinds of removers in all."""
-    if value not in known:
-        known.append(value)
-    return known.index(value)
+    if value not in values:
+        values.append(value)
+    return values.index(value)
 
 
 def _read_json(files: Bundle, path: str) -> Any:
@@ -80,23 +82,23 @@ def _read_json(files: Bundle, path: str) -> Any:
         raise DataError(f"{path}: expected JSON ({error})") from error
 
 
-def _definitions(files: Bundle) -> Iterator[tuple[str, str]]:
+def _read_definitions(files: Bundle) -> Iterator[tuple[str, str]]:
     """The definitions by name, each on one line, in alphabetical order."""
     for path in sorted(files.names):
         match = _DEFINITION.fullmatch(path)
         if match is not None:
             text = re.sub(r";[^\n]*", "", files.read(path).decode()).lower()
             text = re.sub(r"\( ", "(", " ".join(text.split()))
-            wrong, meant = MENDED.get(match[1], ("", ""))
+            wrong, meant = CORRECTIONS.get(match[1], ("", ""))
             if wrong not in text:
                 raise DataError(f"{path}: expected the slip of the pen {wrong!r}")
             yield match[1], text.replace(wrong, meant) if wrong else text
 
 
-def _abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
+def _select_abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
     """The abilities of a kind that the domain asks for, with what they need."""
     for name, parameters in annotated.items():
-        if name in _PLAIN:
+        if name in _PLAIN_ABILITIES:
             yield name, True
         elif name in _TEMPERATURES:
             key, usual = _TEMPERATURES[name]
@@ -109,24 +111,25 @@ def _abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
         elif name == "particleSink":
             yield "drains", True
         elif name == "particleRemover":
-            yield "removes", _remover(parameters)
+            yield "removes", _read_remover(parameters)
 
 
-def _remover(parameters: Mapping[str, Any]) -> Mapping[str, object] | None:
+def _read_remover(parameters: Mapping[str, Any]) -> Mapping[str, object] | None:
     """By substance how a tool removes it: with what soaked in it, switched on, or just so; None for never.
 
     A few kinds that stand for others have no conditions of their own; they remove what a rag does.
     """
     if not parameters:
         return None
-    by_substance = {name: _manner(way) for name, way in parameters["conditions"].items()}
+    by_substance = {name: _read_manner(way) for name, way in parameters["conditions"].items()}
     others = {
-        kind: _manner(parameters[f"default_{kind}_conditions"]) for kind in ("visual", "fluid", "non_fluid")
+        kind: _read_manner(parameters[f"default_{kind}_conditions"])
+        for kind in ("visual", "fluid", "non_fluid")
     }
     return {**by_substance, **others}
 
 
-def _manner(conditions: Sequence[Sequence[Any]] | None) -> str | list[str] | None:
+def _read_manner(conditions: Sequence[Sequence[Any]] | None) -> str | list[str] | None:
     match conditions:
         case None:
             return None
@@ -162,16 +165,16 @@ def _read_rules(files: Bundle) -> dict[str, object]:
     return {
         "slice": {first(r["input_synsets"]): first(r["output_synsets"].items()) for r in rules("slicing")},
         "dice": dice,
-        "melt": _pairs(rules("melting")),
-        "cook": _pairs(rules("substance_cooking")),
-        "cook_in_water": _pairs(rules("substance_watercooking")),
+        "melt": _read_products(rules("melting")),
+        "cook": _read_products(rules("substance_cooking")),
+        "cook_in_water": _read_products(rules("substance_watercooking")),
         "wash": rules("washer"),
         "fits": sorted(ast.literal_eval(match[1])),
-        "recipes": [_recipe(by, rule) for by, rule in mixed],
+        "recipes": [_read_recipe(by, rule) for by, rule in mixed],
     }
 
 
-def _pairs(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+def _read_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     """Return the products by kind; boiled water, which some need besides, is no part of it."""
     return {
         next(name for name in rule["input_synsets"] if not name.startswith("cooked__")): next(
@@ -181,7 +184,7 @@ def _pairs(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     }
 
 
-def _recipe(by: str, rule: Mapping[str, Any]) -> dict[str, object]:
+def _read_recipe(by: str, rule: Mapping[str, Any]) -> dict[str, object]:
     """A recipe: what it takes, how and by what it is made, and what comes of it."""
     states = rule.get("input_states") or {}
     result = [state for each in (rule.get("output_states") or {}).values() for state, so in each if so]

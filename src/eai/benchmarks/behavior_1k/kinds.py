@@ -25,7 +25,7 @@ RAG = "rag.n.01"
 
 WATER, BOILED_WATER = "water.n.06", "cooked__water.n.01"
 WASHER, DRYER = "washer.n.03", "clothes_dryer.n.01"
-HOT_ENOUGH_TO_MELT, HOT_ENOUGH_TO_LIGHT = 100, 1000
+MELTING_TEMPERATURE, LIGHTING_TEMPERATURE = 100, 1000
 """Temperatures in degrees Celsius: `MeltingRule`, and the flame of a lighter."""
 
 Manner: TypeAlias = str | list[str] | None
@@ -82,7 +82,7 @@ class Making:
 
 
 @dataclass(frozen=True)
-class _Rules:
+class _KindRules:
     """The rules; each mapping is from a kind to what it becomes.
 
     Attributes:
@@ -108,9 +108,9 @@ class _Rules:
     @cached_property
     def makings(self) -> Mapping[str, Sequence[Making]]:
         """All ways to make each kind."""
-        return grouped(self._makings())
+        return grouped(self._yield_makings())
 
-    def _makings(self) -> Iterator[tuple[str, Making]]:
+    def _yield_makings(self) -> Iterator[tuple[str, Making]]:
         for whole, (half, _) in self.slice.items():
             yield half, Making("slice", (whole,), ("slicer",))
         for whole, dice in self.dice.items():
@@ -139,29 +139,29 @@ class Kinds:
     def __init__(self, values: Mapping[str, Any], rules: object) -> None:
         self._kinds: Mapping[str, Mapping[str, Any]] = values["kinds"]
         self._removers: Sequence[Mapping[str, Any] | None] = values["removers"]
-        self.rules = TypeAdapter(_Rules).validate_python(rules)
+        self.rules = TypeAdapter(_KindRules).validate_python(rules)
 
     def has(self, synset: str, *abilities: str) -> bool:
         """Whether a kind has one of these abilities."""
         known = self._kinds.get(synset, {})
         return any(ability in known for ability in abilities)
 
-    def threshold(self, synset: str, ability: str) -> float | None:
+    def get_threshold(self, synset: str, ability: str) -> float | None:
         """The temperature from which on an ability shows; None without the ability."""
         found = self._kinds.get(synset, {}).get(ability)
         return None if found is None else float(found)
 
-    def source(self, synset: str, ability: str) -> _HeatSource | None:
+    def get_heat_source(self, synset: str, ability: str) -> _HeatSource | None:
         """The source of heat or cold that a kind is; None if it is none."""
         found = self._kinds.get(synset, {}).get(ability)
         return None if found is None else _HeatSource(found["temperature"], tuple(found["needs"]))
 
-    def gives(self, synset: str) -> Sequence[str]:
+    def get_substances(self, synset: str) -> Sequence[str]:
         """The substances that a source or an applier gives."""
         found: Sequence[str] = self._kinds.get(synset, {}).get("gives", ())
         return found
 
-    def removes(self, tool: str, substance: str) -> Manner:
+    def get_manner(self, tool: str, substance: str) -> Manner:
         """How a kind of tool removes a substance."""
         number = self._kinds.get(tool, {}).get("removes")
         if number is None:

@@ -28,39 +28,39 @@ MOVABLE = affordance(~p.fixed(X), "{x} cannot be moved")
 HAND_FREE = missing(~p.hands_full(), "both hands are full")
 
 
-def exists(thing: Variable) -> Check:
+def require_existing(thing: Variable) -> Check:
     """The thing has come to be, and is not used up."""
     return missing(p.real(thing), f"{{{thing.name}}} does not exist now")
 
 
-def reachable(thing: Variable) -> Check:
+def require_reachable(thing: Variable) -> Check:
     """The thing is in nothing that is closed."""
     shut = Exists(Z, p.closed(Z) & p.within(thing, Z))
     return missing(~p.shut_in(thing), f"{{{thing.name}}} is inside something that is closed", witness=shut)
 
 
-def solid(thing: Variable) -> Check:
+def require_object(thing: Variable) -> Check:
     """The thing is an object."""
     reason = f"{{{thing.name}}} is a substance: only what holds it can be handled"
     return affordance(~p.substance(thing) & ~p.recipe(thing), reason)
 
 
-def in_hand(thing: Variable) -> Check:
+def require_in_hand(thing: Variable) -> Check:
     """The thing is in a hand."""
     return missing(p.held(thing), f"{{{thing.name}}} is not in a hand")
 
 
-def apart(one: Variable, other: Variable) -> Check:
+def require_different(one: Variable, other: Variable) -> Check:
     """The things are two."""
     return affordance(~Equals(one, other), f"{{{one.name}}} cannot be used with itself")
 
 
-def is_able(thing: Variable, ability: Predicate, reason: str) -> Check:
+def require_ability(thing: Variable, ability: Predicate, reason: str) -> Check:
     """The thing is of a kind for this."""
     return affordance(ability(thing), f"{{{thing.name}}} {reason}")
 
 
-def loose(thing: Variable) -> tuple[Effect, ...]:
+def take_from_place(thing: Variable) -> tuple[Effect, ...]:
     """The thing leaves its place."""
     places = (p.lies_in, p.lies_on, p.laid_over, p.draped_on, p.stands_under)
     return (
@@ -70,18 +70,18 @@ def loose(thing: Variable) -> tuple[Effect, ...]:
     )
 
 
-def used_up(thing: Variable) -> tuple[Effect, ...]:
+def use_up(thing: Variable) -> tuple[Effect, ...]:
     """The thing is no more."""
     states = (p.is_cooked, p.is_frozen, p.is_hot, p.is_on_fire, p.present, p.held)
     relations = (p.attached_to, p.has_cover, p.soaked_with)
     return (
-        *loose(thing),
+        *take_from_place(thing),
         *(Delete(relation(thing, ANYTHING)) for relation in relations),
         *(Delete(state(thing)) for state in states),
     )
 
 
-def rests_with(thing: Variable, neighbour: Variable) -> tuple[Effect, ...]:
+def put_with(thing: Variable, neighbour: Variable) -> tuple[Effect, ...]:
     """The thing comes to rest where its neighbour does; beside what rests on nothing, on the floor there."""
     return (
         Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(thing, C)),)),
@@ -93,7 +93,7 @@ def rests_with(thing: Variable, neighbour: Variable) -> tuple[Effect, ...]:
     )
 
 
-def _going_to(thing: Variable) -> Effect:
+def _go_to(thing: Variable) -> Effect:
     """The robot goes to where a thing is."""
     return Let(F, p.floor_of(thing, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
 
@@ -101,7 +101,7 @@ def _going_to(thing: Variable) -> Effect:
 def navigate_to() -> Operator:
     """From primitives NAVIGATE_TO."""
     return Operator(
-        "NAVIGATE_TO", (X,), (exists(X),), (_going_to(X),), "go to the object", role=Role.MOVEMENT
+        "NAVIGATE_TO", (X,), (require_existing(X),), (_go_to(X),), "go to the object", role=Role.MOVEMENT
     )
 
 
@@ -111,45 +111,45 @@ def grasp() -> Operator:
         MOVABLE,
         affordance(~p.floor(X), "{x} is a floor"),
         additional(~p.held(X), "{x} is in a hand already"),
-        exists(X),
+        require_existing(X),
         HAND_FREE,
         missing(
             ~Exists(Y, p.attached_to(X, Y)),
             "{x} is attached to something",
             witness=Exists(Y, p.attached_to(X, Y)),
         ),
-        reachable(X),
+        require_reachable(X),
     )
     text = "take the object, with all that is in or on it, into a free hand"
-    return Operator("GRASP", (X,), checks, (*loose(X), Add(p.held(X))), text, role=Role.TAKES)
+    return Operator("GRASP", (X,), checks, (*take_from_place(X), Add(p.held(X))), text, role=Role.TAKES)
 
 
 def release() -> Operator:
     """From primitives RELEASE."""
     effects = (Delete(p.held(X)), Let(F, p.robot_on(F), (Add(p.lies_on(X, F)),)))
     text = "let go of the object in a hand; it comes to lie on the floor where the robot is"
-    return Operator("RELEASE", (X,), (in_hand(X),), effects, text, role=Role.RELEASES)
+    return Operator("RELEASE", (X,), (require_in_hand(X),), effects, text, role=Role.RELEASES)
 
 
-def _places(
+def _make_placing_action(
     name: str, text: str, effects: tuple[Effect, ...], *checks: Check, others: tuple[Variable, ...] = (Y,)
 ) -> Operator:
     """Return an action that puts what is in a hand somewhere."""
-    needed = [in_hand(X)]
+    needed = [require_in_hand(X)]
     for other in others:
         needed += [
-            apart(X, other),
-            exists(other),
+            require_different(X, other),
+            require_existing(other),
             missing(~p.carried_by(other, X), f"{{{other.name}}} is carried by {{x}}"),
-            reachable(other),
+            require_reachable(other),
         ]
     return Operator(name, (X, *others), (*needed, *checks), (Delete(p.held(X)), *effects), text)
 
 
-def placing() -> Iterator[Operator]:
+def make_placing_actions() -> Iterator[Operator]:
     """From primitives PLACE_ON_TOP and PLACE_INSIDE, states next_to, under, overlaid, draped, attached_to."""
-    first, is_cloth = "the first object, which is in a hand,", is_able(X, p.cloth, "is no cloth")
-    inside = is_able(Y, p.container, "has no inside"), missing(~p.closed(Y), "{y} is closed")
+    first, is_cloth = "the first object, which is in a hand,", require_ability(X, p.cloth, "is no cloth")
+    inside = require_ability(Y, p.container, "has no inside"), missing(~p.closed(Y), "{y} is closed")
     fits = affordance(p.fits(X, Y), "{x} cannot be attached to {y}")
     for name, relation, text, checks in (
         ("PLACE_ONTOP", p.lies_on, f"put {first} onto the second", ()),
@@ -158,16 +158,16 @@ def placing() -> Iterator[Operator]:
         ("DRAPE", p.draped_on, "hang the first object, a cloth in a hand, over the second", (is_cloth,)),
         ("ATTACH", p.attached_to, f"attach {first} to the second", (fits,)),
     ):
-        yield _places(name, text, (Add(relation(X, Y)),), *checks)
+        yield _make_placing_action(name, text, (Add(relation(X, Y)),), *checks)
     beside, under = both_ways(Add, p.stands_by(X, Y)), Add(p.stands_under(X, Y))
-    yield _places("PLACE_UNDER", f"put {first} under the second", (under, *rests_with(X, Y)))
-    yield _places("PLACE_NEXTTO", f"put {first} next to the second", (*beside, *rests_with(X, Y)))
+    yield _make_placing_action("PLACE_UNDER", f"put {first} under the second", (under, *put_with(X, Y)))
+    yield _make_placing_action("PLACE_NEXTTO", f"put {first} next to the second", (*beside, *put_with(X, Y)))
     together = Exists(C, p.carries(C, Y) & p.carries(C, Z)) | Exists(F, p.floor_of(Y, F) & p.floor_of(Z, F))
-    yield _places(
+    yield _make_placing_action(
         "PLACE_BETWEEN",
         f"put {first} next to both the second and the third",
-        (*beside, *both_ways(Add, p.stands_by(X, Z)), *rests_with(X, Y)),
-        apart(Y, Z),
+        (*beside, *both_ways(Add, p.stands_by(X, Z)), *put_with(X, Y)),
+        require_different(Y, Z),
         missing(together, "{y} and {z} are not in one place"),
         others=(Y, Z),
     )
@@ -175,13 +175,18 @@ def placing() -> Iterator[Operator]:
 
 def detach() -> Operator:
     """From states attached_to."""
-    checks = (exists(X), missing(p.attached_to(X, Y), "{x} is not attached to {y}"), HAND_FREE, reachable(X))
-    effects = (Delete(p.attached_to(X, Y)), *loose(X), Add(p.held(X)))
+    checks = (
+        require_existing(X),
+        missing(p.attached_to(X, Y), "{x} is not attached to {y}"),
+        HAND_FREE,
+        require_reachable(X),
+    )
+    effects = (Delete(p.attached_to(X, Y)), *take_from_place(X), Add(p.held(X)))
     text = "detach the first object from the second, into a free hand"
     return Operator("DETACH", (X, Y), checks, effects, text, role=Role.TAKES)
 
 
-def _sets(
+def _make_state_action(
     name: str,
     ability: Predicate,
     state: Predicate,
@@ -193,25 +198,29 @@ def _sets(
     """An object is put into a state, or taken out of it."""
     already = f"{{x}} is {'' if to else 'not '}{state.name.removeprefix('is_').replace('_', ' ')} already"
     checks = (
-        is_able(X, ability, f"is not {ability.name}"),
+        require_ability(X, ability, f"is not {ability.name}"),
         additional(~state(X) if to else state(X), already.replace("not open already", "closed already")),
-        exists(X),
+        require_existing(X),
         hand,
-        reachable(X),
+        require_reachable(X),
     )
     return Operator(name, (X,), checks, (Add(state(X)) if to else Delete(state(X)), *effects), text)
 
 
-def setting() -> Iterator[Operator]:
+def make_state_actions() -> Iterator[Operator]:
     """From primitives OPEN, CLOSE, TOGGLE_ON, TOGGLE_OFF; states folded."""
     hand = missing(p.held(X) | ~p.hands_full(), "both hands are full", (~p.hands_full(),))
-    yield _sets("OPEN", p.openable, p.is_open, "open the object", to=True)
-    yield _sets("CLOSE", p.openable, p.is_open, "close the object", to=False)
-    yield _sets("TOGGLE_ON", p.toggleable, p.is_toggled_on, "switch the object on", to=True, hand=hand)
-    yield _sets("TOGGLE_OFF", p.toggleable, p.is_toggled_on, "switch the object off", to=False, hand=hand)
+    yield _make_state_action("OPEN", p.openable, p.is_open, "open the object", to=True)
+    yield _make_state_action("CLOSE", p.openable, p.is_open, "close the object", to=False)
+    yield _make_state_action(
+        "TOGGLE_ON", p.toggleable, p.is_toggled_on, "switch the object on", to=True, hand=hand
+    )
+    yield _make_state_action(
+        "TOGGLE_OFF", p.toggleable, p.is_toggled_on, "switch the object off", to=False, hand=hand
+    )
     unfolded, folded = Delete(p.is_unfolded(X)), Delete(p.is_folded(X))
-    yield _sets("FOLD", p.foldable, p.is_folded, "fold the object", unfolded, to=True)
-    yield _sets("UNFOLD", p.foldable, p.is_unfolded, "unfold the object", folded, to=True)
+    yield _make_state_action("FOLD", p.foldable, p.is_folded, "fold the object", unfolded, to=True)
+    yield _make_state_action("UNFOLD", p.foldable, p.is_unfolded, "unfold the object", folded, to=True)
 
 
 def slice_() -> Operator:
@@ -225,19 +234,19 @@ def slice_() -> Operator:
         Let(C, place(X, C), (ForEach(P, halves, (Add(place(P, C)),)),)) for place in (p.lies_in, p.lies_on)
     )
     covered = ForEach(S, p.has_cover(X, S), (ForEach(P, halves, (Add(p.has_cover(P, S)),)),))
-    effects = (ForEach(P, halves, (Add(p.present(P)),)), *placed, *inherited, covered, *used_up(X))
+    effects = (ForEach(P, halves, (Add(p.present(P)),)), *placed, *inherited, covered, *use_up(X))
     text = "cut the first object into halves with the second, which is in a hand"
-    return Operator("SLICE", (X, T), _cuts(p.sliceable, "cannot be sliced"), effects, text)
+    return Operator("SLICE", (X, T), _require_cutting(p.sliceable, "cannot be sliced"), effects, text)
 
 
-def _cuts(ability: Predicate, reason: str) -> tuple[Check, ...]:
+def _require_cutting(ability: Predicate, reason: str) -> tuple[Check, ...]:
     return (
-        is_able(X, ability, reason),
-        is_able(T, p.slicer, "cannot cut"),
-        exists(X),
-        in_hand(T),
+        require_ability(X, ability, reason),
+        require_ability(T, p.slicer, "cannot cut"),
+        require_existing(X),
+        require_in_hand(T),
         missing(~p.held(X), "{x} is in a hand"),
-        reachable(X),
+        require_reachable(X),
     )
 
 
@@ -245,32 +254,32 @@ def dice() -> Operator:
     """From rules DicingRule: the dice are a substance, in what could be filled or on what the object lay."""
     diced = (p.diced_as(X, S) & ~p.is_cooked(X)) | (p.diced_cooked_as(X, S) & p.is_cooked(X))
 
-    def dropped(place: Formula, *held_as: Predicate) -> Effect:
+    def drop_dice(place: Formula, *held_as: Predicate) -> Effect:
         return ForEach(C, place, (ForEach(S, diced, tuple(Add(each(C, S)) for each in held_as)),))
 
     effects = (
         ForEach(S, diced, (Add(p.present(S)),)),
-        dropped(p.lies_in(X, C) & p.fillable(C), p.has_in, p.full_of),
-        dropped(p.lies_in(X, C) & ~p.fillable(C), p.has_cover),
-        dropped(p.lies_on(X, C), p.has_cover),
-        *used_up(X),
+        drop_dice(p.lies_in(X, C) & p.fillable(C), p.has_in, p.full_of),
+        drop_dice(p.lies_in(X, C) & ~p.fillable(C), p.has_cover),
+        drop_dice(p.lies_on(X, C), p.has_cover),
+        *use_up(X),
     )
     text = "cut the first object into dice with the second, which is in a hand"
-    return Operator("DICE", (X, T), _cuts(p.diceable, "cannot be diced"), effects, text)
+    return Operator("DICE", (X, T), _require_cutting(p.diceable, "cannot be diced"), effects, text)
 
 
 # What a thing can be poured from it: what is in it, what it gives, and what lies on it but a mere stain.
-HELD = p.has_in(X, S) | p.gives(X, S) | (p.has_cover(X, S) & ~p.visual(S))
-HOLDS_SOMETHING = missing(Exists(S, HELD), "{x} holds no substance")
+POURABLE = p.has_in(X, S) | p.gives(X, S) | (p.has_cover(X, S) & ~p.visual(S))
+HOLDS_SOMETHING = missing(Exists(S, POURABLE), "{x} holds no substance")
 RUNNING = missing(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switched on")
 
 
 def fill() -> Operator:
     """From states particle_source_or_sink."""
     checks = (
-        is_able(X, p.fillable, "cannot be filled"),
+        require_ability(X, p.fillable, "cannot be filled"),
         affordance(p.fixed(Y) & Exists(S, p.gives(Y, S)), "{y} gives nothing"),
-        in_hand(X),
+        require_in_hand(X),
         missing(~p.closed(X), "{x} is closed"),
         RUNNING,
     )
@@ -280,17 +289,26 @@ def fill() -> Operator:
     )
 
 
-def _pours(*checks: Check) -> tuple[Check, ...]:
-    return MOVABLE, apart(X, Y), exists(Y), in_hand(X), *checks, reachable(Y)
+def _require_pouring(*checks: Check) -> tuple[Check, ...]:
+    return (
+        MOVABLE,
+        require_different(X, Y),
+        require_existing(Y),
+        require_in_hand(X),
+        *checks,
+        require_reachable(Y),
+    )
 
 
 def pour() -> Operator:
     """From states contains, filled; some stays behind (D3)."""
-    checks = _pours(
-        is_able(Y, p.fillable, "cannot be filled"), HOLDS_SOMETHING, missing(~p.closed(Y), "{y} is closed")
+    checks = _require_pouring(
+        require_ability(Y, p.fillable, "cannot be filled"),
+        HOLDS_SOMETHING,
+        missing(~p.closed(Y), "{y} is closed"),
     )
     effects = (
-        ForEach(S, HELD, (Add(p.has_in(Y, S)), Add(p.present(S)))),
+        ForEach(S, POURABLE, (Add(p.has_in(Y, S)), Add(p.present(S)))),
         ForEach(S, p.full_of(X, S) | p.gives(X, S), (Add(p.full_of(Y, S)),)),
     )
     text = "pour some of what is in or on the first object, which is in a hand, into the second"
@@ -301,7 +319,7 @@ def empty() -> Operator:
     """From states particle_source_or_sink; nothing stays behind (D3)."""
     spilt = p.has_in(X, S) | (p.has_cover(X, S) & ~p.visual(S))
     things = p.lies_in(Z, X) | p.lies_on(Z, X)
-    checks = _pours(
+    checks = _require_pouring(
         affordance(p.container(Y) | p.fillable(Y) | p.floor(Y), "{y} takes nothing up"),
         missing(~p.carried_by(Y, X), "{y} is carried by {x}"),
         missing(Exists(S, p.has_in(X, S) | p.has_cover(X, S)) | Exists(Z, things), "{x} is empty"),
@@ -320,11 +338,11 @@ def empty() -> Operator:
 def apply() -> Operator:
     """From states particle_modifier (ParticleApplier); liquids soak what is absorbent (D10)."""
     effects = (
-        ForEach(S, HELD, (Add(p.has_cover(Y, S)), Add(p.present(S)))),
-        ForEach(S, HELD & p.liquid(S) & p.absorbent(Y), (Add(p.soaked_with(Y, S)),)),
+        ForEach(S, POURABLE, (Add(p.has_cover(Y, S)), Add(p.present(S)))),
+        ForEach(S, POURABLE & p.liquid(S) & p.absorbent(Y), (Add(p.soaked_with(Y, S)),)),
     )
     text = "cover the second object with what is in the first, which is in a hand: spray, spread, sprinkle"
-    return Operator("APPLY", (X, Y), _pours(HOLDS_SOMETHING), effects, text)
+    return Operator("APPLY", (X, Y), _require_pouring(HOLDS_SOMETHING), effects, text)
 
 
 COVERED = additional(Exists(S, p.has_cover(X, S)), "{x} is covered by nothing")
@@ -340,10 +358,10 @@ def wipe() -> Operator:
     checks = (
         COVERED,
         affordance(~Exists(S, p.has_cover(X, S)) | able, "{t} cannot remove what covers {x}"),
-        exists(X),
-        in_hand(T),
+        require_existing(X),
+        require_in_hand(T),
         missing(Exists(S, off), "{t} is not soaked with, or does not run as, what removes what covers {x}"),
-        reachable(X),
+        require_reachable(X),
     )
     text = "wipe the first object with the second, which is in a hand"
     return Operator("WIPE", (X, T), checks, (ForEach(S, off, (Delete(p.has_cover(X, S)),)),), text)
@@ -353,12 +371,12 @@ def soak() -> Operator:
     """From primitives SOAK_UNDER and SOAK_INSIDE."""
     fluid = (p.gives(Y, S) & (~p.toggleable(Y) | p.is_toggled_on(Y) | ~p.fixed(Y))) | p.has_in(Y, S)
     checks = (
-        is_able(X, p.absorbent, "cannot soak anything up"),
-        apart(X, Y),
-        exists(Y),
-        in_hand(X),
+        require_ability(X, p.absorbent, "cannot soak anything up"),
+        require_different(X, Y),
+        require_existing(Y),
+        require_in_hand(X),
         missing(Exists(S, fluid), "{y} holds nothing, and is not switched on"),
-        reachable(Y),
+        require_reachable(Y),
     )
     text = "soak the first object, which is in a hand, with what the second gives or holds"
     return Operator("SOAK", (X, Y), checks, (ForEach(S, fluid, (Add(p.soaked_with(X, S)),)),), text)
@@ -371,8 +389,8 @@ def rinse() -> Operator:
     checks = (
         affordance(p.sink(Y) & Exists(S, p.gives(Y, S)), "{y} is no sink with water"),
         COVERED,
-        exists(X),
-        in_hand(X),
+        require_existing(X),
+        require_in_hand(X),
         RUNNING,
         missing(Exists(S, off), "water alone does not remove what covers {x}"),
     )
@@ -380,7 +398,7 @@ def rinse() -> Operator:
     return Operator("RINSE", (X, Y), checks, (ForEach(S, off, (Delete(p.has_cover(X, S)),)),), text)
 
 
-def made_in(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
+def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
     """The products of the chosen recipes that are ready in a vessel come to be; what they took is gone."""
     done = chosen & p.ready(R, vessel)
     of_it = Exists(R, p.makes(R, O) & done)
@@ -397,15 +415,15 @@ def made_in(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
         ForEach(O, Exists(R, p.makes(R, O) & p.makes_cooked(R) & done), (Add(p.is_cooked(O)),)),
         ForEach(O, Exists(R, p.makes(R, O) & p.makes_hot(R) & done), (Add(p.is_hot(O)),)),
         ForEach(I, taken & p.substance(I), (Delete(p.has_in(vessel, I)), Delete(p.full_of(vessel, I)))),
-        ForEach(I, taken & ~p.substance(I), used_up(I)),
+        ForEach(I, taken & ~p.substance(I), use_up(I)),
     )
 
 
 def run() -> Operator:
     """From rules ToggleableMachineRule; what else is in the machine must come out first (D6)."""
     checks = (
-        exists(H),
-        is_able(H, p.mixer, "is no machine that makes anything of what is in it"),
+        require_existing(H),
+        require_ability(H, p.mixer, "is no machine that makes anything of what is in it"),
         missing(p.is_toggled_on(H), "{h} is not switched on"),
         missing(
             Exists(R, p.made_in(R, H) & p.ready(R, H)),
@@ -413,30 +431,30 @@ def run() -> Operator:
         ),
     )
     text = "let the machine, which is switched on, mix what is in it"
-    return Operator("RUN", (H,), checks, made_in(H, p.made_in(R, H) & ~p.by_heat(R)), text)
+    return Operator("RUN", (H,), checks, make_products(H, p.made_in(R, H) & ~p.by_heat(R)), text)
 
 
 def stir() -> Operator:
     """From rules MixingToolRule."""
     checks = (
         affordance(p.fillable(C), "{c} cannot be filled"),
-        is_able(T, p.mixing_tool, "is no tool for mixing"),
-        exists(C),
-        in_hand(T),
+        require_ability(T, p.mixing_tool, "is no tool for mixing"),
+        require_existing(C),
+        require_in_hand(T),
         missing(
             Exists(R, p.by_stirring(R) & p.ready(R, C)),
             "{c} does not hold all that a recipe takes, and nothing else",
         ),
     )
     text = "stir what is in the first object with the second, which is in a hand"
-    return Operator("STIR", (C, T), checks, made_in(C, p.by_stirring(R)), text)
+    return Operator("STIR", (C, T), checks, make_products(C, p.by_stirring(R)), text)
 
 
-def _exposes(source: Predicate, reason: str) -> tuple[Check, ...]:
+def _require_exposure(source: Predicate, reason: str) -> tuple[Check, ...]:
     return (
-        is_able(H, source, reason),
-        exists(X),
-        exists(H),
+        require_ability(H, source, reason),
+        require_existing(X),
+        require_existing(H),
         missing(p.exposed_to(X, H), "{x} is not in or on {h}"),
         missing(p.working(H), "{h} does not work: it must be switched on, and closed, if it can be"),
     )
@@ -445,7 +463,7 @@ def _exposes(source: Predicate, reason: str) -> tuple[Check, ...]:
 def heat() -> Operator:
     """From states heat_source_or_sink, cooked; rules CookingSystemRule, CookingObjectRule, MeltingRule."""
 
-    def warmed(thing: Variable, where: Formula) -> Iterator[Effect]:
+    def warm(thing: Variable, where: Formula) -> Iterator[Effect]:
         yield ForEach(thing, where & p.heatable(thing), (Add(p.is_hot(thing)), Delete(p.is_frozen(thing))))
         yield ForEach(thing, where & p.cooks(H, thing) & ~p.substance(thing), (Add(p.is_cooked(thing)),))
 
@@ -456,7 +474,7 @@ def heat() -> Operator:
     effects = (
         When(p.heatable(X), (Add(p.is_hot(X)), Delete(p.is_frozen(X)))),
         When(p.cooks(H, X) & ~p.substance(X), (Add(p.is_cooked(X)),)),
-        *warmed(Z, p.carried_by(Z, X)),
+        *warm(Z, p.carried_by(Z, X)),
         ForEach(
             O,
             p.substance(O),
@@ -476,11 +494,11 @@ def heat() -> Operator:
             & (Exists(O, p.cooks_to(S, O)) | (Exists(O, p.boils_to(S, O)) & boils)),
             (Delete(p.has_in(X, S)), Delete(p.full_of(X, S))),
         ),
-        ForEach(Z, p.carries(X, Z) & p.melts(H, Z), used_up(Z)),
-        *made_in(X, p.made_in(R, X) & p.heated_by(R, H)),
+        ForEach(Z, p.carries(X, Z) & p.melts(H, Z), use_up(Z)),
+        *make_products(X, p.made_in(R, X) & p.heated_by(R, H)),
     )
     text = "wait until the first object, in or on the working second, is hot with all that is in or on it"
-    return Operator("HEAT", (X, H), _exposes(p.heat_source, "heats nothing"), effects, text)
+    return Operator("HEAT", (X, H), _require_exposure(p.heat_source, "heats nothing"), effects, text)
 
 
 def freeze() -> Operator:
@@ -490,16 +508,16 @@ def freeze() -> Operator:
         Delete(p.is_hot(X)),
         ForEach(Z, p.carried_by(Z, X) & p.chills(H, Z), (Add(p.is_frozen(Z)),)),
         ForEach(Z, p.carried_by(Z, X), (Delete(p.is_hot(Z)),)),
-        *made_in(X, p.made_in(R, X) & p.heated_by(R, H)),
+        *make_products(X, p.made_in(R, X) & p.heated_by(R, H)),
     )
     text = "wait until the first object, which is in the working second, is cold with all that is in or on it"
-    return Operator("FREEZE", (X, H), _exposes(p.cold_source, "cools nothing"), effects, text)
+    return Operator("FREEZE", (X, H), _require_exposure(p.cold_source, "cools nothing"), effects, text)
 
 
-def _machine(ability: Predicate, reason: str) -> tuple[Check, ...]:
+def _require_running_machine(ability: Predicate, reason: str) -> tuple[Check, ...]:
     return (
-        is_able(H, ability, reason),
-        exists(H),
+        require_ability(H, ability, reason),
+        require_existing(H),
         missing(p.is_toggled_on(H), "{h} is not switched on"),
         missing(~p.is_open(H), "{h} is open"),
         missing(Exists(X, p.within(X, H)), "nothing is in {h}"),
@@ -515,7 +533,7 @@ def wash() -> Operator:
         ForEach(X, p.within(X, H) & p.absorbent(X), (ForEach(W, p.water(W), (Add(p.soaked_with(X, W)),)),)),
     )
     text = "wait until the washer, which is closed and switched on, has washed what is in it"
-    return Operator("WASH", (H,), _machine(p.washer, "washes nothing"), effects, text)
+    return Operator("WASH", (H,), _require_running_machine(p.washer, "washes nothing"), effects, text)
 
 
 def dry() -> Operator:
@@ -526,19 +544,19 @@ def dry() -> Operator:
         ForEach(X, inside, (ForEach(W, p.has_cover(X, W) & p.water(W), (Delete(p.has_cover(X, W)),)),)),
     )
     text = "wait until the dryer, which is closed and switched on, has dried what is in it"
-    return Operator("DRY", (H,), _machine(p.dryer, "dries nothing"), effects, text)
+    return Operator("DRY", (H,), _require_running_machine(p.dryer, "dries nothing"), effects, text)
 
 
 def ignite() -> Operator:
     """From states on_fire."""
     checks = (
-        is_able(X, p.flammable, "does not burn"),
-        is_able(T, p.lighter, "lights nothing"),
+        require_ability(X, p.flammable, "does not burn"),
+        require_ability(T, p.lighter, "lights nothing"),
         additional(~p.is_on_fire(X), "{x} burns already"),
-        exists(X),
-        in_hand(T),
+        require_existing(X),
+        require_in_hand(T),
         missing(p.is_toggled_on(T), "{t} is not switched on"),
-        reachable(X),
+        require_reachable(X),
     )
     text = "set the first object on fire with the second, which is in a hand and switched on"
     return Operator("IGNITE", (X, T), checks, (Add(p.is_on_fire(X)),), text)
@@ -558,11 +576,11 @@ def wait() -> Operator:
     return Operator("WAIT", (), (), effects, text)
 
 
-def completed(operator: Operator) -> Operator:
+def complete_operator(operator: Operator) -> Operator:
     """The action, which is about objects and not substances; to do it the robot goes to its last one (D1)."""
-    checks, effects = (*map(solid, operator.parameters), *operator.checks), operator.effects
+    checks, effects = (*map(require_object, operator.parameters), *operator.checks), operator.effects
     if operator.parameters and operator.role not in (Role.MOVEMENT, Role.RELEASES):
-        effects = (*effects, _going_to(operator.parameters[-1]))
+        effects = (*effects, _go_to(operator.parameters[-1]))
     return in_paper_order(replace(operator, checks=checks, effects=effects))
 
 
@@ -579,9 +597,9 @@ def declared() -> Domain:
     Of some things no floor is known: it sees them from anywhere, as it reaches them from anywhere. It sees a
     substance where it sees what that covers, soaks or is given by, or what it is openly in.
     """
-    operators = (*placing(), *setting(), *(make() for make in _MAKERS))
+    operators = (*make_placing_actions(), *make_state_actions(), *(make() for make in _MAKERS))
 
-    def seen(thing: Variable) -> Formula:
+    def is_in_sight(thing: Variable) -> Formula:
         here = Implies(Exists(F, p.floor_of(thing, F)), Exists(F, p.robot_on(F) & p.floor_of(thing, F)))
         return p.held(thing) | (~p.shut_in(thing) & here)
 
@@ -589,8 +607,8 @@ def declared() -> Domain:
     return Domain(
         "behavior-1k",
         p.VOCABULARY,
-        tuple(map(completed, operators)),
+        tuple(map(complete_operator, operators)),
         was_possible_before,
-        visible=p.real(X) & ((~p.substance(X) & seen(X)) | Exists(Y, openly & seen(Y))),
+        visible=p.real(X) & ((~p.substance(X) & is_in_sight(X)) | Exists(Y, openly & is_in_sight(Y))),
         landmarks=p.floor(X) | p.fixed(X),
     )

@@ -21,44 +21,45 @@ S, W, P = Variable("s"), Variable("w"), Variable("p")
 R, I, B, O = Variable("r"), Variable("i"), Variable("b"), Variable("o")  # noqa: E741 - as recipes are read
 
 
-def _ability(name: str) -> Predicate:
+def _make_ability(name: str) -> Predicate:
     return Predicate(name, 1, static=True)
 
 
-def _hidden(name: str, arity: int = 1) -> Predicate:
+def _make_hidden(name: str, arity: int = 1) -> Predicate:
     return Predicate(name, arity, static=True, visible=False)
 
 
 # What a kind can do, or is.
-fixed, floor, container, fillable = map(_ability, ("fixed", "floor", "container", "fillable"))
-openable, toggleable = map(_ability, ("openable", "toggleable"))
-sliceable, diceable, slicer = map(_ability, ("sliceable", "diceable", "slicer"))
-cloth, foldable, absorbent = map(_ability, ("cloth", "foldable", "absorbent"))
-mixing_tool, mixer, lighter = map(_ability, ("mixing_tool", "mixer", "lighter"))
-heat_source, cold_source, flammable = map(_ability, ("heat_source", "cold_source", "flammable"))
-washer, dryer, sink = map(_ability, ("washer", "dryer", "sink"))
-substance, liquid = map(_ability, ("substance", "liquid"))
+fixed, floor, container, fillable = map(_make_ability, ("fixed", "floor", "container", "fillable"))
+openable, toggleable = map(_make_ability, ("openable", "toggleable"))
+sliceable, diceable, slicer = map(_make_ability, ("sliceable", "diceable", "slicer"))
+cloth, foldable, absorbent = map(_make_ability, ("cloth", "foldable", "absorbent"))
+mixing_tool, mixer, lighter = map(_make_ability, ("mixing_tool", "mixer", "lighter"))
+heat_source, cold_source, flammable = map(_make_ability, ("heat_source", "cold_source", "flammable"))
+washer, dryer, sink = map(_make_ability, ("washer", "dryer", "sink"))
+substance, liquid = map(_make_ability, ("substance", "liquid"))
 
 # What the rules of the annotations come to in a scene. A recipe is an object that nobody sees.
 visual, heatable, water, boiled_water, recipe, relaxed = map(
-    _hidden, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
+    _make_hidden, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
 )
-works_on, works_closed, works_inside = map(_hidden, ("works_on", "works_closed", "works_inside"))
+works_on, works_closed, works_inside = map(_make_hidden, ("works_on", "works_closed", "works_inside"))
 by_stirring, by_heat, product, makes_hot, makes_cooked = map(
-    _hidden, ("by_stirring", "by_heat", "product", "makes_hot", "makes_cooked")
+    _make_hidden, ("by_stirring", "by_heat", "product", "makes_hot", "makes_cooked")
 )
-by_floor, gives, fits, part_of = (_hidden(n, 2) for n in ("by_floor", "gives", "fits", "part_of"))
+by_floor, gives, fits, part_of = (_make_hidden(n, 2) for n in ("by_floor", "gives", "fits", "part_of"))
 diced_as, diced_cooked_as, melts_to, cooks_to, boils_to = (
-    _hidden(n, 2) for n in ("diced_as", "diced_cooked_as", "melts_to", "cooks_to", "boils_to")
+    _make_hidden(n, 2) for n in ("diced_as", "diced_cooked_as", "melts_to", "cooks_to", "boils_to")
 )
-cooks, melts, chills = (_hidden(n, 2) for n in ("cooks", "melts", "chills"))
+cooks, melts, chills = (_make_hidden(n, 2) for n in ("cooks", "melts", "chills"))
 removes_dry, removes_soaked, removes_running, dissolved_by, washes_off = (
-    _hidden(n, 2) for n in ("removes_dry", "removes_soaked", "removes_running", "dissolved_by", "washes_off")
+    _make_hidden(n, 2)
+    for n in ("removes_dry", "removes_soaked", "removes_running", "dissolved_by", "washes_off")
 )
 ingredient, topping, base, raw, cooked_first = (
-    _hidden(n, 2) for n in ("ingredient", "topping", "base", "raw", "cooked_first")
+    _make_hidden(n, 2) for n in ("ingredient", "topping", "base", "raw", "cooked_first")
 )
-made_in, heated_by, makes = (_hidden(n, 2) for n in ("made_in", "heated_by", "makes"))
+made_in, heated_by, makes = (_make_hidden(n, 2) for n in ("made_in", "heated_by", "makes"))
 RULES = tuple([each for each in globals().values() if isinstance(each, Predicate) and each.arity == 2])
 """The rules about two things."""
 
@@ -90,7 +91,7 @@ soaked_with = Predicate("soaked_with", 2)
 carries, carried_by, within = support.carrying(_SUPPORTS)
 
 
-def _root_floor(state: State, root: int) -> int:
+def _find_root_floor(state: State, root: int) -> int:
     """The floor of what rests on nothing: where the robot is that holds it, or else that of its room."""
     return (
         state.those("robot_on") if state.those("held") >> root & 1 else state.relation("by_floor").row(root)
@@ -100,11 +101,11 @@ def _root_floor(state: State, root: int) -> int:
 floor_of = Lookup(
     "floor_of",
     2,
-    support.floors(SUPPORTS, _root_floor),
+    support.floors(SUPPORTS, _find_root_floor),
     ("floor", "held", "robot_on", "by_floor", *SUPPORTS),
     support.on_floor("floor_of", floor, carries, (held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))),
     single=True,
-    inverse=support.inverse(support.floors(SUPPORTS, _root_floor)),
+    inverse=support.inverse(support.floors(SUPPORTS, _find_root_floor)),
 )
 real = Defined(
     "real", (X,), present(X) | held(X) | Exists(Y, carries(Y, X)) | Exists(C, has_in(C, X) | has_cover(C, X))
@@ -130,7 +131,7 @@ ready = Defined(
     "ready", (R, C), holds_all(R, C) & (relaxed(R) | ForAll(S, Implies(has_in(C, S), ingredient(R, S))))
 )
 
-_OWN = tuple([each for each in globals().values() if isinstance(each, Defined | Lookup)])
+_BASIC_DERIVED = tuple([each for each in globals().values() if isinstance(each, Defined | Lookup)])
 
 # Derived: what goals ask for.
 
@@ -161,6 +162,6 @@ GOAL_PREDICATES = (*(each.name for each in GOAL_STATES), *(each.name for each in
 
 VOCABULARY = Vocabulary(
     predicates=tuple([each for each in globals().values() if isinstance(each, Predicate)]),
-    derived=(*_OWN, *(each for each in GOAL_STATES if each is not real), *GOAL_RELATIONS),
+    derived=(*_BASIC_DERIVED, *(each for each in GOAL_STATES if each is not real), *GOAL_RELATIONS),
 )
 """The predicates of this module in the order in which they are declared."""

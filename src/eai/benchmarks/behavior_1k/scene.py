@@ -30,10 +30,10 @@ GROUND = ("floor", "lawn", "driveway")
 
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 _SUPPORTS = ("inside", "ontop", "attached", "overlaid", "draped")
-_MOVES = ("inside", "ontop", "under", "attached")
-_Facts: TypeAlias = Iterator[tuple[Predicate, tuple[str, ...]]]
-_NEEDS = {"toggled_on": p.works_on, "closed": p.works_closed, "inside": p.works_inside}
-_PLAIN: Mapping[Predicate, tuple[str, ...]] = {
+_MOVING_PREDICATES = ("inside", "ontop", "under", "attached")
+_SceneFacts: TypeAlias = Iterator[tuple[Predicate, tuple[str, ...]]]
+_NEED_PREDICATES = {"toggled_on": p.works_on, "closed": p.works_closed, "inside": p.works_inside}
+_ABILITIES_OF_PREDICATE: Mapping[Predicate, tuple[str, ...]] = {
     **{each: (each.name,) for each in (p.openable, p.toggleable, p.slicer, p.fillable, p.substance)},
     **{each: (each.name,) for each in (p.liquid, p.heatable, p.flammable)},
     p.cloth: ("cloth", "drapeable"),
@@ -76,14 +76,14 @@ class _Activity:
             if thing.type != AGENT and not thing.name.endswith(ANY_OTHER)
         }
 
-    def facts(self) -> Iterator[tuple[str, tuple[str, ...]]]:
+    def yield_facts(self) -> Iterator[tuple[str, tuple[str, ...]]]:
         """The positive facts at the start that are not about the agent, by predicate and names."""
         for fact in self.problem.initial:
             names = tuple([term.name for term in fact.arguments])
             if not names[0].startswith(f"{AGENT}_") and not any(n.endswith(ANY_OTHER) for n in names):
                 yield fact.predicate, names
 
-    def asked_for(self) -> Iterator[str]:
+    def yield_goal_categories(self) -> Iterator[str]:
         """The categories that the goal speaks of."""
         for part in walk(self.problem.goal):
             if isinstance(part, f.Atom):
@@ -96,37 +96,37 @@ class _Activity:
         bound = chain.from_iterable(map(bound_by, walk(self.problem.goal)))
         return {each.name: str(each.category) for each in bound}
 
-    def _places(self) -> Iterator[tuple[str, f.Term, f.Term]]:
+    def _yield_binary_atoms(self) -> Iterator[tuple[str, f.Term, f.Term]]:
         """Yield the atoms of the goal about two things: the predicate, and both."""
         for part in walk(self.problem.goal):
             if isinstance(part, f.Atom) and len(part.arguments) == 2:
                 yield part.predicate, *part.arguments
 
-    def _meant(self, term: f.Term) -> Sequence[str]:
+    def _find_candidates(self, term: f.Term) -> Sequence[str]:
         """The objects that a term of the goal may stand for."""
         if isinstance(term, f.Constant):
             return (term.name,)
         return [name for name, category in self.objects.items() if category == self._variables[term.name]]
 
     @cached_property
-    def moved(self) -> frozenset[str]:
+    def moved_objects(self) -> frozenset[str]:
         """The objects that the goal may want to be somewhere; chairs also next to something."""
-        found = {
+        names = {
             name
-            for predicate, thing, _ in self._places()
-            for name in self._meant(thing)
-            if predicate in _MOVES or (predicate == "nextto" and "chair" in name)
+            for predicate, thing, _ in self._yield_binary_atoms()
+            for name in self._find_candidates(thing)
+            if predicate in _MOVING_PREDICATES or (predicate == "nextto" and "chair" in name)
         }
-        return frozenset(name for name in found if self.objects[name] not in GROUND)
+        return frozenset(name for name in names if self.objects[name] not in GROUND)
 
-    def containers(self) -> Iterator[str]:
+    def yield_containers(self) -> Iterator[str]:
         """The kinds that something is inside of at the start, or shall be."""
-        for predicate, names in self.facts():
+        for predicate, names in self.yield_facts():
             if predicate == "inside":
                 yield self.synsets[self.objects[names[1]]]
-        for predicate, _, place in self._places():
+        for predicate, _, place in self._yield_binary_atoms():
             if predicate == "inside":
-                yield from (self.synsets[self.objects[name]] for name in self._meant(place))
+                yield from (self.synsets[self.objects[name]] for name in self._find_candidates(place))
 
 
 class _SceneMaker:
@@ -142,52 +142,54 @@ class _SceneMaker:
         self._activity = activity
         self._kinds = kinds
         self._containers = containers
-        self._kind = {name: activity.synsets[c] for name, c in activity.objects.items()}
-        self._future = {names[0] for predicate, names in activity.facts() if predicate == "future"}
-        self._all = dict(self._kind)  # and then what can come to be
-        self._gives = {names for predicate, names in activity.facts() if predicate == "insource"}
-        self._rooms = {names[0]: names[1] for predicate, names in activity.facts() if predicate == "inroom"}
+        self._declared_kinds = {name: activity.synsets[c] for name, c in activity.objects.items()}
+        self._future = {names[0] for predicate, names in activity.yield_facts() if predicate == "future"}
+        self._kind_of_each = dict(self._declared_kinds)  # and then what can come to be
+        self._gives = {names for predicate, names in activity.yield_facts() if predicate == "insource"}
+        self._rooms = {
+            names[0]: names[1] for predicate, names in activity.yield_facts() if predicate == "inroom"
+        }
         self._recipes: list[k.Recipe] = []
 
-    def state(self) -> State:
+    def make_state(self) -> State:
         """The scene at the start: what is declared, then what can come to be, then the recipes."""
         self._fill_sources()
-        wanted = {self._kind[name] for name in self._future}
-        asked = (self._activity.synsets[c] for c in self._activity.asked_for())
-        there = {kind for name, kind in self._all.items() if name not in self._future}
+        wanted = {self._declared_kinds[name] for name in self._future}
+        asked = (self._activity.synsets[c] for c in self._activity.yield_goal_categories())
+        there = {kind for name, kind in self._kind_of_each.items() if name not in self._future}
         wanted |= {kind for kind in asked if kind in self._kinds.rules.makings and kind not in there}
         self._add_products(sorted(wanted), there)
         recipes = {f"recipe_{number}": each for number, each in enumerate(self._recipes, 1)}
-        made = {name: f"made__{k.lemma(kind)}" for name, kind in self._all.items()}
+        made = {name: f"made__{k.lemma(kind)}" for name, kind in self._kind_of_each.items()}
         objects = {**made, **self._activity.objects, **dict.fromkeys(recipes, RECIPE)}
-        facts = dict.fromkeys((*self._facts(), *self._recipe_facts(recipes)))
+        facts = dict.fromkeys((*self._yield_facts(), *self._yield_recipes(recipes)))
         return Scene(p.VOCABULARY, objects).state((each.name, names) for each, names in facts)
 
     # Which objects there are.
 
-    def _of_kind(self, synset: str) -> list[str]:
+    def _find_objects(self, synset: str) -> list[str]:
         """The objects of a kind, declared ones first."""
-        return [name for name, kind in self._all.items() if kind == synset]
+        return [name for name, kind in self._kind_of_each.items() if kind == synset]
 
-    def _new(self, synset: str) -> str:
+    def _add_object(self, synset: str) -> str:
         """Another object of a kind, which no definition declares."""
         stem, number = k.lemma(synset), 1
-        while f"{stem}_{number}" in self._all:
+        while f"{stem}_{number}" in self._kind_of_each:
             number += 1
-        self._all[f"{stem}_{number}"] = synset
+        self._kind_of_each[f"{stem}_{number}"] = synset
         return f"{stem}_{number}"
 
     def _fill_sources(self) -> None:
         """Every source gives what its kind gives, though some definitions do not say so."""
-        for name, kind in list(self._kind.items()):
-            for substance in self._kinds.gives(kind):
-                known = self._of_kind(substance)
+        for name, kind in list(self._declared_kinds.items()):
+            for substance in self._kinds.get_substances(kind):
+                known = self._find_objects(substance)
                 if not any((name, each) in self._gives for each in known):
-                    self._gives.add((name, known[0] if known else self._new(substance)))
+                    self._gives.add((name, known[0] if known else self._add_object(substance)))
 
     def _is_equipped(self, need: str, there: set[str]) -> bool:
         """Whether a kind, or something of an ability, is at hand."""
-        return need in there or any(self._kinds.has(kind, need) for kind in self._kind.values())
+        return need in there or any(self._kinds.has(kind, need) for kind in self._declared_kinds.values())
 
     def _can_be_made(self, kind: str, there: set[str], above: tuple[str, ...]) -> bool:
         """Whether a kind is there, or can be made of what is."""
@@ -217,9 +219,9 @@ class _SceneMaker:
                     self._recipes.append(making.recipe)
                 pending += [each for each in making.takes if each not in there or each in makings]
         for kind, found in ways.items():
-            if kind not in there or kind in {self._all[name] for name in self._future}:
+            if kind not in there or kind in {self._kind_of_each[name] for name in self._future}:
                 self._add_instances(kind, found)
-        for name, kind in list(self._kind.items()):
+        for name, kind in list(self._declared_kinds.items()):
             if kind in self._kinds.rules.slice and self._is_equipped("slicer", there):
                 self._add_halves(name, kind)
 
@@ -228,44 +230,49 @@ class _SceneMaker:
         number = 1
         for making in ways:
             if making.by == "slice":
-                number = max(number, 2 * len(self._of_kind(making.takes[0])))
+                number = max(number, 2 * len(self._find_objects(making.takes[0])))
             if making.recipe is not None and not self._kinds.has(kind, "substance"):
                 number = max(number, making.recipe.makes[kind])
         by_slicing = any(making.by == "slice" for making in ways)
-        if by_slicing or not self._of_kind(kind):
-            while len(self._of_kind(kind)) < number:
-                self._future.add(self._new(kind))
+        if by_slicing or not self._find_objects(kind):
+            while len(self._find_objects(kind)) < number:
+                self._future.add(self._add_object(kind))
 
     def _add_halves(self, whole: str, kind: str) -> None:
         """Names for the halves of what can be sliced."""
         half, number = self._kinds.rules.slice[kind]
-        wholes = len(self._of_kind(kind))
-        while len([name for name in self._of_kind(half) if name in self._future]) < number * wholes:
-            self._future.add(self._new(half))
+        wholes = len(self._find_objects(kind))
+        while len([name for name in self._find_objects(half) if name in self._future]) < number * wholes:
+            self._future.add(self._add_object(half))
 
     # What holds of them.
 
-    def _facts(self) -> _Facts:
-        for name, kind in self._all.items():
-            yield from self._nature(name, kind)
-            yield from self._temperatures(name, kind)
-            yield from self._removal(name, kind)
-            yield from self._becoming(name, kind)
-        yield from self._halves()
+    def _yield_facts(self) -> _SceneFacts:
+        for name, kind in self._kind_of_each.items():
+            yield from self._yield_abilities(name, kind)
+            yield from self._yield_temperatures(name, kind)
+            yield from self._yield_removal(name, kind)
+            yield from self._yield_products(name, kind)
+        yield from self._yield_halves()
         for name, substance in sorted(self._gives):
             yield p.gives, (name, substance)
-        yield from self._situation()
+        yield from self._yield_situation()
 
-    def _nature(self, name: str, kind: str) -> _Facts:
+    def _yield_abilities(self, name: str, kind: str) -> _SceneFacts:
         """Yield the kind and the abilities of an object."""
         has, rules = self._kinds.has, self._kinds.rules
-        for predicate, abilities in _PLAIN.items():
+        for predicate, abilities in _ABILITIES_OF_PREDICATE.items():
             if has(kind, *abilities):
                 yield predicate, (name,)
-        heat, cold = self._kinds.source(kind, "heatSource"), self._kinds.source(kind, "coldSource")
+        heat, cold = (
+            self._kinds.get_heat_source(kind, "heatSource"),
+            self._kinds.get_heat_source(kind, "coldSource"),
+        )
         encloses = any(source is not None and "inside" in source.needs for source in (heat, cold))
         others = {
-            p.fixed: has(kind, "sceneObject") and name in self._rooms and name not in self._activity.moved,
+            p.fixed: has(kind, "sceneObject")
+            and name in self._rooms
+            and name not in self._activity.moved_objects,
             p.floor: k.lemma(kind) in GROUND,
             p.sliceable: kind in rules.slice,
             p.diceable: kind in rules.dice and kind not in rules.slice,
@@ -276,57 +283,60 @@ class _SceneMaker:
             p.water: kind == k.WATER,
             p.boiled_water: kind == k.BOILED_WATER,
             p.lighter: heat is not None
-            and heat.temperature >= k.HOT_ENOUGH_TO_LIGHT
+            and heat.temperature >= k.LIGHTING_TEMPERATURE
             and not has(kind, "sceneObject"),
         }
         yield from ((predicate, (name,)) for predicate, so in others.items() if so)
         for source in (heat, cold):
             for need in source.needs if source is not None else ():
-                yield _NEEDS[need], (name,)
+                yield _NEED_PREDICATES[need], (name,)
 
-    def _temperatures(self, name: str, kind: str) -> _Facts:
+    def _yield_temperatures(self, name: str, kind: str) -> _SceneFacts:
         """Yield the things that a source cooks, melts or chills; all sources of heat make things hot."""
-        heat, cold = self._kinds.source(kind, "heatSource"), self._kinds.source(kind, "coldSource")
+        heat, cold = (
+            self._kinds.get_heat_source(kind, "heatSource"),
+            self._kinds.get_heat_source(kind, "coldSource"),
+        )
         if heat is None and cold is None:
             return
-        for other, its_kind in self._all.items():
-            done = self._kinds.threshold(its_kind, "cookable")
+        for other, its_kind in self._kind_of_each.items():
+            done = self._kinds.get_threshold(its_kind, "cookable")
             melting = its_kind in self._kinds.rules.melt
             if heat is not None:
                 if done is not None and heat.temperature >= done:
                     yield p.cooks, (name, other)
-                if melting and heat.temperature >= k.HOT_ENOUGH_TO_MELT:
+                if melting and heat.temperature >= k.MELTING_TEMPERATURE:
                     yield p.melts, (name, other)
                     if self._kinds.has(its_kind, "substance"):
                         yield p.cooks, (name, other)
             if cold is not None and cold.temperature <= 0 and self._kinds.has(its_kind, "freezable"):
                 yield p.chills, (name, other)
 
-    def _removal(self, name: str, kind: str) -> _Facts:
+    def _yield_removal(self, name: str, kind: str) -> _SceneFacts:
         """Which substances a tool, washer or sink removes, and by which solvents."""
         washes = kind == k.WASHER or self._kinds.has(kind, "drains")
-        for other, substance in self._all.items():
+        for other, substance in self._kind_of_each.items():
             if not self._kinds.has(substance, "substance"):
                 continue
-            match self._kinds.removes(kind, substance):
+            match self._kinds.get_manner(kind, substance):
                 case []:
                     yield p.removes_dry, (name, other)
                 case "toggled_on":
                     yield p.removes_running, (name, other)
                 case [*solvents]:
                     yield p.removes_soaked, (name, other)
-                    yield from self._solvents(other, solvents)
+                    yield from self._yield_solvents(other, solvents)
             if washes:
                 needed = self._kinds.rules.wash.get(substance, ())
                 if needed is not None and not needed:
                     yield p.washes_off, (name, other)
-                yield from self._solvents(other, needed or ())
+                yield from self._yield_solvents(other, needed or ())
 
-    def _solvents(self, name: str, kinds: Iterable[str]) -> _Facts:
+    def _yield_solvents(self, name: str, kinds: Iterable[str]) -> _SceneFacts:
         for kind in kinds:
-            yield from ((p.dissolved_by, (name, solvent)) for solvent in self._of_kind(kind))
+            yield from ((p.dissolved_by, (name, solvent)) for solvent in self._find_objects(kind))
 
-    def _becoming(self, name: str, kind: str) -> _Facts:
+    def _yield_products(self, name: str, kind: str) -> _SceneFacts:
         """Yield the things that an object becomes, and those that it fits."""
         rules = self._kinds.rules
         dice = rules.dice.get(kind, {})
@@ -339,25 +349,25 @@ class _SceneMaker:
             (p.diced_as, dice.get("raw")),
             (p.diced_cooked_as, dice.get("cooked")),
         ):
-            for other in self._of_kind(made) if made is not None else ():
+            for other in self._find_objects(made) if made is not None else ():
                 yield predicate, (name, other)
         for one, to in rules.fits:
             if one == kind:
-                yield from ((p.fits, (name, other)) for other in self._of_kind(to))
+                yield from ((p.fits, (name, other)) for other in self._find_objects(to))
 
-    def _halves(self) -> _Facts:
+    def _yield_halves(self) -> _SceneFacts:
         """Which halves are of which whole."""
         for whole, (half, number) in self._kinds.rules.slice.items():
-            halves = [name for name in self._of_kind(half) if name in self._future]
-            for place, name in enumerate(self._of_kind(whole)):
+            halves = [name for name in self._find_objects(half) if name in self._future]
+            for place, name in enumerate(self._find_objects(whole)):
                 for each in halves[number * place : number * (place + 1)]:
                     yield p.part_of, (each, name)
 
-    def _situation(self) -> _Facts:
+    def _yield_situation(self) -> _SceneFacts:
         """States and places at the start."""
         placed: set[str] = set()
         there = {substance for _, substance in self._gives}
-        for predicate, names in self._activity.facts():
+        for predicate, names in self._activity.yield_facts():
             stored = p.STORED.get(predicate)
             if predicate in _SUPPORTS and names[0] in placed:
                 continue
@@ -371,15 +381,15 @@ class _SceneMaker:
                 yield stored, names
             elif predicate not in ("inroom", "insource", "future"):
                 yield p.VOCABULARY.stored(f"is_{predicate}") or p.is_broken, names
-        for name, kind in self._all.items():
+        for name, kind in self._kind_of_each.items():
             if name not in self._future and (name in there or not self._kinds.has(kind, "substance")):
                 yield p.present, (name,)
-        yield from self._floors()
+        yield from self._yield_floors()
 
-    def _floors(self) -> _Facts:
+    def _yield_floors(self) -> _SceneFacts:
         """The floor of the room of each object, and that on which the robot is."""
-        floors = [name for name, kind in self._kind.items() if k.lemma(kind) in GROUND]
-        for name, kind in self._all.items():
+        floors = [name for name, kind in self._declared_kinds.items() if k.lemma(kind) in GROUND]
+        for name, kind in self._kind_of_each.items():
             room = self._rooms.get(name)
             near = [each for each in floors if room is None or self._rooms.get(each) == room]
             if near and name not in floors and not self._kinds.has(kind, "substance"):
@@ -391,7 +401,7 @@ class _SceneMaker:
 
     # Recipes.
 
-    def _recipe_facts(self, recipes: Mapping[str, k.Recipe]) -> _Facts:
+    def _yield_recipes(self, recipes: Mapping[str, k.Recipe]) -> _SceneFacts:
         for name, each in recipes.items():
             yield p.recipe, (name,)
             if each.by != "machine":
@@ -400,27 +410,29 @@ class _SceneMaker:
             if bakes:
                 yield p.relaxed, (name,)
             for kind, number in each.takes.items():
-                yield from self._taken(name, each, kind, number, bakes=bakes)
+                yield from self._yield_ingredients(name, each, kind, number, bakes=bakes)
             for kind, number in each.makes.items():
-                made = self._of_kind(kind)
-                declared = len([product for product in made if product in self._kind])
+                made = self._find_objects(kind)
+                declared = len([product for product in made if product in self._declared_kinds])
                 for product in made[: max(number, declared)]:
                     yield p.makes, (name, product)
                     yield p.product, (product,)
             yield from ((p.makes_cooked, (name,)) for state in each.result if state == "cooked")
             yield from ((p.makes_hot, (name,)) for state in each.result if state == "hot")
-            yield from ((p.made_in, (name, vessel)) for vessel in self._of_kind(each.vessel))
-            yield from ((p.heated_by, (name, source)) for source in self._of_kind(each.source))
+            yield from ((p.made_in, (name, vessel)) for vessel in self._find_objects(each.vessel))
+            yield from ((p.heated_by, (name, source)) for source in self._find_objects(each.source))
             if each.by == "machine":
-                yield from ((p.mixer, (machine,)) for machine in self._of_kind(each.vessel))
+                yield from ((p.mixer, (machine,)) for machine in self._find_objects(each.vessel))
 
-    def _taken(self, name: str, recipe: k.Recipe, kind: str, number: int, *, bakes: bool) -> _Facts:
+    def _yield_ingredients(
+        self, name: str, recipe: k.Recipe, kind: str, number: int, *, bakes: bool
+    ) -> _SceneFacts:
         """Yield the things of a kind that a recipe takes; baking takes substances only on a base."""
         related = kind in recipe.toppings or kind in recipe.toppings.values()
         is_substance = self._kinds.has(kind, "substance")
         if is_substance and bakes and not related:
             return
-        for each in self._of_kind(kind)[: None if is_substance else number]:
+        for each in self._find_objects(kind)[: None if is_substance else number]:
             yield p.topping if kind in recipe.toppings else p.ingredient, (name, each)
             if kind in recipe.toppings.values():
                 yield p.base, (name, each)
@@ -432,7 +444,7 @@ SetUp: TypeAlias = Callable[[str], tuple[_Activity, State]]
 """From the name of an activity to the activity and its state at the start."""
 
 
-def scenes(kinds: k.Kinds, texts: Mapping[str, str]) -> SetUp:
+def make_set_up(kinds: k.Kinds, texts: Mapping[str, str]) -> SetUp:
     """How activities are set up; a KeyError says that there is none of a name.
 
     Args:
@@ -440,5 +452,5 @@ def scenes(kinds: k.Kinds, texts: Mapping[str, str]) -> SetUp:
         texts: the definitions by name.
     """
     activities = {name: _Activity(text) for name, text in texts.items()}
-    containers = frozenset(kind for each in activities.values() for kind in each.containers())
-    return lambda name: (activities[name], _SceneMaker(activities[name], kinds, containers).state())
+    containers = frozenset(kind for each in activities.values() for kind in each.yield_containers())
+    return lambda name: (activities[name], _SceneMaker(activities[name], kinds, containers).make_state())

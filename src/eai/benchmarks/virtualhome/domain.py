@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cache
 
 from eai.benchmarks.virtualhome import predicates as p
-from eai.benchmarks.virtualhome.operators import declared_operators, switch_hands
+from eai.benchmarks.virtualhome.operators import make_operators, switch_hands
 from eai.world.domain import Domain
 from eai.world.operator import Operator, in_paper_order
 
@@ -14,7 +14,7 @@ from eai.world.operator import Operator, in_paper_order
 @cache
 def as_meant() -> Domain:
     """The domain as the paper means it: the declared one, with checks in the paper's order."""
-    return _household([in_paper_order(operator) for operator in declared_operators()])
+    return _build_household([in_paper_order(operator) for operator in make_operators()])
 
 
 @cache
@@ -25,10 +25,10 @@ def with_either_hand() -> Domain:
 
 def as_declared() -> Domain:
     """The domain with the reference's order of checks."""
-    return _household(declared_operators())
+    return _build_household(make_operators())
 
 
-def _household(operators: Sequence[Operator]) -> Domain:
+def _build_household(operators: Sequence[Operator]) -> Domain:
     """The household with these operators.
 
     The character sees what it holds and what is in its room but in nothing closed; it knows all rooms.

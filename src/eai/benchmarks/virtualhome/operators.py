@@ -64,10 +64,10 @@ AT_HAND = p.ontop(X, AGENT) | p.body_part(X) | p.near(X)
 
 def set_state(name: str, old: Predicate, new: Predicate, *checks: Check) -> Operator:
     """An action that turns one state of an object into another."""
-    return _unary(name, *checks, effects=(Delete(old(X)), Add(new(X))))
+    return _make_unary(name, *checks, effects=(Delete(old(X)), Add(new(X))))
 
 
-def cut_loose(thing: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
+def clear_relations(thing: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
     """Remove an object from these relations, on both sides."""
     return tuple(e for r in relations for e in both_ways(Delete, r(thing, ANYTHING)))
 
@@ -86,27 +86,27 @@ def forget_origin(thing: f.Variable) -> tuple[Effect, ...]:
     )
 
 
-def brought_along(room_of_held: f.Formula) -> tuple[Effect, ...]:
+def bring_along(room_of_held: f.Formula) -> tuple[Effect, ...]:
     """Held objects come along with all in them or on them, and are in the room ``r`` of ``room_of_held``."""
 
-    def moved(thing: f.Variable) -> tuple[Effect, ...]:
+    def move_along(moving_object: f.Variable) -> tuple[Effect, ...]:
         return (
-            *cut_loose(thing, p.next_to, p.facing),
-            ForEach(R, p.room(R) & p.inside(thing, R), (Delete(p.inside(thing, R)),)),
-            *both_ways(Add, p.next_to(AGENT, thing)),
-            Let(R, room_of_held, (Add(p.inside(thing, R)),)),
+            *clear_relations(moving_object, p.next_to, p.facing),
+            ForEach(R, p.room(R) & p.inside(moving_object, R), (Delete(p.inside(moving_object, R)),)),
+            *both_ways(Add, p.next_to(AGENT, moving_object)),
+            Let(R, room_of_held, (Add(p.inside(moving_object, R)),)),
         )
 
     return (
-        ForEach(H, p.held(H), (*moved(H), ForEach(Y, p.carries(H, Y), moved(Y)))),
+        ForEach(H, p.held(H), (*move_along(H), ForEach(Y, p.carries(H, Y), move_along(Y)))),
         ForEach(H, p.held(H), (ForEach(Y, p.carries(H, Y), both_ways(Add, p.next_to(H, Y))),)),
     )
 
 
-def go_to(target: f.Variable, brought: tuple[Effect, ...]) -> tuple[Effect, ...]:
+def go_to(target: f.Variable, effects_on_held: tuple[Effect, ...]) -> tuple[Effect, ...]:
     """The character goes to an object, or into a room; ``brought`` says what becomes of what it holds."""
     return (
-        *cut_loose(AGENT, p.inside, p.next_to, p.facing),
+        *clear_relations(AGENT, p.inside, p.next_to, p.facing),
         Let(R, p.room_of(target, R), (Add(p.inside(AGENT, R)),)),
         When(
             ~p.room(target),
@@ -116,13 +116,13 @@ def go_to(target: f.Variable, brought: tuple[Effect, ...]) -> tuple[Effect, ...]
                 *both_ways(Add, p.next_to(AGENT, target)),
             ),
         ),
-        *brought,
+        *effects_on_held,
         When(p.can_open(target), (ForEach(Y, p.inside(Y, target), both_ways(Add, p.next_to(AGENT, Y))),)),
         ForEach(Y, p.ontop(target, Y), both_ways(Add, p.next_to(AGENT, Y))),
     )
 
 
-def find(brought: tuple[Effect, ...]) -> Operator:
+def find(effects_on_held: tuple[Effect, ...]) -> Operator:
     """FIND: turn away from everything and step up to an object at hand; walk to any other."""
     checks = (
         missing(f.Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)), NEAR.reason, sought=(p.near(X),)),
@@ -130,7 +130,9 @@ def find(brought: tuple[Effect, ...]) -> Operator:
         affordance(f.Or((p.somewhere(X), AT_HAND)), SOMEWHERE.reason),
     )
     step_up = (Delete(p.facing(AGENT, ANYTHING)), *both_ways(Add, p.next_to(AGENT, X)))
-    return _unary("FIND", *checks, effects=(When(p.near(X), step_up, go_to(X, brought)),), role=Role.MOVEMENT)
+    return _make_unary(
+        "FIND", *checks, effects=(When(p.near(X), step_up, go_to(X, effects_on_held)),), role=Role.MOVEMENT
+    )
 
 
 def put(relation: Predicate) -> tuple[Effect, ...]:
@@ -152,14 +154,14 @@ ORIGINS = (
 """For each way of lying somewhere: the memory of it, the lookup that finds it, the relation to restore."""
 
 
-KEPT = (
+KEEP_CONTENTS = (
     ForEach(Y, p.inside(Y, X), (Add(p.inside(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
     ForEach(Y, p.ontop(Y, X) & p.grabbable(Y), (Add(p.ontop(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
 )
 """Things in an object stay in it when it is taken. Things on it do if they can be grabbed: no bed."""
 
 
-def grab(kept: tuple[Effect, ...] = KEPT) -> Operator:
+def grab(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:
     """GRAB: the object leaves its place for a free hand, the right one first; its place is remembered.
 
     ``kept`` says what stays in it and on it.
@@ -176,15 +178,15 @@ def grab(kept: tuple[Effect, ...] = KEPT) -> Operator:
         for memory, lies, _ in ORIGINS
     )
     effects = (
-        *cut_loose(X, p.ontop, p.inside, p.next_to, p.holds_lh, p.holds_rh),
-        *kept,
+        *clear_relations(X, p.ontop, p.inside, p.next_to, p.holds_lh, p.holds_rh),
+        *effects_on_contents,
         *both_ways(Add, p.next_to(AGENT, X)),
         When(p.right_hand_free(), (Add(p.holds_rh(AGENT, X)),), (Add(p.holds_lh(AGENT, X)),)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
         *forget_origin(X),
         *remember,
     )
-    return _unary("GRAB", *checks, effects=effects, role=Role.TAKES)
+    return _make_unary("GRAB", *checks, effects=effects, role=Role.TAKES)
 
 
 def switch_hands() -> Operator:
@@ -193,7 +195,7 @@ def switch_hands() -> Operator:
     to_left = (Delete(p.holds_rh(AGENT, X)), Add(p.holds_lh(AGENT, X)))
     to_right = (Delete(p.holds_lh(AGENT, X)), Add(p.holds_rh(AGENT, X)))
     switched = (When(p.holds_rh(AGENT, X), to_left, to_right),)
-    return _unary("SWITCH_HANDS", HELD, one_free, effects=switched, role=Role.RELEASES)
+    return _make_unary("SWITCH_HANDS", HELD, one_free, effects=switched, role=Role.RELEASES)
 
 
 def put_back_where_it_was() -> Operator:
@@ -209,12 +211,12 @@ def put_back_where_it_was() -> Operator:
         missing(~closed, "the place where {x} was taken from is closed", witness=closed),
     )
     effects = tuple(Let(Y, memory(X, Y), put(relation)) for memory, _, relation in ORIGINS)
-    return _unary("PUTOBJBACK", *checks, effects=effects)
+    return _make_unary("PUTOBJBACK", *checks, effects=effects)
 
 
 def watch() -> Operator:
     """WATCH: look for a while at something in the same room."""
-    return _unary(
+    return _make_unary(
         "WATCH",
         affordance(p.lookable(X), "{x} cannot be watched"),
         affordance(p.in_same_room(X), "{x} is not in the character's room"),
@@ -230,34 +232,36 @@ def watch() -> Operator:
 
 def shove(name: str, *checks: Check) -> Operator:
     """An action that moves something by hand without lifting it."""
-    return _unary(name, *checks, NEAR, REACHABLE, HAND_FREE)
+    return _make_unary(name, *checks, NEAR, REACHABLE, HAND_FREE)
 
 
-def declared_operators() -> tuple[Operator, ...]:
+def make_operators() -> tuple[Operator, ...]:
     """All actions, their checks in the order in which the reference tests them."""
     return (
-        *moving(brought_along(p.room_of(X, R))),
-        *_posture(),
-        *_handling(),
-        *_devices(),
-        *_looking(),
-        *_using(),
-        *_cleaning(),
-        *_clothing(),
+        *make_movements(bring_along(p.room_of(X, R))),
+        *_make_posture_actions(),
+        *_make_handling_actions(),
+        *_make_device_actions(),
+        *_make_looking_actions(),
+        *_make_using_actions(),
+        *_make_cleaning_actions(),
+        *_make_clothing_actions(),
     )
 
 
-def moving(brought: tuple[Effect, ...]) -> tuple[Operator, ...]:
+def make_movements(effects_on_held: tuple[Effect, ...]) -> tuple[Operator, ...]:
     """The actions that go somewhere; ``brought`` says what becomes of what is held."""
-    way = go_to(X, brought)
-    walks = [_unary(name, UPRIGHT, SOMEWHERE, effects=way, role=Role.MOVEMENT) for name in ("WALK", "RUN")]
-    return *walks, find(brought)
+    effects = go_to(X, effects_on_held)
+    walks = [
+        _make_unary(name, UPRIGHT, SOMEWHERE, effects=effects, role=Role.MOVEMENT) for name in ("WALK", "RUN")
+    ]
+    return *walks, find(effects_on_held)
 
 
-def _posture() -> tuple[Operator, ...]:
+def _make_posture_actions() -> tuple[Operator, ...]:
     resting = missing(p.lying(AGENT) | p.sitting(AGENT), "the character neither lies nor sits")
     return (
-        _unary(
+        _make_unary(
             "SIT",
             NEAR,
             NOT_SEATED,
@@ -272,7 +276,7 @@ def _posture() -> tuple[Operator, ...]:
             ),
             role=Role.MOVEMENT,
         ),
-        _unary(
+        _make_unary(
             "LIE",
             NEAR,
             NOT_IN_BED,
@@ -282,23 +286,23 @@ def _posture() -> tuple[Operator, ...]:
             effects=(Add(p.ontop(AGENT, X)), Delete(p.sitting(AGENT)), Add(p.lying(AGENT))),
             role=Role.MOVEMENT,
         ),
-        _nullary(
+        _make_nullary(
             "STANDUP",
             additional(p.sitting(AGENT) | p.lying(AGENT), "the character stands already"),
             (Delete(p.sitting(AGENT)), Delete(p.lying(AGENT))),
             Role.MOVEMENT,
         ),
-        _nullary("SLEEP", resting),
-        _nullary("WAKEUP", resting),
+        _make_nullary("SLEEP", resting),
+        _make_nullary("WAKEUP", resting),
     )
 
 
-def _handling() -> tuple[Operator, ...]:
+def _make_handling_actions() -> tuple[Operator, ...]:
     drop = (*take_out_of_hand(X), Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)), *forget_origin(X))
     return (
         grab(),
-        _binary("PUTBACK", HELD, NEAR_TARGET, effects=put(p.ontop)),
-        _binary(
+        _make_binary("PUTBACK", HELD, NEAR_TARGET, effects=put(p.ontop)),
+        _make_binary(
             "PUTIN",
             HELD,
             NEAR_TARGET,
@@ -306,9 +310,9 @@ def _handling() -> tuple[Operator, ...]:
             effects=put(p.inside),
         ),
         put_back_where_it_was(),
-        _unary("DROP", HELD, effects=drop, role=Role.RELEASES),
-        _unary("RELEASE", HELD, effects=drop, role=Role.RELEASES),
-        _binary(
+        _make_unary("DROP", HELD, effects=drop, role=Role.RELEASES),
+        _make_unary("RELEASE", HELD, effects=drop, role=Role.RELEASES),
+        _make_binary(
             "POUR",
             affordance(p.pourable(X) | p.drinkable(X), "{x} cannot be poured"),
             affordance(p.recipient(Y) | is_a(Y, "hands_both", "sponge", "face"), "{y} holds no liquid"),
@@ -319,7 +323,7 @@ def _handling() -> tuple[Operator, ...]:
     )
 
 
-def _devices() -> tuple[Operator, ...]:
+def _make_device_actions() -> tuple[Operator, ...]:
     opens = (OPENABLE, OPEN_OR_CLOSED, NEAR)
     switches = (affordance(p.has_switch(X), "{x} has no switch"), ON_OR_OFF, NEAR)
     plugs = (affordance(p.has_plug(X), "{x} has no plug"), PLUGGED_IN_OR_OUT, NEAR, HAND_FREE)
@@ -337,24 +341,24 @@ def _devices() -> tuple[Operator, ...]:
     )
 
 
-def _looking() -> tuple[Operator, ...]:
+def _make_looking_actions() -> tuple[Operator, ...]:
     turn = (Delete(p.facing(AGENT, ANYTHING)), Add(p.facing(AGENT, X)))
     looks = ("LOOKAT", "LOOKAT_SHORT", "LOOKAT_MEDIUM", "LOOKAT_LONG", "POINTAT")
     return (
-        _unary("TURNTO", effects=turn, role=Role.MOVEMENT),
-        *(_unary(name, FACED) for name in looks),
+        _make_unary("TURNTO", effects=turn, role=Role.MOVEMENT),
+        *(_make_unary(name, FACED) for name in looks),
         watch(),
-        _unary("READ", affordance(p.readable(X), "{x} cannot be read"), HELD),
-        _unary("GREET", affordance(p.person(X), "{x} is not a person")),
+        _make_unary("READ", affordance(p.readable(X), "{x} cannot be read"), HELD),
+        _make_unary("GREET", affordance(p.person(X), "{x} is not a person")),
     )
 
 
-def _using() -> tuple[Operator, ...]:
+def _make_using_actions() -> tuple[Operator, ...]:
     knife_in_hand = f.Exists(Y, p.held(Y) & is_a(Y, "knife"))
     can_be_moved = affordance(p.movable(X) | is_a(X, "button", "chair", "curtain"), "{x} cannot be moved")
     return (
-        _unary("DRINK", affordance(p.drinkable(X) | p.recipient(X), "{x} is nothing to drink"), HELD),
-        _unary(
+        _make_unary("DRINK", affordance(p.drinkable(X) | p.recipient(X), "{x} is nothing to drink"), HELD),
+        _make_unary(
             "EAT",
             NEAR,
             affordance(
@@ -362,7 +366,7 @@ def _using() -> tuple[Operator, ...]:
                 "{x} cannot be eaten, nor is there anything eatable on it",
             ),
         ),
-        _unary(
+        _make_unary(
             "CUT",
             HAND_FREE,
             NEAR,
@@ -370,12 +374,14 @@ def _using() -> tuple[Operator, ...]:
             affordance(p.cuttable(X), "{x} cannot be cut"),
             missing(knife_in_hand, "the character holds no knife"),
         ),
-        _unary("TOUCH", NEAR, REACHABLE),
-        _unary("TYPE", NEAR, affordance(is_a(X, "keyboard") | p.has_switch(X), "{x} is nothing to type on")),
+        _make_unary("TOUCH", NEAR, REACHABLE),
+        _make_unary(
+            "TYPE", NEAR, affordance(is_a(X, "keyboard") | p.has_switch(X), "{x} is nothing to type on")
+        ),
         shove("PUSH"),
         shove("PULL", can_be_moved),
         shove("MOVE", can_be_moved),
-        _unary(
+        _make_unary(
             "SQUEEZE",
             HAND_FREE,
             NEAR,
@@ -384,19 +390,19 @@ def _using() -> tuple[Operator, ...]:
     )
 
 
-def _cleaning() -> tuple[Operator, ...]:
+def _make_cleaning_actions() -> tuple[Operator, ...]:
     cleaned = (Delete(p.dirty(X)), Add(p.clean(X)))
     something_in_hand = missing(f.Exists(Y, p.held(Y)), "the character holds nothing to wipe with")
     return (
-        *(_unary(name, NEAR, effects=cleaned) for name in ("WASH", "RINSE", "SCRUB")),
-        _unary("WIPE", NEAR, something_in_hand, effects=cleaned),
+        *(_make_unary(name, NEAR, effects=cleaned) for name in ("WASH", "RINSE", "SCRUB")),
+        _make_unary("WIPE", NEAR, something_in_hand, effects=cleaned),
     )
 
 
-def _clothing() -> tuple[Operator, ...]:
+def _make_clothing_actions() -> tuple[Operator, ...]:
     return (
-        _unary("PUTON", HELD, IS_CLOTHES, effects=(Add(p.ontop(X, AGENT)), *take_out_of_hand(X))),
-        _unary(
+        _make_unary("PUTON", HELD, IS_CLOTHES, effects=(Add(p.ontop(X, AGENT)), *take_out_of_hand(X))),
+        _make_unary(
             "PUTOFF",
             missing(p.ontop(X, AGENT), "the character does not wear {x}"),
             IS_CLOTHES,
@@ -405,13 +411,17 @@ def _clothing() -> tuple[Operator, ...]:
     )
 
 
-def _nullary(name: str, check: Check, effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE) -> Operator:
+def _make_nullary(
+    name: str, check: Check, effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE
+) -> Operator:
     return Operator(name, (), (check,), effects, role=role)
 
 
-def _unary(name: str, *checks: Check, effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE) -> Operator:
+def _make_unary(
+    name: str, *checks: Check, effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE
+) -> Operator:
     return Operator(name, (X,), checks, effects, role=role)
 
 
-def _binary(name: str, *checks: Check, effects: tuple[Effect, ...]) -> Operator:
+def _make_binary(name: str, *checks: Check, effects: tuple[Effect, ...]) -> Operator:
     return Operator(name, (X, Y), checks, effects, role=Role.CHANGE)

@@ -42,7 +42,7 @@ _STEPS = "action commands"
 _DOTTED = re.compile(r"\w+\.\d+")
 
 
-class Identified(NamedTuple):
+class ObjectWithId(NamedTuple):
     """An object by class and id, as written; the id is None where a list ends before it."""
 
     name: object
@@ -66,7 +66,7 @@ class VirtualHomePlans(PlanNotation):
         plan = read_steps(text, actions)
         if isinstance(plan, Unreadable) or not has_ids(plan):
             return plan
-        return replace(plan, steps=tuple([_with_ids(step) for step in plan.steps]))
+        return replace(plan, steps=tuple([_join_ids(step) for step in plan.steps]))
 
     def operator(self, word: str) -> str:
         """Operators have names in capitals."""
@@ -75,7 +75,7 @@ class VirtualHomePlans(PlanNotation):
     def objects(self, task: Task) -> Callable[[object], int | None]:
         """The classes of the task's objects, and all objects of the scene by class and id."""
         index = task.scene.index
-        usual = index_of({task.scene.objects[i].category: i for i in task.relevant}, index)
+        usual = make_lookup({task.scene.objects[i].category: i for i in task.relevant}, index)
 
         def object_of(word: object) -> int | None:
             return index.get(word) if isinstance(word, str) and word in index else usual(word)
@@ -84,7 +84,7 @@ class VirtualHomePlans(PlanNotation):
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
         """Each step as ``"GRAB": ["soap", "1002"]``; the reference needs the blank in an empty list."""
-        return tuple([_written(action, scene) for action in plan])
+        return tuple([_format_step(action, scene) for action in plan])
 
     def join(self, parts: Iterable[str]) -> str:
         """A JSON object of the steps."""
@@ -103,20 +103,20 @@ class VirtualHomePlans(PlanNotation):
         return closed({_STEPS: listed(either(steps))})
 
 
-def index_of(
+def make_lookup(
     by_class: Mapping[str, int], by_name: Mapping[str, int], joint: str = "."
 ) -> Callable[[object], int | None]:
     """Return the lookup of what is written as a class, or as a class and an id, joined in names."""
 
-    def found(word: object) -> int | None:
+    def find_index(word: object) -> int | None:
         if isinstance(word, str):
             return by_class.get(word)
-        return by_name.get(f"{word.name}{joint}{word.id}") if isinstance(word, Identified) else None
+        return by_name.get(f"{word.name}{joint}{word.id}") if isinstance(word, ObjectWithId) else None
 
-    return found
+    return find_index
 
 
-def _with_ids(step: WrittenStep) -> WrittenStep:
+def _join_ids(step: WrittenStep) -> WrittenStep:
     """Return a step in which a class and an id are one object; a name such as ``soap.1002`` has its id."""
     if any(isinstance(word, str) and _DOTTED.fullmatch(word) for word in step.objects):
         objects: list[object] = []
@@ -125,9 +125,9 @@ def _with_ids(step: WrittenStep) -> WrittenStep:
             word = words.pop(0)
             is_whole = isinstance(word, str) and _DOTTED.fullmatch(word) is not None
             has_id = not is_whole and bool(words) and _is_id(words[0])
-            objects.append(Identified(word, words.pop(0)) if has_id else word)
+            objects.append(ObjectWithId(word, words.pop(0)) if has_id else word)
         return step._replace(objects=tuple(objects))
-    return step._replace(objects=_in_pairs(step.objects))
+    return step._replace(objects=_pair_words(step.objects))
 
 
 def has_ids(plan: WrittenPlan) -> bool:
@@ -135,14 +135,14 @@ def has_ids(plan: WrittenPlan) -> bool:
     return any(_is_id(word) for step in plan.steps for word in step.objects[1::2])
 
 
-def identified(plan: WrittenPlan) -> WrittenPlan:
+def pair_all_ids(plan: WrittenPlan) -> WrittenPlan:
     """The plan with a class and an id as one object."""
-    steps = [WrittenStep(step.action, _in_pairs(step.objects)) for step in plan.steps]
+    steps = [WrittenStep(step.action, _pair_words(step.objects)) for step in plan.steps]
     return replace(plan, steps=tuple(steps))
 
 
-def _in_pairs(words: tuple[object, ...]) -> tuple[Identified, ...]:
-    return tuple(starmap(Identified, zip_longest(words[::2], words[1::2])))
+def _pair_words(words: tuple[object, ...]) -> tuple[ObjectWithId, ...]:
+    return tuple(starmap(ObjectWithId, zip_longest(words[::2], words[1::2])))
 
 
 def _is_id(word: object) -> bool:
@@ -151,12 +151,12 @@ def _is_id(word: object) -> bool:
 
 def read_steps(text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
     """Read the steps of an answer, as written."""
-    return plan_of(read_json(text, _form(frozenset(actions))))
+    return plan_of(read_json(text, _build_form(frozenset(actions))))
 
 
 @lru_cache(64)
-def _form(actions: frozenset[str]) -> AnswerForm[StepList]:
-    known = frozenset([*actions, *[action.lower() for action in actions]])
+def _build_form(actions: frozenset[str]) -> AnswerForm[StepList]:
+    accepted_words = frozenset([*actions, *[action.lower() for action in actions]])
 
     def steps_of(value: object) -> StepList | None:
         if isinstance(value, list):
@@ -169,12 +169,12 @@ def _form(actions: frozenset[str]) -> AnswerForm[StepList]:
         if any(key == ACTION and isinstance(member, str) for key, member in value.members):
             step = labelled_step(value)
             return None if step is None else step._replace(repairs=(STEP_FORM,))
-        return keyed_steps(value, known)
+        return keyed_steps(value, accepted_words)
 
     wanted = "object or list of actions with their objects"
-    return plan_form(wanted, steps_of, lambda value: flaw_of_list(value, steps_of), known, _STEPS)
+    return plan_form(wanted, steps_of, lambda value: flaw_of_list(value, steps_of), accepted_words, _STEPS)
 
 
-def _written(action: Action, scene: Scene) -> str:
+def _format_step(action: Action, scene: Scene) -> str:
     words = [part for i in action.arguments for part in scene.objects[i].name.rsplit(".", 1)]
     return f"{json.dumps(action.operator)}: {json.dumps(words) if words else '[ ]'}"

@@ -19,16 +19,16 @@ from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
-Among: TypeAlias = Callable[[State, str, int, int], int]
+TargetChooser: TypeAlias = Callable[[State, str, int, int], int]
 """Gives targets of a relation, given a state, the relation, the source and the targets wanted."""
 
-SEATS = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
+SEAT_CAPACITIES = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
 """The number of things that fit on a seat, by class; 1 on any other (reference: ``SitExecutor``)."""
 
-BEDS = {"bed": 3, "couch": 2, "bathtub": 2, "loveseat": 2, "sofa": 2}
+BED_CAPACITIES = {"bed": 3, "couch": 2, "bathtub": 2, "loveseat": 2, "sofa": 2}
 """The number of things that fit where one lies, by class; 1 on any other (reference: ``LieExecutor``)."""
 
-PLACES = ("ONTOP", "INSIDE", "NEXT_TO")
+ORIGIN_RELATIONS = ("ONTOP", "INSIDE", "NEXT_TO")
 """The relations that say where an object was taken from, in the order in which they decide."""
 
 
@@ -37,7 +37,7 @@ def object_id(state: State, index: int) -> int:
     return int(state.scene.objects[index].name.rpartition(".")[2])
 
 
-def rooms(state: State, arguments: tuple[int, ...]) -> int:
+def find_rooms(state: State, arguments: tuple[int, ...]) -> int:
     """The rooms of an object, which may be in none: those that it is in, or those of its only container."""
     (x,) = arguments
     is_room, inside = state.those("ROOM"), state.relation("INSIDE")
@@ -51,30 +51,30 @@ def rooms(state: State, arguments: tuple[int, ...]) -> int:
     return 1 << x & is_room
 
 
-def in_room(state: State, arguments: tuple[int, ...]) -> int:
+def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> int:
     """All objects that have a room among their `rooms`."""
     (room,) = arguments
     is_room, inside = state.those("ROOM"), state.relation("INSIDE")
     if not is_room >> room & 1:
         return 0
-    found = inside.column(room) & ~is_room
-    pending = found & inside.targets
+    members = inside.column(room) & ~is_room
+    pending = members & inside.targets
     while pending:
         container = pending & -pending
         pending ^= container
-        for y in bits(inside.column(container.bit_length() - 1) & ~is_room & ~found):
+        for y in bits(inside.column(container.bit_length() - 1) & ~is_room & ~members):
             if inside.row(y) == container:
-                found |= 1 << y
+                members |= 1 << y
                 pending |= 1 << y & inside.targets
-    return found | 1 << room
+    return members | 1 << room
 
 
-def targets(state: State, predicate: str, source: int, wanted: int) -> int:
+def find_targets(state: State, predicate: str, source: int, candidates: int) -> int:
     """The targets of a relation among those wanted (a mask), as a mask."""
-    return state.relation(predicate).row(source) & wanted
+    return state.relation(predicate).row(source) & candidates
 
 
-def origins(place: int, among: Among = targets) -> Values:
+def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> Values:
     """A lookup of what something lies on, in or next to, if ``PLACES[place]`` decides.
 
     Of several things those count that ``among`` gives. Rooms do not count. Only the first relation that holds
@@ -85,25 +85,25 @@ def origins(place: int, among: Among = targets) -> Values:
     def lookup(state: State, arguments: tuple[int, ...]) -> int:
         (x,) = arguments
         no_room = ~state.those("ROOM")
-        for earlier in PLACES[:place]:
+        for earlier in ORIGIN_RELATIONS[:position]:
             if state.relation(earlier).row(x) & no_room:
                 return 0
-        return among(state, PLACES[place], x, no_room)
+        return choose(state, ORIGIN_RELATIONS[position], x, no_room)
 
     return lookup
 
 
-def cargo(state: State, arguments: tuple[int, ...]) -> int:
+def find_cargo(state: State, arguments: tuple[int, ...]) -> int:
     """All that goes where an object goes: what is in it, what can be grabbed and lies on it, and so on."""
     inside, ontop, loose = state.relation("INSIDE"), state.relation("ONTOP"), state.those("GRABBABLE")
-    found, pending = 0, 1 << arguments[0]
+    carried, pending = 0, 1 << arguments[0]
     while pending:
         carrier = pending & -pending
         x = carrier.bit_length() - 1
-        new = (inside.column(x) | ontop.column(x) & loose) & ~found
-        found |= new
+        new = (inside.column(x) | ontop.column(x) & loose) & ~carried
+        carried |= new
         pending = pending & ~carrier | new
-    return found
+    return carried
 
 
 X = f.Variable("x")
@@ -181,15 +181,15 @@ taken = Defined(
 )
 rests_in = Defined("rests_in", (X, Y), inside(X, Y) | (ontop(X, Y) & grabbable(X)))
 carries = Defined(
-    "carries", (X, Y), rests_in(Y, X) | f.Exists(Z, rests_in(Z, X) & f.Atom("carries", (Z, Y))), cargo
+    "carries", (X, Y), rests_in(Y, X) | f.Exists(Z, rests_in(Z, X) & f.Atom("carries", (Z, Y))), find_cargo
 )
 _only_container = inside(X, Y) & ~f.Exists(Z, inside(X, Z) & ~f.Equals(Y, Z))
 room_of = Lookup(
     "room_of",
     2,
-    rooms,
+    find_rooms,
     reads=("ROOM", "INSIDE"),
-    inverse=in_room,
+    inverse=find_objects_in_room,
     meaning=Defined(
         "room_of",
         (X, R),
@@ -202,43 +202,43 @@ in_same_room = Defined("in_same_room", (X,), f.Exists(R, room_of(AGENT, R) & roo
 somewhere = Defined("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
-def _lies(place: int, name: str) -> Lookup:
+def _make_origin_predicate(position: int, name: str) -> Lookup:
     """The lookup of what something lies on, in or next to, by one relation if none before it holds."""
-    *earlier, relation = (ontop, inside, next_to)[: place + 1]
+    *earlier, relation = (ontop, inside, next_to)[: position + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
     meaning = Defined(name, (X, Y), f.And((relation(X, Y), ~room(Y), *nowhere_else)))
-    return Lookup(name, 2, origins(place), ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"), meaning)
+    return Lookup(name, 2, make_origin_lookup(position), ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"), meaning)
 
 
-def _so_many_on(place: f.Variable, count: int) -> f.Formula:
+def _require_at_least(place: f.Variable, count: int) -> f.Formula:
     """So many different things, or more, are on a place."""
     things = [f.Variable(f"y{i}") for i in range(count)]
-    found: f.Formula = f.And(())
+    formula: f.Formula = f.And(())
     for i, thing in reversed(list(enumerate(things))):
         new = tuple(~f.Equals(thing, other) for other in things[:i])
-        found = f.Exists(thing, f.And((ontop(thing, place), *new, found)))
-    return found
+        formula = f.Exists(thing, f.And((ontop(thing, place), *new, formula)))
+    return formula
 
 
-def _full(name: str, capacities: Mapping[str, int]) -> Computed:
+def _make_full_predicate(name: str, capacities: Mapping[str, int]) -> Computed:
     """As many things are on a place as fit there, by its category; 1 for any other."""
 
     def test(state: State, arguments: tuple[int, ...]) -> bool:
         (place,) = arguments
-        most = capacities.get(state.scene.objects[place].category, 1)
-        return state.relation("ONTOP").column(place).bit_count() >= most
+        capacity = capacities.get(state.scene.objects[place].category, 1)
+        return state.relation("ONTOP").column(place).bit_count() >= capacity
 
     by_size = {n: [c for c, fits in capacities.items() if fits == n] for n in sorted({*capacities.values()})}
-    sized = tuple(is_a(X, *categories) & _so_many_on(X, n) for n, categories in by_size.items())
+    sized = tuple(is_a(X, *categories) & _require_at_least(X, n) for n, categories in by_size.items())
     others = ~is_a(X, *capacities) & f.Exists(Y, ontop(Y, X))
     return Computed(name, 1, test, ("ONTOP",), Defined(name, (X,), f.Or((*sized, others))))
 
 
 lies_on, lies_in, lies_next_to = (
-    _lies(place, name) for place, name in enumerate(("lies_on", "lies_in", "lies_next_to"))
+    _make_origin_predicate(place, name) for place, name in enumerate(("lies_on", "lies_in", "lies_next_to"))
 )
-seat_full = _full("seat_full", SEATS)
-bed_full = _full("bed_full", BEDS)
+seat_full = _make_full_predicate("seat_full", SEAT_CAPACITIES)
+bed_full = _make_full_predicate("bed_full", BED_CAPACITIES)
 
 _DECLARED = tuple(globals().values())
 

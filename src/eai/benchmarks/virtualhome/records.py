@@ -111,36 +111,36 @@ class TaskRecord:
         return list(of_nodes | (set(self.relevant_from_edges) - of_nodes))
 
 
-class _Tables(NamedTuple):
+class _LineTables(NamedTuple):
     """Tables to which the task lines refer by number."""
 
     relations: Sequence[str]
     records: Sequence[ObjectRecord]
 
-    def objects(self, numbers: Iterable[int]) -> tuple[ObjectRecord, ...]:
+    def get_objects(self, numbers: Iterable[int]) -> tuple[ObjectRecord, ...]:
         return tuple(map(self.records.__getitem__, numbers))
 
-    def edges(self, flat: Sequence[int]) -> tuple[Edge, ...]:
+    def read_edges(self, flat: Sequence[int]) -> tuple[Edge, ...]:
         relations = map(self.relations.__getitem__, flat[1::3])
         return tuple(zip(flat[::3], relations, flat[2::3], strict=True))
 
-    def delta(self, values: Mapping[str, Any]) -> GraphDelta:
+    def read_delta(self, values: Mapping[str, Any]) -> GraphDelta:
         return GraphDelta(
             removed_ids=tuple(values["removed_ids"]),
-            changed_objects=self.objects(values["changed_objects"]),
-            added_objects=self.objects(values["added_objects"]),
-            removed_edges=self.edges(values["removed_edges"]),
-            added_edges=self.edges(values["added_edges"]),
+            changed_objects=self.get_objects(values["changed_objects"]),
+            added_objects=self.get_objects(values["added_objects"]),
+            removed_edges=self.read_edges(values["removed_edges"]),
+            added_edges=self.read_edges(values["added_edges"]),
         )
 
-    def task(self, values: Mapping[str, Any]) -> TaskRecord:
+    def read_task(self, values: Mapping[str, Any]) -> TaskRecord:
         """The record of a line, whose members are those of a record."""
         flat = ("relevant_from_nodes", "relevant_from_edges")
         nested = ("node_goals", "edge_goals", "action_goals")
         read: dict[str, Any] = {
             "script": tuple([(word, tuple(map(tuple, objects))) for word, objects in values["script"]]),
-            "initial": self.delta(values["initial"]),
-            "final": self.delta(values["final"]),
+            "initial": self.read_delta(values["initial"]),
+            "final": self.read_delta(values["final"]),
             **{name: tuple(values[name]) for name in flat},
             **{name: tuple(map(tuple, values[name])) for name in nested},
         }
@@ -164,11 +164,11 @@ class VirtualHome(TaskSet[TaskRecord]):
             ObjectRecord(number, name, category, labels[owned], labels[state])
             for number, name, category, owned, state in values["objects"]
         ]
-        tables = _Tables(values["relations"], records)
-        objects, edges = tables.objects(values["base_objects"]), tables.edges(values["base_edges"])
+        tables = _LineTables(values["relations"], records)
+        objects, edges = tables.get_objects(values["base_objects"]), tables.read_edges(values["base_edges"])
         self.base = GraphDelta((), (), objects, (), edges)
         texts = dict(zip(values["tasks"], lines, strict=True))
-        super().__init__(texts, lambda task_id: tables.task(json.loads(texts[task_id])), sha256)
+        super().__init__(texts, lambda task_id: tables.read_task(json.loads(texts[task_id])), sha256)
 
     @classmethod
     def of(cls, pack: PackFile) -> VirtualHome:

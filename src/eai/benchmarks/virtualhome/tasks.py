@@ -30,7 +30,7 @@ _BINARY = {name: VOCABULARY.binary_slots[stored] for name, stored in PREDICATE_O
 
 
 @dataclass(frozen=True, slots=True)
-class _Graph:
+class _IndexedGraph:
     """A graph of the data set.
 
     Attributes:
@@ -43,7 +43,7 @@ class _Graph:
         ends: of each relation what may be a source, and what may be a target, as masks.
     """
 
-    things: Sequence[WorldObject]
+    objects: Sequence[WorldObject]
     labels: Mapping[int, frozenset[str]]
     index: Mapping[int, int]
     unary: Sequence[int]
@@ -51,7 +51,7 @@ class _Graph:
     columns: Sequence[Sequence[int]]
     ends: Sequence[tuple[int, int]]
 
-    def after(self, delta: GraphDelta) -> _Graph:
+    def apply_delta(self, delta: GraphDelta) -> _IndexedGraph:
         """The graph that a delta makes of this one.
 
         Raises:
@@ -61,11 +61,14 @@ class _Graph:
             raise DataError(f"objects {delta.removed_ids} vanish; run `eai data fetch --force`")
         described = (*delta.changed_objects, *delta.added_objects)
         labels = {**self.labels, **{record.id: record.labels for record in described}}
-        index = {**self.index, **{each.id: i for i, each in enumerate(delta.added_objects, len(self.things))}}
+        index = {
+            **self.index,
+            **{each.id: i for i, each in enumerate(delta.added_objects, len(self.objects))},
+        }
         empty = [0] * len(delta.added_objects)
-        things = [*self.things, *[_world_object(each.class_name, each.id) for each in delta.added_objects]]
+        things = [*self.objects, *[_make_object(each.class_name, each.id) for each in delta.added_objects]]
         for each in delta.changed_objects:
-            things[index[each.id]] = _world_object(each.class_name, each.id)
+            things[index[each.id]] = _make_object(each.class_name, each.id)
         rows, columns = ([[*lines, *empty] for lines in each] for each in (self.rows, self.columns))
         for source_id, relation, target_id in delta.removed_edges:
             slot, source, target = _BINARY[relation], index[source_id], index[target_id]
@@ -79,21 +82,21 @@ class _Graph:
             ends[slot] = ends[slot][0] | 1 << source, ends[slot][1] | 1 << target
         unary = list(self.unary)
         self._relabel(unary, described, index)
-        return _Graph(things, labels, index, unary, rows, columns, ends)
+        return _IndexedGraph(things, labels, index, unary, rows, columns, ends)
 
     def _relabel(self, unary: list[int], records: Iterable[ObjectRecord], index: Mapping[int, int]) -> None:
         """Change masks of unary predicates to what records say of some objects, which may be new."""
         for record in records:
             bit = 1 << index[record.id]
-            for slot in _differing(self.labels.get(record.id, _UNLABELLED), record.labels):
+            for slot in _find_changed_slots(self.labels.get(record.id, _UNLABELLED), record.labels):
                 unary[slot] ^= bit
 
-    def state(self) -> State:
+    def to_state(self) -> State:
         """The state of its objects, the character among them."""
-        relations = tuple(map(_relation, self.rows, self.columns, self.ends))
-        return State(Scene(VOCABULARY, self.things, self.index[CHARACTER_ID]), tuple(self.unary), relations)
+        relations = tuple(map(_make_relation, self.rows, self.columns, self.ends))
+        return State(Scene(VOCABULARY, self.objects, self.index[CHARACTER_ID]), tuple(self.unary), relations)
 
-    def state_after(self, state: State, delta: GraphDelta) -> State:
+    def apply_delta_to_state(self, state: State, delta: GraphDelta) -> State:
         """The state of this graph after a small difference.
 
         Raises:
@@ -123,24 +126,24 @@ VirtualHomeTasks: TypeAlias = TaskSet[VirtualHomeTask]
 def build_tasks(records: VirtualHome) -> VirtualHomeTasks:
     """The tasks of the records."""
     nothing = [()] * len(VOCABULARY.binary_slots)
-    empty = _Graph((), {}, {}, [0] * len(_UNARY), nothing, nothing, [(0, 0)] * len(nothing))
-    base = empty.after(records.base)
-    return TaskSet(records, lambda task_id: _task(records[task_id], base), records.sha256)
+    empty = _IndexedGraph((), {}, {}, [0] * len(_UNARY), nothing, nothing, [(0, 0)] * len(nothing))
+    base = empty.apply_delta(records.base)
+    return TaskSet(records, lambda task_id: _build_task(records[task_id], base), records.sha256)
 
 
-def _task(record: TaskRecord, base: _Graph) -> VirtualHomeTask:
-    graph = base.after(record.initial)
-    initial, index = graph.state(), graph.index
+def _build_task(record: TaskRecord, base: _IndexedGraph) -> VirtualHomeTask:
+    graph = base.apply_delta(record.initial)
+    initial, index = graph.to_state(), graph.index
     return VirtualHomeTask(
         id=record.id,
         title=record.title,
         instruction=record.description,
         initial=initial,
-        annotated_final=graph.state_after(initial, record.final),
+        annotated_final=graph.apply_delta_to_state(initial, record.final),
         script=tuple(
             [Action(word, tuple([index[i] for _, i in objects])) for word, objects in record.script]
         ),
-        goals=tuple(dict.fromkeys(_goals(record, initial.scene, index))),
+        goals=tuple(dict.fromkeys(_yield_goals(record, initial.scene, index))),
         temporal_goal=record.tl_goal,
         relevant=tuple(
             sorted({index[i] for i in (*record.relevant_from_nodes, *record.relevant_from_edges)})
@@ -159,27 +162,27 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
 
 
 @cache
-def _differing(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
+def _find_changed_slots(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
     """The slots of the labels that one set has and another has not."""
     return [_UNARY[name] for name in before ^ after]
 
 
-def _relation(rows: Sequence[int], columns: Sequence[int], ends: tuple[int, int]) -> Relation:
-    return Relation(Matrix(rows, columns, *ends)) if ends[0] else _empty(len(rows))
+def _make_relation(rows: Sequence[int], columns: Sequence[int], ends: tuple[int, int]) -> Relation:
+    return Relation(Matrix(rows, columns, *ends)) if ends[0] else _make_empty_relation(len(rows))
 
 
 @cache
-def _empty(size: int) -> Relation:
+def _make_empty_relation(size: int) -> Relation:
     """The relation of no two of so many objects; states share it."""
     return Relation(Matrix([0] * size, [0] * size))
 
 
 @cache
-def _world_object(class_name: str, object_id: int) -> WorldObject:
+def _make_object(class_name: str, object_id: int) -> WorldObject:
     return WorldObject(f"{class_name}.{object_id}", class_name)
 
 
-def _goals(record: TaskRecord, scene: Scene, index: Mapping[int, int]) -> Iterable[Goal]:
+def _yield_goals(record: TaskRecord, scene: Scene, index: Mapping[int, int]) -> Iterable[Goal]:
     def constant(object_id: int) -> Constant:
         return Constant(scene.objects[index[object_id]].name)
 

@@ -90,7 +90,7 @@ def other_hand_is_additional(operator: Operator) -> Operator:
 
     See ``evolving_graph.py``, ``grasp``.
     """
-    strict = [o.in_one_hand(hand) for hand in o.HANDS]
+    strict = [o.require_not_in_other_hand(hand) for hand in o.HANDS]
 
     def check(each: Check) -> Check:
         return replace(each, fault=FaultKind.ADDITIONAL_STEP) if each in strict else each
@@ -145,15 +145,15 @@ def half_done_transfers() -> Iterator[Operator]:
     """The effects of an aborted transfer of contents: the first of them is moved already."""
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
-        moved = Let(o.C, first & ~p.floor(X), (*o.cut_loose(o.C), Add(place(o.C, X))))
-        lost = Let(o.C, first & p.floor(X), o.cut_loose(o.C))
+        moved = Let(o.C, first & ~p.floor(X), (*o.clear_support(o.C), Add(place(o.C, X))))
+        lost = Let(o.C, first & p.floor(X), o.clear_support(o.C))
         yield Operator(f"{hand.name}_TRANSFER_CONTENTS_{name}", (X,), (), (moved, lost))
 
 
 @_of_operators
 def parts_before_slicing(operator: Operator) -> Operator:
     """The parts of an object can be handled before it is sliced (``interactivity_precond``)."""
-    unwanted = (o.cut_off(X), o.cut_off(Y))
+    unwanted = (o.require_cut_off(X), o.require_cut_off(Y))
 
     def kept(checks: tuple[Check, ...]) -> tuple[Check, ...]:
         return tuple(check for check in checks if check not in unwanted)
@@ -183,7 +183,7 @@ def _overwriting(effect: Effect) -> tuple[Effect, ...]:
     """The effect, with which a label replaces all others of the same ordered pair."""
     match effect:
         case Add(atom):
-            labels = [label.name for label in p.LABELS]
+            labels = [label.name for label in p.LOOSE_RELATIONS]
             others = labels if atom.predicate in labels else []
             deletions = (Delete(replace(atom, predicate=name)) for name in others if name != atom.predicate)
             return (*deletions, effect)

@@ -24,12 +24,12 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.verdict import ErrorReport
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.notation import (
-    ACTIONS,
-    ARITIES,
+    ACTION_ARITIES,
+    PREDICATE_ARITIES,
     BehaviorSubgoals,
-    category_predicates,
-    meant,
-    published_names,
+    make_lexicon,
+    map_category_predicates,
+    map_published_names,
 )
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.extensions.reference import behavior_quirks
@@ -162,8 +162,10 @@ class _Notation(BehaviorSubgoals):
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
         """The names of the data set, where parts of objects have none."""
-        predicates = dict.fromkeys((*category_predicates(scene), *ARITIES))
-        return meant(scene, Signature(predicates, dict.fromkeys(ACTIONS), None), published_names(scene))
+        predicates = dict.fromkeys((*map_category_predicates(scene), *PREDICATE_ARITIES))
+        return make_lexicon(
+            scene, Signature(predicates, dict.fromkeys(ACTION_ARITIES), None), map_published_names(scene)
+        )
 
 
 class BehaviorSubgoalDecomposition(ReferenceSubgoals):
@@ -220,8 +222,8 @@ def wrong_use(formula: Formula, objects: Collection[str]) -> Rejected | None:
     """
     parts = tuple(walk(formula))
     primitives: list[tuple[str, int | None, Atom | Occurs]] = [
-        *((p.predicate, ARITIES.get(p.predicate), p) for p in parts if isinstance(p, Atom)),
-        *((p.action, ACTIONS[p.action], p) for p in parts if isinstance(p, Occurs)),
+        *((p.predicate, PREDICATE_ARITIES.get(p.predicate), p) for p in parts if isinstance(p, Atom)),
+        *((p.action, ACTION_ARITIES[p.action], p) for p in parts if isinstance(p, Occurs)),
     ]
     for name, _, part in primitives:
         if not part.arguments:

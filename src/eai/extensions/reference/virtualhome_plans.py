@@ -26,11 +26,11 @@ from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
 from eai.benchmarks.virtualhome.domain import as_meant
 from eai.benchmarks.virtualhome.plan_notation import (
-    Identified,
+    ObjectWithId,
     VirtualHomePlans,
     has_ids,
-    identified,
-    index_of,
+    make_lookup,
+    pair_all_ids,
 )
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.extensions.reference import virtualhome_quirks
@@ -122,7 +122,7 @@ class _Notation(VirtualHomePlans):
         for number, step in enumerate(plan.steps):
             if len(step.objects) % 2:
                 return Unreadable(f"{step.action}: a name without an id", number)
-        return identified(plan)
+        return pair_all_ids(plan)
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
         """The objects that the task is about, in the reference's order.
@@ -136,7 +136,7 @@ class _Notation(VirtualHomePlans):
         objects = task.scene.objects
         by_class = {objects[i].category: i for i in relevant}
         by_name = {"_".join(objects[i].name.rsplit(".", 1)): i for i in relevant}
-        return index_of(by_class, by_name, joint="_")
+        return make_lookup(by_class, by_name, joint="_")
 
 
 class VirtualHomeActionSequencing(ActionSequencing):
@@ -203,7 +203,7 @@ def _names_classes(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -
     ``["food", "egg_1003"]`` is the same object as ``["food_egg", "1003"]``.
     """
     return all(
-        not isinstance(word, Identified) or word.name == scene.objects[index].category
+        not isinstance(word, ObjectWithId) or word.name == scene.objects[index].category
         for step, action in zip(plan.steps, actions, strict=True)
         for word, index in zip(step.objects, action.arguments, strict=True)
     )

@@ -85,9 +85,9 @@ def _room(state: State, arguments: tuple[int, ...]) -> int:
 
 _LOOKUPS: Mapping[str, Values] = {
     "room_of": _room,
-    "lies_on": p.origins(0, first_target),
-    "lies_in": p.origins(1, first_target),
-    "lies_next_to": p.origins(2, first_target),
+    "lies_on": p.make_origin_lookup(0, first_target),
+    "lies_in": p.make_origin_lookup(1, first_target),
+    "lies_next_to": p.make_origin_lookup(2, first_target),
 }
 
 
@@ -150,16 +150,16 @@ def held_objects_stay_behind(domain: Domain) -> Domain:
     See ``execution.py``, ``WalkExecutor``.
     """
     left_behind = (
-        *o.cut_loose(o.H, p.inside, p.next_to, p.facing),
+        *o.clear_relations(o.H, p.inside, p.next_to, p.facing),
         *both_ways(Add, p.next_to(AGENT, o.H)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(o.H, R)),)),
     )
-    return domain.with_operators(*o.moving((ForEach(o.H, p.held(o.H), left_behind),)))
+    return domain.with_operators(*o.make_movements((ForEach(o.H, p.held(o.H), left_behind),)))
 
 
 def grabbing_empties(domain: Domain) -> Domain:
     """Things in or on an object are left behind when it is grabbed, and in nothing (``GrabExecutor``)."""
-    return domain.with_operators(o.grab(kept=()))
+    return domain.with_operators(o.grab(effects_on_contents=()))
 
 
 @_of_checks
