@@ -39,7 +39,7 @@ from eai.pddl.export import export
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
-from eai.world.condition import Readings
+from eai.world.condition import FormulaEvaluator
 from eai.world.domain import Domain
 from eai.world.execution import execute
 from eai.world.fault import FaultKind
@@ -90,7 +90,7 @@ class Asked:
 
     def __init__(self, domain: Domain, state: State) -> None:
         self.state = state
-        self._readings = Readings(domain.vocabulary)
+        self._readings = FormulaEvaluator(domain.vocabulary)
         self._known = domain.vocabulary
 
     def __call__(self, predicate: str, *things: Thing) -> bool:
@@ -151,7 +151,7 @@ def compare_goals(folder: Path, tasks: TaskSet[Task], chosen: Sequence[str], dom
     bddl = import_bddl(folder)
     seen: Counter[str] = Counter()
     different: Counter[tuple[str, str]] = Counter()
-    readings = Readings(domain.vocabulary)
+    readings = FormulaEvaluator(domain.vocabulary)
     for task_id in chosen:
         task = tasks[task_id]
         asked = Asked(domain, task.initial)
@@ -265,7 +265,7 @@ def take_the_wrong_thing(dice: Dice, task: Task, steps: list[tuple[str, list[str
     place = dice.one(places)
     action, names = steps[place]
     argument, ability = TAKES_FOR[action]
-    able = task.initial.those(ability.name)
+    able = task.initial.mask(ability.name)
     things = [task.scene.objects[i].name for i in task.relevant if not able >> i & 1]
     things = [name for name in things if name not in names]
     if not things:

@@ -19,7 +19,7 @@ import eai.logic.formula as f
 from bench.record import add_write_option, write_figures
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.exclusion import ExclusionRules
-from eai.planning.possible import Possible
+from eai.planning.possible import PossibleFacts
 from eai.planning.subgoal import GroundAtom, Subgoal, conjuncts
 from eai.tasks.source import Source
 from eai.tasks.task import Task
@@ -36,7 +36,7 @@ SUPPORTS = frozenset(("lies_in", "lies_on", "attached_to", "laid_over", "draped_
 """Those of what a thing is in or on: that may be anything where it ever is in or on something, or held."""
 
 
-class _Possible(Possible):
+class _Possible(PossibleFacts):
     """What may ever be so in BEHAVIOR-1K: what can be held may be anywhere, and what touches what is free."""
 
     def __init__(self, domain: Domain, initial: State, usable: Sequence[int]) -> None:
@@ -47,14 +47,14 @@ class _Possible(Possible):
         super().__init__(replace(domain, operators=tuple(chosen)), initial, usable)
 
     def known(self) -> int:
-        return super().known() + len(self._placed)
+        return super().count_literals() + len(self._placed)
 
     def atom(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
         if predicate in FREE:
             return True
         if predicate in SUPPORTS:
             thing = arguments[0]
-            return not truth or thing in self._placed or Fact("held", (thing,)) in self.so
+            return not truth or thing in self._placed or Fact("held", (thing,)) in self.possibly_true
         derived = self.domain.vocabulary.derived_by_name.get(predicate)
         if isinstance(derived, Defined) and derived.values is not None:
             return True
@@ -119,7 +119,7 @@ def main() -> int:
         possible = _Possible(benchmark.domain, task.initial, task.relevant)
         never = [goal for goal in task.goals if not possible.holds(goal.formula, {})]
         shown = "; ".join(str(goal.formula) for goal in never)
-        if not never and rules.in_episode(task.initial).excludes(_literals(task)):
+        if not never and rules.exclusion_from(task.initial).excludes(_literals(task)):
             never, shown = list(task.goals), "its facts exclude each other"
         proved += bool(never)
         print(f"{task.id}: {'out of reach' if never else 'open'} {shown}"[:200], flush=True)

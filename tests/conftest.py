@@ -17,7 +17,7 @@ from benchmarks.published import index, packs, store, wheel
 from browsing import quiet_page, started_browser
 from command_line import eai
 from eai.base.errors import DataError
-from eai.base.store import VARIABLE, Store
+from eai.base.store import FOLDER_VARIABLE, Store
 from eai.benchmarks.packs import fetch, registered_packs
 from eai.benchmarks.registry import of_the_paper
 from eai.results.collector import collect_seldom
@@ -53,7 +53,7 @@ def pytest_configure(config: pytest.Config) -> None:
     if config.getoption("--empty-store"):
         empty = tempfile.TemporaryDirectory(prefix="eai-store-")
         config.add_cleanup(empty.cleanup)
-        os.environ[VARIABLE] = empty.name
+        os.environ[FOLDER_VARIABLE] = empty.name
 
 
 _PAPER = "of the paper"

@@ -15,7 +15,7 @@ import pytest
 import typer
 
 from by_path import module_at
-from eai.base.entry_points import entry_points_of, names_of
+from eai.base.entry_points import get_entry_point_names, get_entry_points
 from eai.cli import app
 
 ROOT = Path(__file__).parent.parent
@@ -34,7 +34,7 @@ VARIABLES = {
 """The variables of the shell that pages use, and something that they may stand for."""
 
 
-ABSENT = {*names_of("eai.commands")}.difference(entry_points_of("eai.commands"))
+ABSENT = {*get_entry_point_names("eai.commands")}.difference(get_entry_points("eai.commands"))
 """Commands of extensions that are left out (`tools/without.py`)."""
 
 

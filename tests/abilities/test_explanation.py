@@ -25,7 +25,7 @@ from eai.logic.rewriting import rename_variables
 from eai.results.codec import dataclass_to_json
 from eai.tasks.goal_text import formula_text
 from eai.tasks.task import Task
-from eai.world import Action, Episode, Luck
+from eai.world import Action, Episode, SlipSampler
 from eai.world.execution import execute
 from logic.bddl_text import read_condition
 
@@ -138,7 +138,7 @@ def test_parts_of_a_temporal_goal_are_met_at_numbers_of_the_list_of_all_steps() 
 def test_a_slip_is_told_and_the_steps_after_it_with_their_own_changes() -> None:
     task = make_task("NEXT_TO character.65 fridge.10", relevant=["fridge.10"])
     domain = virtualhome_scorer(task).domain
-    episode = Episode(domain, task.initial, Luck(0.5, "1_1", seed=3))
+    episode = Episode(domain, task.initial, SlipSampler(0.5, "1_1", seed=3))
     fridge = (task.scene.index["fridge.10"],)
     for _ in range(2):
         episode.act(Action("OPEN", fridge))

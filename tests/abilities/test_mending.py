@@ -19,7 +19,7 @@ from eai.abilities.repair import EFFORT, Repair
 from eai.abilities.verdict import PlanVerdict, Unreadable
 from eai.base.store import Store
 from eai.planning.repair import search as repair_search
-from eai.planning.repair.edits import Plan, PlanEdit
+from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import planning_goal
 from eai.tasks.source import Source
@@ -44,7 +44,7 @@ def repair_of(scorer: ActionSequencing, text: str) -> tuple[PlanVerdict, Repair]
     return verdict, verdict.repair
 
 
-def as_told(steps: Plan, repair: Repair, task: Task) -> list[Action | None]:
+def as_told(steps: PlanSteps, repair: Repair, task: Task) -> list[Action | None]:
     """A plan with the edits of a repair made, read from their texts."""
     plan: list[Action | None] = []
     for i, step in enumerate((*steps, None)):
@@ -200,7 +200,7 @@ def test_what_undoes_a_planted_fault_is_among_the_single_edits(name: str, number
         if repair.distance != 1 or (undoing.action and is_idle(scorer, undoing.action)):
             continue
         harmful += 1
-        singles = {*scorer.mender._mender(faulty).singles(faulty)}
+        singles = {*scorer.mender._mender(faulty).single_edits(faulty)}
         assert singles & {undoing, undoing._replace(action=None)}, "a step that was skipped may as well go"
         assert repair.blame != "step" or repair.blamed == undoing.step
     assert harmful

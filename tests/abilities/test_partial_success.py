@@ -160,10 +160,13 @@ def test_the_share_is_that_of_all_options_written_out_after_random_plans(every: 
         formulas = [goal.formula for goal in given.goals]
         listed = 1
         for formula in formulas:
-            listed *= count_options(formula, given.scene.named)
+            listed *= count_options(formula, given.scene.names_of_category)
         if number % every or given.left_out is not None or listed > 1_000:
             continue
-        test, ways = GoalTest(given), [list(options(each, given.scene.named)) for each in formulas]
+        test, ways = (
+            GoalTest(given),
+            [list(options(each, given.scene.names_of_category)) for each in formulas],
+        )
         for state in _states(suite.benchmark.domain, given, Random(number)):
             expected = max(_share(state, given, chain.from_iterable(way)) for way in product(*ways))
             share = test.partial(state, (), test.reached(state, ()))

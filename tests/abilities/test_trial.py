@@ -17,7 +17,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.trial import Trial
 from eai.benchmarks.suite import open_suite
 from eai.tasks.task import GoalKind
-from eai.world.episode import Luck
+from eai.world.episode import SlipSampler
 
 ACTIONS = Ability.ACTION_SEQUENCING
 SUITE = open_suite(SWITCHES, ACTIONS)
@@ -113,8 +113,8 @@ def test_goals_that_hold_at_the_start_of_an_attempt_have_held_after_no_step() ->
 def slipping_at(numbers: Sequence[int], length: int) -> int:
     """A seed with which just these of so many draws slip, half of which do."""
     for seed in range(10_000):
-        luck = Luck(0.5, "both", seed=seed, epoch=1)
-        if [i for i in range(length) if luck.strikes()] == list(numbers):
+        luck = SlipSampler(0.5, "both", seed=seed, epoch=1)
+        if [i for i in range(length) if luck.slips()] == list(numbers):
             return seed
     raise AssertionError
 

@@ -21,7 +21,7 @@ from eai.agents.gym import ANY, IDS, AnyText, make
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.tasks.source import Source
-from eai.world import Luck
+from eai.world import SlipSampler
 
 LAMPS = ROOT / "examples" / "lamps" / "lamps.py"
 TASKS = {
@@ -96,8 +96,8 @@ def test_each_game_after_a_seed_has_the_luck_of_the_next_epoch() -> None:
     for epoch in range(3):
         environment.reset(seed=7 if epoch == 0 else None)
         slipped = [environment.step("PRESS(lamp)")[4]["slipped"] for _ in range(8)]
-        luck = Luck(0.5, "both", seed=7, epoch=epoch)
-        assert slipped == [luck.strikes() for _ in range(8)]
+        luck = SlipSampler(0.5, "both", seed=7, epoch=epoch)
+        assert slipped == [luck.slips() for _ in range(8)]
 
 
 @pytest.mark.parametrize("mode", ["sync", "async"])

@@ -17,7 +17,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.source import Source
 from eai.world.episode import Episode
-from eai.world.state import State, change
+from eai.world.state import State, compare_states
 
 TASKS = {
     "virtualhome": ("27_2", "1003_2", "499_1"),
@@ -46,7 +46,7 @@ def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
             continue
         outcome = episode.act(rng.choice(possible))
         assert isinstance(outcome, State)
-        difference = change(observation.state, outcome)
+        difference = compare_states(observation.state, outcome)
         before, observation = observation, observer.observe(observation, outcome, difference)
         facts = [fact for each in wording.listings for fact in each.facts(outcome, observation.visible)]
         lines = spelled_out(observation.text).splitlines()

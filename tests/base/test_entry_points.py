@@ -67,16 +67,16 @@ def test_points_of_others_follow_by_name_and_points_without_a_module_are_left_ou
         EntryPoint("added", "theirs.rules:MORE", GROUP),
     ]
     monkeypatch.setattr(module, "_installed", lambda path: EntryPoints(points))
-    assert list(module.entry_points_of(GROUP, ("last", "none"))) == ["last", "added", "theirs"]
-    assert module.names_of(GROUP) == ["absent", "added", "last", "theirs"]
+    assert list(module.get_entry_points(GROUP, ("last", "none"))) == ["last", "added", "theirs"]
+    assert module.get_entry_point_names(GROUP) == ["absent", "added", "last", "theirs"]
     assert [*Ability.known()] == ["absent", "added", "last", "theirs"]
 
 
 NOT_INSTALLED = """
 import sys
 sys.path[:] = [sys.argv.pop(1), *(each for each in sys.path if "site-packages" not in each)]
-from eai.base.entry_points import entry_points_of
-entry_points_of("eai.studies")
+from eai.base.entry_points import get_entry_points
+get_entry_points("eai.studies")
 """
 
 

@@ -14,19 +14,19 @@ import pytest
 
 from eai.base.errors import InputError
 from eai.base.files import (
-    LOCK,
-    content_of,
+    LOCK_FILE,
+    escape_unprintable,
     files_below,
-    lines,
-    printable,
-    sole_run,
+    lock_run_folder,
+    number_lines,
+    read_content,
     write_whole,
 )
 
 
 def test_only_a_line_feed_ends_a_line() -> None:
     content = "a\u2028b\u2029c\u0085d\x0ce\x1ef\r\n\n \t\ng".encode()
-    assert [(number, line.decode()) for number, line in lines(content)] == [
+    assert [(number, line.decode()) for number, line in number_lines(content)] == [
         (1, "a\u2028b\u2029c\u0085d\x0ce\x1ef\r"),
         (4, "g"),
     ]
@@ -97,7 +97,7 @@ def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_shown_cannot_control_a_terminal(text: str, shown: str) -> None:
-    assert printable(text) == shown
+    assert escape_unprintable(text) == shown
 
 
 def test_links_to_folders_are_followed_once(tmp_path: Path) -> None:
@@ -115,11 +115,11 @@ def test_a_named_pipe_and_a_device_are_refused_at_once(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for path, kind in ((tmp_path / "pipe", "a named pipe"), (Path("/dev/zero"), "a device")):
         with pytest.raises(InputError, match=f"{path}: is {kind}; give a file, or pipe it into /dev/stdin"):
-            content_of(path)
+            read_content(path)
     with socket.socket(socket.AF_UNIX) as opened:
         opened.bind(str(tmp_path / "s"))
         with pytest.raises(InputError, match="is a socket"):
-            content_of(tmp_path / "s")
+            read_content(tmp_path / "s")
 
 
 @pytest.mark.skipif(not Path("/dev/fd").exists(), reason="this system does not name descriptors")
@@ -127,7 +127,7 @@ def test_a_pipe_that_the_shell_has_opened_is_read() -> None:
     reading, writing = os.pipe()
     os.write(writing, b"content")
     os.close(writing)
-    assert content_of(Path(f"/dev/fd/{reading}")) == b"content"
+    assert read_content(Path(f"/dev/fd/{reading}")) == b"content"
     os.close(reading)
 
 
@@ -144,18 +144,21 @@ def without_locks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("without_locks")
 def test_a_run_is_alone_in_its_folder_on_a_file_system_without_locks(tmp_path: Path) -> None:
-    held = tmp_path / "run" / f"{LOCK}.held"
-    with sole_run(tmp_path / "run"):
+    held = tmp_path / "run" / f"{LOCK_FILE}.held"
+    with lock_run_folder(tmp_path / "run"):
         assert held.is_file()
         message = f"another process is running there; .*; if no process is, delete {held}"
-        with pytest.raises(InputError, match=message), sole_run(tmp_path / "run"):
+        with pytest.raises(InputError, match=message), lock_run_folder(tmp_path / "run"):
             pass
     assert not held.exists()
-    with sole_run(tmp_path / "run"):
+    with lock_run_folder(tmp_path / "run"):
         pass
 
 
 def test_a_folder_that_cannot_be_written_is_named_when_it_is_locked(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(InputError, match="file/run: cannot be written"), sole_run(tmp_path / "file" / "run"):
+    with (
+        pytest.raises(InputError, match="file/run: cannot be written"),
+        lock_run_folder(tmp_path / "file" / "run"),
+    ):
         pass

@@ -13,8 +13,8 @@ import pytest
 from benchmarks.synthetic import build_sdist
 from eai.base import source
 from eai.base.errors import DataError
-from eai.base.source import Archive, download, find, installer, open_bundle
-from eai.base.store import silent
+from eai.base.source import Archive, download, find_archive, find_pip, open_bundle
+from eai.base.store import ignore_progress
 from eai.benchmarks.reference_wheel import EAI_EVAL
 
 PIP = (sys.executable, "-m", "pip")
@@ -38,7 +38,7 @@ def test_pip_downloads_a_wheel_from_the_configured_index(wheel: Archive, target:
 def test_a_source_distribution_is_downloaded_without_running_it(index: Path, target: Path) -> None:
     witness = target / "ran"
     archive = build_sdist(index, witness)
-    path = download(archive, target, silent, PIP)
+    path = download(archive, target, ignore_progress, PIP)
     with open_bundle(path) as bundle:
         assert bundle.read("problems/one.bddl") == b"(define)"
         assert set(bundle.names) == {"PKG-INFO", "setup.py", "problems/one.bddl"}
@@ -50,20 +50,20 @@ def test_a_source_distribution_is_downloaded_without_running_it(index: Path, tar
 def test_another_file_than_the_published_one_is_refused(wheel: Archive, target: Path) -> None:
     pinned = dataclasses.replace(wheel, sha256="0" * 64)
     with pytest.raises(DataError, match=r"cannot download madeup-eval==1\.0 .*--from") as caught:
-        download(pinned, target, silent, PIP)
+        download(pinned, target, ignore_progress, PIP)
     assert "\n" not in str(caught.value)
 
 
 def test_an_index_without_it_or_no_network_says_what_to_do(index: Path, target: Path) -> None:
     absent = Archive("madeup-eval", "1.0", "madeup_eval-1.0-py3-none-any.whl", "0" * 64, 1)
     with pytest.raises(DataError, match=r"--from FILE.*EAI_DATA_DIR") as caught:
-        download(absent, target, silent, PIP)
+        download(absent, target, ignore_progress, PIP)
     assert "\n" not in str(caught.value)
 
 
 def test_an_installer_that_cannot_be_started_says_what_to_do(wheel: Archive, target: Path) -> None:
     with pytest.raises(DataError, match=r"no-such-pip.*--from FILE"):
-        download(wheel, target, silent, ("no-such-pip",))
+        download(wheel, target, ignore_progress, ("no-such-pip",))
 
 
 def test_an_interrupt_ends_the_download(wheel: Archive, target: Path) -> None:
@@ -76,20 +76,20 @@ def test_an_interrupt_ends_the_download(wheel: Archive, target: Path) -> None:
 
 
 def test_the_interpreters_own_pip_is_preferred() -> None:
-    assert installer(EAI_EVAL) == PIP
+    assert find_pip(EAI_EVAL) == PIP
 
 
 def test_uv_stands_in_for_a_missing_pip(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(shutil, "which", lambda name: "/bin/uv" if name == "uv" else None)
-    assert installer(EAI_EVAL, "python") == ("/bin/uv", "tool", "run", "--quiet", "--python", "python", "pip")
+    assert find_pip(EAI_EVAL, "python") == ("/bin/uv", "tool", "run", "--quiet", "--python", "python", "pip")
 
 
 def test_neither_pip_nor_uv_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(DataError, match=r"no pip and no uv.*--from FILE"):
-        installer(EAI_EVAL)
+        find_pip(EAI_EVAL)
 
 
 def test_uvs_index_is_shown_to_pip(
@@ -100,7 +100,7 @@ def test_uvs_index_is_shown_to_pip(
     monkeypatch.setenv("UV_DEFAULT_INDEX", "file:///mirror")
     monkeypatch.delenv("PIP_INDEX_URL", raising=False)
     with pytest.raises(DataError):
-        download(wheel, target, silent, (sys.executable, "-c", code))
+        download(wheel, target, ignore_progress, (sys.executable, "-c", code))
     assert written.read_text() == "file:///mirror"
 
 
@@ -113,24 +113,24 @@ def test_an_archive_is_found_as_file_in_a_folder_or_unpacked(
         archive.extractall(unpacked)
     renamed = tmp_path / "renamed.whl"
     shutil.copy(path, renamed)
-    assert [find(wheel, place) for place in (path, index, unpacked, renamed)] == [
+    assert [find_archive(wheel, place) for place in (path, index, unpacked, renamed)] == [
         path,
         path,
         unpacked,
         renamed,
     ]
     (tmp_path / "empty").mkdir()
-    assert find(wheel, tmp_path / "empty") is None
-    assert find(build_sdist(tmp_path, tmp_path), path) is None
+    assert find_archive(wheel, tmp_path / "empty") is None
+    assert find_archive(build_sdist(tmp_path, tmp_path), path) is None
 
 
 def test_a_changed_archive_is_refused(index: Path, wheel: Archive) -> None:
     path = index / wheel.filename
     path.write_bytes(path.read_bytes() + b" ")
     with pytest.raises(DataError, match=r"not madeup-eval==1\.0 as published"):
-        find(wheel, index)
+        find_archive(wheel, index)
     with pytest.raises(DataError, match="no such file or folder"):
-        find(wheel, index / "absent")
+        find_archive(wheel, index / "absent")
 
 
 def test_a_changed_file_of_an_unpacked_wheel_is_refused(index: Path, wheel: Archive, tmp_path: Path) -> None:
@@ -148,7 +148,7 @@ def test_a_changed_file_of_an_unpacked_wheel_is_refused(index: Path, wheel: Arch
     record = unpacked / "madeup_eval-1.0.dist-info" / "RECORD"
     record.write_text(record.read_text().replace("sha256=", "sha256=A"))
     with pytest.raises(DataError, match="as published"):
-        find(wheel, unpacked)
+        find_archive(wheel, unpacked)
 
 
 @pytest.mark.parametrize("name", ["broken.whl", "broken.tar.gz"])

@@ -110,5 +110,5 @@ def test_a_full_disk_leaves_the_old_pack(store: Store, monkeypatch: pytest.Monke
 def test_sweeping_removes_only_what_a_writer_left(store: Store) -> None:
     store.write("pack", {}, MEMBERS)
     (store.folder / ".pack.1.zip.77.partial").write_bytes(b"half")
-    store.sweep()
+    store.remove_partial_files()
     assert [path.name for path in store.folder.iterdir()] == ["pack.1.zip"]

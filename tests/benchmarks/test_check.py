@@ -69,12 +69,12 @@ def test_a_task_that_is_not_as_it_says_is_found(change: Callable[[], Task], prob
 def test_a_kind_that_no_task_has_is_found() -> None:
     bulb = Operator("DIM", (X,), (affordance(is_a(X, "lump"), "{x} is no lump"),), ())
     problem = "operator DIM: no task has an object of the kind lump; did you mean lamp?"
-    assert findings(LIGHT, domain=toy.DOMAIN.with_operators(bulb)) == [("toy", problem)]
+    assert findings(LIGHT, domain=toy.DOMAIN.replace_operators(bulb)) == [("toy", problem)]
 
 
 def test_what_the_walks_find_is_named() -> None:
     dull = Operator("DIM", (X,), (additional(~toy.lit(X) & toy.lit(X), "dim"),), (Add(toy.holding(X)),))
-    found = findings(LIGHT, domain=toy.DOMAIN.with_operators(dull))
+    found = findings(LIGHT, domain=toy.DOMAIN.replace_operators(dull))
     assert found == [("toy", "DIM: an additional step that would bring about holding(x)")]
 
 

@@ -42,5 +42,5 @@ def test_one_id_is_one_reason_up_to_the_objects(domain: Domain) -> None:
 def test_an_id_is_the_words_without_the_objects_or_what_is_given() -> None:
     ready = Predicate("ready", 0)()
     check = missing(ready, "{x}'s lid is not on {y}, nor near {x}")
-    assert (check.id, check.concerned) == ("s_lid_is_not_on_nor_near", ("x", "y"))
+    assert (check.id, check.mentioned_parameters) == ("s_lid_is_not_on_nor_near", ("x", "y"))
     assert Check(ready, check.fault, "the lid is off", id="lid_off").id == "lid_off"

@@ -13,7 +13,7 @@ from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior_1k import predicates as predicates_1k
 from eai.benchmarks.behavior_1k.operators import declared
 from eai.benchmarks.virtualhome import domain as virtualhome
-from eai.world.derived import Computed, Defined, Lookup, evaluated_as, meaning
+from eai.world.derived import Computed, Defined, Lookup, find_definition, to_evaluated_form
 from eai.world.domain import Domain
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import DerivedPredicate
@@ -29,7 +29,7 @@ COMPUTED = [
     pytest.param(domain, scene, derived, id=f"{name} {derived.name}")
     for name, (domain, scene) in DOMAINS.items()
     for derived in domain.vocabulary.derived
-    if isinstance(evaluated_as(derived), Computed | Lookup)
+    if isinstance(to_evaluated_form(derived), Computed | Lookup)
 ]
 SUPPORTS = {"lies_in", "lies_on", *predicates_1k.SUPPORTS}
 """A thing that rests in something does not rest on anything else, nor in a circle, by any action."""
@@ -39,7 +39,7 @@ SUPPORTS = {"lies_in", "lies_on", *predicates_1k.SUPPORTS}
 def test_what_is_computed_is_what_the_formula_says(
     domain: Domain, scene: Scene, derived: DerivedPredicate
 ) -> None:
-    said = meaning(derived)
+    said = find_definition(derived)
     assert said is not None, "every computed predicate has a formula"
     held = 0
     for state in states(scene):
@@ -53,7 +53,7 @@ def test_what_is_computed_is_what_the_formula_says(
 
 def computed(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
     """The values of the function of a derived predicate."""
-    match evaluated_as(derived):
+    match to_evaluated_form(derived):
         case Computed(test=test):
             return test(state, arguments)
         case Lookup(values=values, inverse=inverse):

@@ -23,7 +23,7 @@ from eai.benchmarks.suite import open_suite
 from eai.tasks.source import Source
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.episode import Episode, Luck, Slip
+from eai.world.episode import Episode, Slip, SlipSampler
 from eai.world.execution import execute
 from eai.world.state import State
 from made_answers import made_answers
@@ -122,7 +122,7 @@ def gold_plans(name: str, store: Store) -> list[Plan]:
     return found
 
 
-def attempts_needed(plan: Plan, luck: Luck, *, goes_on: bool) -> int | None:
+def attempts_needed(plan: Plan, luck: SlipSampler, *, goes_on: bool) -> int | None:
     """In which attempt, counted from 0, a plan runs through; None if in none of the first four."""
     episode, rest = Episode(plan.domain, plan.initial, luck), plan.actions
     for attempt in range(max(REPLANS) + 1):
@@ -147,7 +147,10 @@ def cells(plans: Sequence[Plan], seeds: int) -> Iterator[tuple[tuple[float, bool
     """For each probability, world and number of replans, how many standard deviations lie between."""
     for p, goes_on in product(PROBABILITIES, (False, True)):
         needed = [
-            (len(plan.actions), attempts_needed(plan, Luck(p, plan.task_id, seed=seed), goes_on=goes_on))
+            (
+                len(plan.actions),
+                attempts_needed(plan, SlipSampler(p, plan.task_id, seed=seed), goes_on=goes_on),
+            )
             for plan, seed in product(plans, range(seeds))
         ]
         for replans in REPLANS:
@@ -169,6 +172,6 @@ def test_gold_plans_slip_by_the_law(name: str, data_store: Store) -> None:
 @pytest.mark.parametrize("name", SEEDS)
 def test_nothing_is_ever_executed_where_everything_slips(name: str, data_store: Store) -> None:
     for plan in gold_plans(name, data_store):
-        episode = Episode(plan.domain, plan.initial, Luck(1, plan.task_id))
+        episode = Episode(plan.domain, plan.initial, SlipSampler(1, plan.task_id))
         assert episode.run(plan.actions) == (Slip() if plan.actions else None)
         assert episode.trajectory.states == (plan.initial,)

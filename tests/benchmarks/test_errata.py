@@ -32,7 +32,7 @@ from eai.results.totals import Totals
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import ErrataChoice, Source, errata_choice, given
 from eai.world.execution import attempt
-from eai.world.history import Past
+from eai.world.history import History
 from oracle import MODELS, Oracle
 from protocols import PROTOCOLS
 
@@ -76,7 +76,7 @@ def no_plan_exists(entry: _Erratum, store: Store) -> None:
         for held in ((), ("HOLDS_RH",), ("HOLDS_LH",)):
             before = start.scene.state([*others, *near, *((hand, (agent, glass)) for hand in held)])
             for operator in fill:
-                after = attempt(domain, Past(before), w.Action(operator.name, (glass,)))
+                after = attempt(domain, History(before), w.Action(operator.name, (glass,)))
                 both = isinstance(after, w.State) and all(
                     after.has(hand, agent, glass) for hand in ("HOLDS_RH", "HOLDS_LH")
                 )

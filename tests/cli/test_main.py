@@ -15,7 +15,7 @@ from typer.main import get_command
 from base.test_entry_points import declared
 from command_line import Command
 from eai import __version__
-from eai.base.entry_points import entry_points_of
+from eai.base.entry_points import get_entry_points
 from eai.cli import app
 
 NAP = """
@@ -143,7 +143,7 @@ COMMANDS = "eai.commands"
 def test_help_has_the_summary_of_each_command_and_imports_none(eai: Command) -> None:
     known: Any = get_command(app)
     shown = " ".join(eai("--help").out.split())
-    names = [name for name in entry_points_of(COMMANDS) if " " not in name]
+    names = [name for name in get_entry_points(COMMANDS) if " " not in name]
     assert sorted(known.commands) == sorted(names)
     context = known.context_class(known, info_name="eai")
     for name in names:
@@ -204,7 +204,7 @@ def test_a_distribution_adds_commands_at_the_top_and_below_a_group(tmp_path: Pat
 
 def test_there_are_few_commands() -> None:
     """The core has 13 at the top and 22 in all; one more has to take the place of one."""
-    points = entry_points_of("eai.commands").values()
+    points = get_entry_points("eai.commands").values()
     of_extensions = tuple(point.name for point in points if point.module.startswith("eai.extensions."))
     top = [*get_command(app).commands]  # type: ignore[attr-defined]
     below = [name for name in commands(get_command(app)) if " " in name]

@@ -14,7 +14,7 @@ import pytest
 
 from command_line import Command
 from eai.abilities.protocol import Ability, Protocol
-from eai.base.files import sole_run
+from eai.base.files import lock_run_folder
 from eai.base.store import Store
 from eai.benchmarks.virtualhome.records import open_virtualhome
 from eai.pddl.fast_downward import FastDownward
@@ -375,7 +375,7 @@ def test_what_another_run_left_is_not_replaced_without_a_word(eai: Command) -> N
 
 
 def test_two_do_not_score_into_one_folder_at_a_time(eai: Command) -> None:
-    with sole_run(Path("out")):
+    with lock_run_folder(Path("out")):
         printed = eai("score", write([WALK]), *HERE, "--out", "out")
     assert (printed.status, printed.out) == (2, "")
     assert printed.err.startswith("eai: out: another process is running there")

@@ -56,7 +56,7 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
             "terms": [part.predicate for part in walk(goal.formula) if hasattr(part, "predicate")],
             "options": [
                 [listed(literal, instances) for literal in option]
-                for option in truncated_options(goal.formula, task.scene.named)
+                for option in truncated_options(goal.formula, task.scene.names_of_category)
             ],
         }
         for goal in task.goals

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from eai.logic.choice import Literal, Objects
+from eai.logic.choice import Literal, ObjectsByCategory
 from eai.logic.formula import Atom, Formula, Not
 from logic.bddl_text import read_condition
 from logic.naive import Facts
@@ -22,7 +22,7 @@ def as_text(tree: list[Any] | str) -> str:
     return tree if isinstance(tree, str) else f"({' '.join(map(as_text, tree))})"
 
 
-def records(oracle: Any) -> dict[str, tuple[list[Formula], Objects, int]]:
+def records(oracle: Any) -> dict[str, tuple[list[Formula], ObjectsByCategory, int]]:
     """Task -> its goals, its objects, and the reference's number of goal options."""
     found = {}
     for task, record in oracle("behavior", "", "reconstructed").items():

@@ -17,8 +17,8 @@ from eai.logic.choice import (
     AnyOf,
     Choice,
     Choose,
-    Leaf,
     Literal,
+    LiteralChoice,
     Option,
     Pairing,
     best_overlap,
@@ -64,8 +64,11 @@ def test_unbound_variables_are_an_error() -> None:
 
 def test_the_tree_of_a_formula() -> None:
     formula = parse("forall x: a. (not (p(x) and q(x))) and forn 1 y: a. (p(y))")
-    p, q = ([Leaf(Atom(name, (Constant(f"a{i}"),))) for i in range(2)] for name in ("p", "q"))
-    negated = [AnyOf((Leaf(Not(x.literal)), Leaf(Not(y.literal)))) for x, y in zip(p, q, strict=True)]
+    p, q = ([LiteralChoice(Atom(name, (Constant(f"a{i}"),))) for i in range(2)] for name in ("p", "q"))
+    negated = [
+        AnyOf((LiteralChoice(Not(x.literal)), LiteralChoice(Not(y.literal))))
+        for x, y in zip(p, q, strict=True)
+    ]
     tree = ground(formula, universe(a=2).objects)
     assert tree == AllOf((AllOf(tuple(negated)), Choose(1, tuple(p))))
 
@@ -73,7 +76,9 @@ def test_the_tree_of_a_formula() -> None:
 def test_no_object_is_paired_with_itself() -> None:
     formula = parse("forpairs x: a, y: a. (p(x, y))")
     tree = ground(formula, universe(a=2).objects)
-    cells = [[Leaf(Atom("p", (Constant(f"a{i}"), Constant(f"a{j}")))) for j in range(2)] for i in range(2)]
+    cells = [
+        [LiteralChoice(Atom("p", (Constant(f"a{i}"), Constant(f"a{j}")))) for j in range(2)] for i in range(2)
+    ]
     assert tree == Pairing(2, ((None, cells[0][1]), (cells[1][0], None)))
 
 
@@ -177,8 +182,10 @@ def test_options_of_real_goals_are_as_many_as_are_counted_and_as_in_the_paper(
 ) -> None:
     total = 0
     for task in behavior_tasks.values():
-        counts = [count_options(goal.formula, task.scene.named) for goal in task.goals]
-        assert counts == [len(list(options(goal.formula, task.scene.named))) for goal in task.goals]
+        counts = [count_options(goal.formula, task.scene.names_of_category) for goal in task.goals]
+        assert counts == [
+            len(list(options(goal.formula, task.scene.names_of_category))) for goal in task.goals
+        ]
         total += prod(counts)
     assert round(total / len(behavior_tasks), 2) == 4164.41
 
@@ -258,7 +265,7 @@ def choices(leaves: st.SearchStrategy[Choice]) -> st.SearchStrategy[Choice]:
 
 
 CHOICES = st.recursive(
-    st.integers(0, 6).map(lambda n: Leaf(Atom("p", (Constant(str(n)),)))), choices, max_leaves=8
+    st.integers(0, 6).map(lambda n: LiteralChoice(Atom("p", (Constant(str(n)),)))), choices, max_leaves=8
 )
 
 

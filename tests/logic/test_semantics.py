@@ -31,7 +31,7 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.ltl import parse, read_formula
-from eai.logic.semantics import _Breach, breach, explain, holds, support
+from eai.logic.semantics import _Breach, explain, find_violation, holds, support
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts, Naive
@@ -331,4 +331,4 @@ def test_a_part_about_time_is_completed_as_early_as_possible() -> None:
     ],
 )
 def test_what_is_violated_and_where(formula: Formula, expected: _Breach) -> None:
-    assert breach(formula, trace("p", "GRAB", "p", "GRAB", "q", "GRAB", "")) == expected
+    assert find_violation(formula, trace("p", "GRAB", "p", "GRAB", "q", "GRAB", "")) == expected

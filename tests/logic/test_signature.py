@@ -10,8 +10,8 @@ from eai.logic.formula import (
     Constant,
     Occurs,
 )
-from eai.logic.ltl import MAX_KNOWN, read_formula
-from eai.logic.signature import Signature, either, place
+from eai.logic.ltl import MAX_PARSED_PRIMITIVES, read_formula
+from eai.logic.signature import Signature, join_with_or, line_and_column
 
 P = Atom("p", (Constant("a"),))
 
@@ -46,7 +46,7 @@ def test_what_is_remembered_is_what_is_allowed_wherever_it_stands() -> None:
     signature = Signature({"open": 1}, {"grab": 1}, {"cup.1"})
     text = "grab(cup.1) then open(cup.1) then open(cup.2) and exists x. (open(x)) and grab(cup.1)"
     first = read_formula(text, signature)
-    assert set(signature.known) == {"grab(cup.1)", "open(cup.1)"}
+    assert set(signature.parsed) == {"grab(cup.1)", "open(cup.1)"}
     assert read_formula(text, signature) == first
     (offence,) = read_formula("grab(cup.1) and open(x)", signature)[1]
     assert (offence.kind, offence.column) == ("unknown_object", 22)
@@ -54,27 +54,29 @@ def test_what_is_remembered_is_what_is_allowed_wherever_it_stands() -> None:
 
 def test_memory_is_bounded() -> None:
     signature = Signature({"open": 1})
-    read_formula(" and ".join(f"open(cup.{number})" for number in range(2 * MAX_KNOWN)), signature)
-    assert len(signature.known) == MAX_KNOWN
+    read_formula(
+        " and ".join(f"open(cup.{number})" for number in range(2 * MAX_PARSED_PRIMITIVES)), signature
+    )
+    assert len(signature.parsed) == MAX_PARSED_PRIMITIVES
 
 
 @pytest.mark.parametrize(
-    ("position", "line_and_column"), [(0, (1, 1)), (2, (1, 3)), (3, (2, 1)), (4, (3, 1)), (6, (3, 3))]
+    ("position", "expected"), [(0, (1, 1)), (2, (1, 3)), (3, (2, 1)), (4, (3, 1)), (6, (3, 3))]
 )
-def test_place(position: int, line_and_column: tuple[int, int]) -> None:
-    assert place("ab\n\ncd", position) == line_and_column
+def test_lines_and_columns_count_from_one(position: int, expected: tuple[int, int]) -> None:
+    assert line_and_column("ab\n\ncd", position) == expected
 
 
 def test_a_text_may_begin_with_an_empty_line() -> None:
-    assert place("\nab", 2) == (2, 2)
+    assert line_and_column("\nab", 2) == (2, 2)
 
 
 def test_only_newlines_end_lines() -> None:
-    assert place("a\fb\x85c\rd", 6) == (1, 7)
+    assert line_and_column("a\fb\x85c\rd", 6) == (1, 7)
 
 
 @pytest.mark.parametrize(
     ("words", "told"), [(["a"], "a"), (["a", "c"], "a or c"), (["a", "b", "c"], "a, b or c")]
 )
 def test_alternatives_in_words(words: list[str], told: str) -> None:
-    assert either(words) == told
+    assert join_with_or(words) == told

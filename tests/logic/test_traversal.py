@@ -6,7 +6,7 @@ import pytest
 
 from eai.logic.formula import And, Atom, Constant, Equals, Exists, Not, Or, Variable
 from eai.logic.ltl import parse
-from eai.logic.traversal import is_state_formula, monotony, objects, temporal_parts, walk
+from eai.logic.traversal import is_state_formula, monotony, object_names, temporal_parts, walk
 
 P, Q, R = Atom("p"), Atom("q"), Atom("r")
 
@@ -61,4 +61,4 @@ def test_monotony(text: str, lasting: bool, perishing: bool) -> None:
 def test_objects_are_named_once_and_variables_are_none() -> None:
     x, cup, box = Variable("x"), Constant("cup"), Constant("box")
     formula = And((Atom("in", (cup, x)), Equals(x, box), Exists(x, Atom("on", (x, cup)))))
-    assert objects(formula) == ("cup", "box")
+    assert object_names(formula) == ("cup", "box")

@@ -16,7 +16,7 @@ from eai.pddl.reader import read_domain, read_problem
 from eai.world.action import Action, Fault
 from eai.world.execution import attempt
 from eai.world.fault import FaultKind
-from eai.world.history import Past
+from eai.world.history import History
 from eai.world.state import State
 from pddl.random_pddl import DOMAINS, PROBLEMS
 from sweeps import examples
@@ -42,7 +42,7 @@ def test_a_declared_domain_does_what_the_pddl_does_and_so_does_its_export(
     assert goal == again.holds(exported.problem.goal, again.initial, {})
     for action in _actions(domain.arities, len(source.constants)):
         names = tuple(source.constants[i].name for i in action.arguments)
-        outcome = attempt(domain, Past(initial), action)
+        outcome = attempt(domain, History(initial), action)
         engine = None if isinstance(outcome, Fault) else exported.state(outcome)
         expected = reached(original.successor(original.initial, PlanStep(action.operator, names)), declared)
         assert (None if engine is None else reached(engine, declared)) == expected
@@ -90,8 +90,8 @@ def test_types_are_categories_and_those_above_static_predicates(zoo: DeclaredDom
         "house": "cage",
         "pool": "cage",
     }
-    assert initial.scene.names(initial.those("is-animal")) == ("leo", "sam")
-    assert initial.scene.names(initial.those("thing")) == ("agent", "leo", "sam", "ann")
+    assert initial.scene.names(initial.mask("is-animal")) == ("leo", "sam")
+    assert initial.scene.names(initial.mask("thing")) == ("agent", "leo", "sam", "ann")
     static = {predicate.name for predicate in zoo.domain.vocabulary.predicates if predicate.static}
     assert static == {"in", "animal", "is-animal", "thing"}
 
@@ -100,7 +100,7 @@ def test_an_object_named_agent_is_the_object_that_formulas_mean_by_it(zoo: Decla
     initial, _ = zoo.problem(PROBLEM)
     index = initial.scene.index
     assert isinstance(
-        attempt(zoo.domain, Past(initial), Action("feed", (index["sam"], index["pool"]))), State
+        attempt(zoo.domain, History(initial), Action("feed", (index["sam"], index["pool"]))), State
     )
 
 
@@ -119,7 +119,7 @@ def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: Declare
 def test_an_addition_wins_over_a_deletion(zoo: DeclaredDomain) -> None:
     initial, _ = zoo.problem(PROBLEM)
     index = initial.scene.index
-    after = attempt(zoo.domain, Past(initial), Action("feed", (index["sam"], index["pool"])))
+    after = attempt(zoo.domain, History(initial), Action("feed", (index["sam"], index["pool"])))
     assert isinstance(after, State)
     assert after.has("fed", index["sam"])
 

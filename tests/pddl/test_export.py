@@ -30,7 +30,7 @@ from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.execution import attempt
 from eai.world.frame import AGENT
-from eai.world.history import Past
+from eai.world.history import History
 from eai.world.operator import Operator, Try, additional, affordance, missing
 from eai.world.relation import bits
 from eai.world.state import Fact, Scene, State, WorldObject
@@ -89,7 +89,7 @@ def test_engine_and_exported_operators_reach_the_same_states_whatever_the_effect
             static = executor.initial - exported.state(initial)
             for thing in range(len(SCENE.objects)):
                 action = Action("act", (thing,))
-                after = attempt(toy, Past(initial), action)
+                after = attempt(toy, History(initial), action)
                 assert isinstance(after, State)
                 assert (
                     executor.successor(executor.initial, exported.step(action))
@@ -194,7 +194,7 @@ def test_tries_are_conditional_effects_one_of_which_must_succeed() -> None:
         executor = Executor(exported.domain, exported.problem)
         for thing in range(len(SCENE.objects)):
             action = Action("clean", (thing,))
-            found = attempt(toy, Past(initial), action)
+            found = attempt(toy, History(initial), action)
             after = executor.successor(executor.initial, exported.step(action))
             outcomes.add(isinstance(found, Fault))
             if isinstance(found, Fault):

@@ -20,7 +20,7 @@ from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.execute import Executor, PddlState, PlanStep
 from eai.pddl.files import domain_in, problem_in
 from eai.pddl.model import objects_by_type, type_of
-from eai.planning.repair.edits import Plan
+from eai.planning.repair.edits import PlanSteps
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
 
@@ -303,19 +303,19 @@ class World:
                     waiting.append(earlier)
         return found
 
-    def end(self, plan: Plan) -> PddlState | None:
+    def end(self, plan: PlanSteps) -> PddlState | None:
         """Return the state after a plan, or None if one of its steps is impossible."""
         state: PddlState | None = self.initial
         for action in plan:
             state = None if state is None or action is None else self.after[state].get(action)
         return state
 
-    def succeeds(self, plan: Plan) -> bool:
+    def succeeds(self, plan: PlanSteps) -> bool:
         """Whether a plan is possible and ends in the goal."""
         state = self.end(plan)
         return state is not None and self.distances.get(state) == 0
 
-    def edits(self, plan: Plan) -> int | None:
+    def edits(self, plan: PlanSteps) -> int | None:
         """Return the fewest edits after which a plan succeeds, or None: a shortest path by Dijkstra."""
         numbers = {state: number for number, state in enumerate(self.after)}
         states = [*self.after]

@@ -26,23 +26,23 @@ EVERYTHING = SCENE.everything
 
 def test_changes_are_found_in_the_effects() -> None:
     achievers = Achievers(toy.DOMAIN)
-    adding = achievers.of("at", adding=True)
+    adding = achievers.find("at", adding=True)
     assert [(each.schema.operator.name, len(each.conditions)) for each in adding] == [("GO", 1), ("GO", 2)]
     assert adding[0].match((0, 1), SCENE) == {"x": 1}
     assert adding[0].match((2, 1), SCENE) is None
     assert adding[1].match((2, 1), SCENE) == {"y": 2, "x": 1}
-    assert [each.schema.operator.name for each in achievers.of("lit", adding=False)] == ["PRESS"]
+    assert [each.schema.operator.name for each in achievers.find("lit", adding=False)] == ["PRESS"]
     assert [operator.name for operator in achievers.writers(["lit", "holding"])] == ["PRESS", "LIFT", "DROP"]
 
 
 def test_what_an_effect_hides_is_left_out() -> None:
     hidden = replace(toy.GO, name="HIDE", parameters=(X, Y))
     domain = replace(toy.DOMAIN, operators=(hidden,))
-    assert [each.schema.atom for each in Achievers(domain).of("at", adding=True)] == [at(AGENT, X)]
+    assert [each.schema.atom for each in Achievers(domain).find("at", adding=True)] == [at(AGENT, X)]
 
 
 def test_what_an_atom_leaves_open_is_filled_in() -> None:
-    go, carry = Achievers(toy.DOMAIN).of("at", adding=True)
+    go, carry = Achievers(toy.DOMAIN).find("at", adding=True)
     shed, red = SCENE.index["shed"], SCENE.index["red"]
     scopes = [go.scope(binding) for binding in go.bindings(START, {}, EVERYTHING)]
     assert scopes == [{"x": SCENE.index["hall"]}, {"x": shed}], "what is no place is left out at once"
@@ -103,7 +103,7 @@ def matched(matches: _Matches, atom: GroundAtom, state: State) -> list[tuple[Ach
 def matched_anew(
     heuristic: AdditiveHeuristic, atom: GroundAtom, state: State
 ) -> Iterator[tuple[Achiever, list[list[int]]]]:
-    for achiever in heuristic.achievers.of(atom.predicate, adding=atom.truth):
+    for achiever in heuristic.achievers.find(atom.predicate, adding=atom.truth):
         scope = achiever.match(atom.arguments, HOUSE)
         bindings = [] if scope is None else [[*b] for b in achiever.bindings(state, scope, ALL)]
         if bindings:

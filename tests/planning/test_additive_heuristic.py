@@ -55,15 +55,15 @@ PLACE = Variable("y", "place")
 )
 def test_the_estimate_adds_up_what_must_be_done(condition: Formula, cost: float) -> None:
     estimates = Estimates(HEURISTIC, START, EVERYTHING)
-    assert estimates.to(Subgoal(condition, {}, True)) == cost
+    assert estimates.estimate(Subgoal(condition, {}, True)) == cost
 
 
 def test_what_an_effect_asks_of_another_object_of_its_operator_is_brought_about() -> None:
     show = Operator("SHOW", (Y,), (), (ForEach(X, at(X, Y) & toy.holding(X), (Add(toy.lit(X)),)),))
     domain = replace(toy.DOMAIN, operators=(toy.GO, toy.LIFT, show))
     estimates = Estimates(AdditiveHeuristic(domain), START, EVERYTHING)
-    assert estimates.to(subgoal(named("lit", "red"))) == 2, "LIFT, SHOW"
-    assert estimates.to(subgoal(named("lit", "lamp"))) == INFINITE, "it cannot be lifted"
+    assert estimates.estimate(subgoal(named("lit", "red"))) == 2, "LIFT, SHOW"
+    assert estimates.estimate(subgoal(named("lit", "lamp"))) == INFINITE, "it cannot be lifted"
 
 
 def preferred(estimates: Estimates, formula: Formula) -> list[Action]:
@@ -78,37 +78,37 @@ def test_helpful_actions_are_possible_at_once() -> None:
     both = And((LAMP_LIT, named("holding", "red")))
     assert preferred(estimates, LAMP_LIT) == [go]
     assert preferred(estimates, both) == [go, lift]
-    supporter = estimates.to_action(("PRESS",))
+    supporter = estimates.estimate_action(("PRESS",))
     assert (supporter.cost, supporter.action) == (2.0, Action("PRESS", (SCENE.index["lamp"],)))
     found = _PreferredOperators(HEURISTIC, estimates)
     found.along(supporter.action, supporter.before)
     assert list(found.actions) == [go]
-    assert estimates.to_action(("FLY",)).cost == INFINITE
+    assert estimates.estimate_action(("FLY",)).cost == INFINITE
 
 
 def test_an_estimate_tells_what_an_action_would_undo() -> None:
     something_in_hall = Exists(X, at(X, Constant("hall")))
     robot_in_hall = named("at", "robot", "hall")
     away = subgoal(named("at", "robot", "shed"))
-    assert Estimates(HEURISTIC, START, EVERYTHING, [subgoal(robot_in_hall)]).to(away) == 2
-    assert Estimates(HEURISTIC, START, EVERYTHING, [subgoal(something_in_hall)]).to(away) == 1
+    assert Estimates(HEURISTIC, START, EVERYTHING, [subgoal(robot_in_hall)]).estimate(away) == 2
+    assert Estimates(HEURISTIC, START, EVERYTHING, [subgoal(something_in_hall)]).estimate(away) == 1
 
 
 def test_a_condition_comes_down_to_its_cheapest_parts() -> None:
     estimates = Estimates(HEURISTIC, START, EVERYTHING)
     lifted = named("holding", "red")
     both = And((Or((LAMP_LIT, lifted)), Not(named("lit", "lamp"))))
-    assert [part.formula for part in estimates.chosen(subgoal(both))] == [lifted, LAMP_LIT]
-    assert estimates.chosen(subgoal(LAMP_LIT)) == (subgoal(LAMP_LIT),)
-    assert estimates.alternatives(subgoal(Or((LAMP_LIT, lifted)))) == [subgoal(lifted)]
+    assert [part.formula for part in estimates.choose_atoms(subgoal(both))] == [lifted, LAMP_LIT]
+    assert estimates.choose_atoms(subgoal(LAMP_LIT)) == (subgoal(LAMP_LIT),)
+    assert estimates.find_alternatives(subgoal(Or((LAMP_LIT, lifted)))) == [subgoal(lifted)]
 
 
 def test_numbers_and_pairs_are_chosen_cheaply() -> None:
     estimates = Estimates(HEURISTIC, START, EVERYTHING)
     boxes = [SCENE.index[name] for name in ("red", "blue")]
-    one = estimates.chosen(subgoal(Exactly(1, BOX, holding(X))))
+    one = estimates.choose_atoms(subgoal(Exactly(1, BOX, holding(X))))
     assert [(each.scope["x"], each.truth) for each in one] == [(boxes[0], True), (boxes[1], False)]
-    pairs = estimates.chosen(subgoal(ForPairs(BOX, PLACE, at(X, Y))))
+    pairs = estimates.choose_atoms(subgoal(ForPairs(BOX, PLACE, at(X, Y))))
     places = [SCENE.index[name] for name in ("hall", "shed")]
     assert [(each.scope["x"], each.scope["y"]) for each in pairs] == list(zip(boxes, places, strict=True))
 
@@ -117,7 +117,7 @@ def test_numbers_and_pairs_are_chosen_cheaply() -> None:
 def test_no_action_makes_a_condition_true_of_more_things_than_there_are(count: int) -> None:
     estimates = Estimates(HEURISTIC, START, EVERYTHING)
     for goal in (Exactly(count, BOX, holding(X)), ForPairs(BOX, PLACE, at(X, Y), count)):
-        assert estimates.to(subgoal(goal)) == INFINITE
+        assert estimates.estimate(subgoal(goal)) == INFINITE
 
 
 def chain(length: int) -> tuple[Domain, State, Formula]:

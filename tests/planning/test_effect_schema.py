@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from eai.logic.formula import FALSE, TRUE, Equals, Exists, Or, Variable
-from eai.planning.effect_schema import effect_schemas, taking, written
+from eai.planning.effect_schema import effect_schemas, make_operator_schema, written_predicates
 from eai.world.effect import Add, Delete, Let, When
 from eai.world.operator import Operator, missing
 from eai.world.vocabulary import Predicate
@@ -29,8 +29,8 @@ PLACE = Operator(
 
 def test_checks_on_what_is_held_are_about_what_is_going_to_be_held() -> None:
     (let_go, put, _) = effect_schemas(PLACE)
-    assert (let_go.atom, let_go.adds, let_go.given) == (held(H), False, (held(H),))
-    assert (put.atom, put.adds, put.given) == (inside(H, X), True, (held(H), open_(X)))
+    assert (let_go.atom, let_go.adds, let_go.conditions) == (held(H), False, (held(H),))
+    assert (put.atom, put.adds, put.conditions) == (inside(H, X), True, (held(H), open_(X)))
     assert put.variables == ("x", "h")
     assert put.checks == (
         TRUE,  # something is held
@@ -42,14 +42,14 @@ def test_checks_on_what_is_held_are_about_what_is_going_to_be_held() -> None:
 
 def test_otherwise_means_that_the_condition_does_not_hold() -> None:
     *_, shut = effect_schemas(PLACE)
-    assert (shut.atom, shut.adds, shut.given) == (open_(X), False, (held(H), ~open_(X)))
+    assert (shut.atom, shut.adds, shut.conditions) == (open_(X), False, (held(H), ~open_(X)))
 
 
 def test_an_operator_can_be_taken_for_its_own_sake() -> None:
-    assert taking(PLACE).checks == tuple(check.condition for check in PLACE.checks)
+    assert make_operator_schema(PLACE).checks == tuple(check.condition for check in PLACE.checks)
 
 
 def test_all_that_is_written_is_told_even_where_a_variable_hides_another() -> None:
     hiding = Operator("O", (X,), (), (Let(X, held(X), (Add(open_(X)),)), Delete(held(X))))
     assert [schema.atom for schema in effect_schemas(hiding)] == [held(X)]
-    assert list(written(hiding.effects)) == ["open", "held"]
+    assert list(written_predicates(hiding.effects)) == ["open", "held"]

@@ -10,7 +10,7 @@ from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import Add
 from eai.world.execution import attempt
-from eai.world.history import Past
+from eai.world.history import History
 from eai.world.operator import Operator
 from eai.world.state import Fact, State
 from world import toy
@@ -37,16 +37,16 @@ def literal(text: str) -> GroundAtom:
     ],
 )
 def test_what_no_state_meets(literals: list[str], excluded: bool) -> None:
-    assert ExclusionRules(toy.DOMAIN).in_episode(INITIAL).excludes(map(literal, literals)) is excluded
+    assert ExclusionRules(toy.DOMAIN).exclusion_from(INITIAL).excludes(map(literal, literals)) is excluded
 
 
 def test_what_holds_at_the_start_or_is_added_by_another_action_is_not_excluded() -> None:
     both = [literal("holding red"), literal("holding blue")]
     held = [Fact(each.predicate, each.arguments) for each in both]
     started = INITIAL.scene.state([*INITIAL.facts(), *held])
-    assert not ExclusionRules(toy.DOMAIN).in_episode(started).excludes(both)
+    assert not ExclusionRules(toy.DOMAIN).exclusion_from(started).excludes(both)
     snatch = Operator("SNATCH", (toy.X,), (), (Add(toy.holding(toy.X)),))
-    assert not ExclusionRules(toy.DOMAIN.with_operators(snatch)).in_episode(INITIAL).excludes(both)
+    assert not ExclusionRules(toy.DOMAIN.replace_operators(snatch)).exclusion_from(INITIAL).excludes(both)
 
 
 def reachable(domain: Domain) -> set[State]:
@@ -55,14 +55,14 @@ def reachable(domain: Domain) -> set[State]:
     found, pending = {INITIAL}, [INITIAL]
     while pending:
         state = pending.pop()
-        after = {each for a in actions if isinstance(each := attempt(domain, Past(state), a), State)}
+        after = {each for a in actions if isinstance(each := attempt(domain, History(state), a), State)}
         pending += after - found
         found |= after
     return found
 
 
 def test_no_state_that_is_reached_meets_what_is_excluded() -> None:
-    exclusion, states = ExclusionRules(toy.DOMAIN).in_episode(INITIAL), reachable(toy.DOMAIN)
+    exclusion, states = ExclusionRules(toy.DOMAIN).exclusion_from(INITIAL), reachable(toy.DOMAIN)
     facts = sorted({fact for state in states for fact in state.facts()})
     literals = [GroundAtom(*fact, truth) for fact in facts for truth in (True, False)]
     excluded = [pair for pair in combinations(literals, 2) if exclusion.excludes(pair)]

@@ -16,7 +16,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.planning.landmarks import Landmarks, _HittingSets
 from eai.planning.planner import Planner
-from eai.planning.repair.search import Mender
+from eai.planning.repair.search import Repairer
 from eai.planning.search import Effort
 from eai.tasks.planning import planning_goal
 from eai.world.action import Action
@@ -24,7 +24,7 @@ from suites import answer_book
 from sweeps import examples, swept
 
 
-def mender_and_gold(name: str, task_id: str, planner: Planner) -> tuple[Mender, tuple[Action, ...]] | None:
+def mender_and_gold(name: str, task_id: str, planner: Planner) -> tuple[Repairer, tuple[Action, ...]] | None:
     scorer = eai.open(name, "action_sequencing").scorer(task_id)
     gold = answer_book(name, Ability.ACTION_SEQUENCING)[task_id]
     text = gold.join(gold.parts)
@@ -35,13 +35,13 @@ def mender_and_gold(name: str, task_id: str, planner: Planner) -> tuple[Mender, 
     steps = tuple([step for step in scorer.mender.steps(plan) if step is not None])
     named = {index for step in steps for index in step.arguments}
     objects = (*scorer.task.relevant, *sorted(named.difference(scorer.task.relevant)))
-    return Mender(planner, scorer.task.initial, planning_goal(scorer.task), objects), steps
+    return Repairer(planner, scorer.task.initial, planning_goal(scorer.task), objects), steps
 
 
-def lacking(mender: Mender, plan: Sequence[Action]) -> tuple[Landmarks, int]:
+def lacking(mender: Repairer, plan: Sequence[Action]) -> tuple[Landmarks, int]:
     """The landmarks that are found for a plan, and how many steps it lacks at least, as they show."""
     landmarks, least = mender.landmarks(plan), -1
-    while (now := landmarks.lacking(landmarks.open(plan))) > least:
+    while (now := landmarks.min_actions(landmarks.missed_cuts(plan))) > least:
         least = now
         landmarks.refine(frozenset(plan), Effort(2_000))
     return landmarks, least
@@ -122,7 +122,7 @@ def test_a_step_is_mended_where_it_fails_and_the_rest_stays() -> None:
         opening = next((i for i, step in enumerate(gold) if step.operator == "OPEN"), None)
         if opening is not None:
             plan = (*gold[:opening], *gold[opening + 1 : -2])
-            _, edits = mender.mend(plan, Effort(8_000))
+            _, edits = mender.repair(plan, Effort(8_000))
             told.append(None if edits is None else len(edits))
     assert told
     assert all(number is not None and number <= 3 for number in told), told

@@ -12,7 +12,7 @@ from eai.planning.search import Limits, SearchEnd, SearchResult
 from eai.planning.successor_generator import applicable_actions
 from eai.world.action import Action
 from eai.world.execution import attempt, execute
-from eai.world.history import Past
+from eai.world.history import History
 from eai.world.state import State
 from world import toy
 from world.toy import X, at, holding
@@ -83,7 +83,7 @@ def test_the_limit_ends_a_search() -> None:
 def test_a_plan_may_be_kept_out_of_some_states() -> None:
     goal = PlanningGoal((LAMP_LIT, RED_IN_SHED))
     empty = Not(Exists(X, holding(X)))
-    planner = PLANNER.through(lambda state: toy.DOMAIN.holds(empty, state))
+    planner = PLANNER.restrict_states(lambda state: toy.DOMAIN.holds(empty, state))
     assert PLANNER.plan(START, goal, EVERYTHING).end is SearchEnd.SOLVED
     assert planner.plan(START, goal, EVERYTHING).end is SearchEnd.UNREACHABLE, "red is carried there"
     assert steps_of(planner.plan(START, PlanningGoal((LAMP_LIT,)), EVERYTHING)) == ["GO shed", "PRESS lamp"]
@@ -129,7 +129,7 @@ def reaches(steps: list[Action], goal: PlanningGoal) -> bool:
     """Whether a plan, without the steps that are impossible, reaches the goal."""
     state, taken = START, 0
     for step in steps:
-        after = attempt(toy.DOMAIN, Past(state), step)
+        after = attempt(toy.DOMAIN, History(state), step)
         if isinstance(after, State):
             state = after
             taken += taken < len(goal.actions) and step.operator in goal.actions[taken]

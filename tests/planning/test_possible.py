@@ -15,7 +15,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.spec import Generated
 from eai.benchmarks.random_answers import random_walk
 from eai.benchmarks.registry import find_benchmark
-from eai.planning.possible import Possible, out_of_reach
+from eai.planning.possible import PossibleFacts, find_unreachable_goals
 from eai.tasks.source import Source
 from eai.world.state import Fact
 from sweeps import swept
@@ -32,7 +32,7 @@ def lamps(monkeypatch: pytest.MonkeyPatch) -> Benchmark:
 
 def proved(lamps: Benchmark, *goals: f.Formula) -> list[f.Formula]:
     task = lamps.tasks(Source())["pack"]
-    return out_of_reach(lamps.domain, task.initial, task.relevant, goals)
+    return find_unreachable_goals(lamps.domain, task.initial, task.relevant, goals)
 
 
 def test_a_box_never_shines(lamps: Benchmark) -> None:
@@ -56,9 +56,9 @@ def test_no_more_pairs_are_possible_than_there_are_things(
 def test_without_what_it_takes_nothing_is_reached(lamps: Benchmark) -> None:
     task = lamps.tasks(Source())["pack"]
     robot, ball, box = (task.scene.index[name] for name in ("robot", "ball", "box"))
-    assert out_of_reach(lamps.domain, task.initial, (robot, ball), [INSIDE]) == [INSIDE]
+    assert find_unreachable_goals(lamps.domain, task.initial, (robot, ball), [INSIDE]) == [INSIDE]
     held = task.scene.state([Fact("holds", (robot, ball)), Fact("is_open", (box,)), Fact("at", (robot, box))])
-    assert out_of_reach(lamps.domain, held, (ball, box), [INSIDE]) == []
+    assert find_unreachable_goals(lamps.domain, held, (ball, box), [INSIDE]) == []
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_what_is_ever_so_is_possible(like: str, seed: str, data_store: Store) ->
     made = generator(like).task(seed)
     assert isinstance(made, Generated)
     task, domain, rng = made.task, benchmark.domain, random.Random(seed)
-    possible = Possible(domain, task.initial, task.relevant)
+    possible = PossibleFacts(domain, task.initial, task.relevant)
     seen = set[Fact]()
     for _ in range(4):
         for _, state in random_walk(domain, task.initial, task.relevant, rng, 12):

@@ -49,7 +49,7 @@ PLACES = ("INSIDE", "ONTOP", "HOLDS_RH", "HOLDS_LH", "inside", "ontop", "onfloor
 @cache
 def with_skips(domain: Domain) -> Domain:
     """The domain, and for each check by which an action is not needed one that does nothing then."""
-    return domain.with_operators(*[skip for operator in domain.operators for skip in _skips(operator)])
+    return domain.replace_operators(*[skip for operator in domain.operators for skip in _skips(operator)])
 
 
 def _skips(operator: Operator) -> Iterator[Operator]:
@@ -172,7 +172,7 @@ def test_fewest_edits_are_what_a_cheapest_plan_costs(name: str, number: int) -> 
     random, seen = Random(11), set()
     cases = (draw(name, random) for _ in count())
     for scorer, plan, actions in islice((case for case in cases if can_be_written(*case)), number):
-        at_least, edits = restricted(scorer, plan, actions).mend(plan, Effort(100_000))
+        at_least, edits = restricted(scorer, plan, actions).repair(plan, Effort(100_000))
         assert edits is not None
         assert len(edits) == at_least
         cost = cheapest(*product_of(scorer.task, scorer.domain, plan, actions))

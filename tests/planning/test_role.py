@@ -60,5 +60,5 @@ def test_households_say_where_things_are(name: str, held: tuple[str, ...], suppo
 
 
 def test_a_world_in_which_nothing_is_put_has_no_supports() -> None:
-    without = toy.DOMAIN.with_operators(without=[each.name for each in toy.DOMAIN.operators])
+    without = toy.DOMAIN.replace_operators(without=[each.name for each in toy.DOMAIN.operators])
     assert spatial_predicates(without) == ((), ())

@@ -31,7 +31,7 @@ def test_the_cheapest_way_comes_first_and_a_node_knows_it() -> None:
     found = way_to("d")
     assert isinstance(found, Node)
     assert (found.plan(), found.depth) == (("b", "c", "d"), 3)
-    assert [node.state for node in found.way()] == ["a", "b", "c", "d"]
+    assert [node.state for node in found.path()] == ["a", "b", "c", "d"]
 
 
 @pytest.mark.parametrize(("limit", "end"), [(10, SearchEnd.UNREACHABLE), (2, SearchEnd.STATES)])

@@ -19,8 +19,8 @@ from eai.pddl.execute import DerivedPredicates
 from eai.pddl.search import search
 from eai.planning.exclusion import ExclusionRules
 from eai.planning.planner import Planner
-from eai.planning.possible import Possible, out_of_reach
-from eai.planning.repair.search import Mender
+from eai.planning.possible import PossibleFacts, find_unreachable_goals
+from eai.planning.repair.search import Repairer
 from eai.planning.search import Effort, Limits, SearchEnd
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.planning import find_plan, planning_goal
@@ -49,14 +49,14 @@ def check_plans(world: World) -> None:
         assert world.executor.flaw(by_problem.plan) is None
     if shortest is not None:
         conditions = [each.formula for each in task.goals]
-        assert out_of_reach(domain, task.initial, task.relevant, conditions) == []
+        assert find_unreachable_goals(domain, task.initial, task.relevant, conditions) == []
 
 
 def check_states(world: World, random: Random) -> None:
     """What is called impossible or exclusive holds in no state."""
     domain, initial = world.domain, world.task.initial
-    possible = Possible(domain, initial, world.task.relevant)
-    exclusion = ExclusionRules(domain).in_episode(initial)
+    possible = PossibleFacts(domain, initial, world.task.relevant)
+    exclusion = ExclusionRules(domain).exclusion_from(initial)
     names = [*initial.scene.index]
     literals = []
     for name, types in {**PREDICATES, **DERIVED}.items():
@@ -88,7 +88,7 @@ def check_outlook(world: World, random: Random) -> None:
         if not world.after[state]:
             break
         action = random.choice([*world.after[state]])
-        state, engine = world.after[state][action], world.domain.after(engine, action)
+        state, engine = world.after[state][action], world.domain.apply(engine, action)
         states.append(state)
         moments.append((engine, ()))
     outlook, lost_at = loss(world.task, world.domain, moments, EVERYTHING.states)
@@ -99,13 +99,13 @@ def check_outlook(world: World, random: Random) -> None:
 def check_repairs(world: World, random: Random) -> bool:
     """The bounds of repairs hold, edits succeed as told, and single edits are all that there are."""
     task = world.task
-    mender = Mender(Planner(world.domain), task.initial, planning_goal(task), task.relevant)
+    mender = Repairer(Planner(world.domain), task.initial, planning_goal(task), task.relevant)
     shortest = world.distances.get(world.initial)
     assert shortest is None or mender.least(Effort(20_000)) <= shortest
     exact = False
     for plan in [(), *[draw_plan(world, random) for _ in range(4)]]:
         fewest = world.edits(plan)
-        at_least, edits = mender.mend(plan, Effort(random.choice((300, 20_000))))
+        at_least, edits = mender.repair(plan, Effort(random.choice((300, 20_000))))
         assert fewest is None or at_least <= fewest, (plan, at_least, fewest)
         if edits is None:
             continue
@@ -118,8 +118,8 @@ def check_repairs(world: World, random: Random) -> bool:
     return exact
 
 
-def check_singles(world: World, mender: Mender, plan: tuple[Action | None, ...]) -> None:
-    singles = {edited(plan, [each]) for each in mender.singles(plan)}
+def check_singles(world: World, mender: Repairer, plan: tuple[Action | None, ...]) -> None:
+    singles = {edited(plan, [each]) for each in mender.single_edits(plan)}
     assert all(map(world.succeeds, singles))
     for each in one_edit(plan, [*world.steps]):
         if world.succeeds(each) and each not in singles:

@@ -45,6 +45,6 @@ def test_what_is_not_needed_is_left_out_with_what_hangs_on_it() -> None:
         action("LIFT", "blue"),
         action("PRESS", "lamp"),
     )
-    lit = SUCCESSORS.without_needless(START, end, lambda node: node.state.has("lit", INDEX["lamp"]))
+    lit = SUCCESSORS.remove_needless_actions(START, end, lambda node: node.state.has("lit", INDEX["lamp"]))
     assert lit.plan() == (action("GO", "shed"), action("PRESS", "lamp"))
-    assert SUCCESSORS.without_needless(START, end, lambda node: True).plan() == ()
+    assert SUCCESSORS.remove_needless_actions(START, end, lambda node: True).plan() == ()

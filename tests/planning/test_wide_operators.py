@@ -19,7 +19,7 @@ from eai.benchmarks.random_answers import random_walk
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.planner import Planner, PlanningGoal
-from eai.planning.possible import Possible
+from eai.planning.possible import PossibleFacts
 from eai.planning.search import Limits, SearchEnd
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.planning import find_plan, is_impossible
@@ -64,7 +64,7 @@ def wide(request: pytest.FixtureRequest, tmp_path: Path) -> Benchmark:
 
 def test_nothing_is_proved_of_too_many_actions(wide: Benchmark) -> None:
     task = wide.tasks(Source())["one"]
-    possible = Possible(wide.domain, task.initial, task.relevant)
+    possible = PossibleFacts(wide.domain, task.initial, task.relevant)
     assert not possible.is_complete
     assert possible.holds(f.Atom("s", (f.Constant("o3"),)), {})
     assert not is_impossible(task, wide.domain)

@@ -16,8 +16,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT
 from eai.agents.gym import make
 from eai.base.store import Store
-from eai.planning.repair.edits import Plan, PlanEdit
-from eai.planning.repair.search import Mender
+from eai.planning.repair.edits import PlanEdit, PlanSteps
+from eai.planning.repair.search import Repairer
 from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
 from eai.results.reward import Shaping
@@ -139,15 +139,15 @@ def test_effort_is_bounded_and_what_was_seen_costs_nothing(monkeypatch: pytest.M
     suite = suite_of("behavior")
     scorer = scorer_of(suite, suite.task_ids[3])
     mender, limits = scorer.mender, list[float]()
-    mend = Mender.mend
+    mend = Repairer.repair
 
-    def counted(self: Mender, plan: Plan, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
+    def counted(self: Repairer, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
         limits.append(effort.limit)
         found = mend(self, plan, effort)
         assert effort.used < 2 * effort.limit + 1_000
         return found
 
-    monkeypatch.setattr(Mender, "mend", counted)
+    monkeypatch.setattr(Repairer, "repair", counted)
     plan = tuple(scorer.task.script)
     paid = [mender.nearness(plan[:n]) for n in (0, 1, 2, 1, 0)]
     assert paid[:2] == paid[:2:-1]

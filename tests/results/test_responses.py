@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.base.errors import InputError
-from eai.base.files import file_name
+from eai.base.files import to_file_name
 from eai.results.responses import (
     Response,
     ResponseFile,
@@ -121,19 +121,19 @@ def test_a_file_whose_model_could_not_have_a_folder_is_refused(name: str) -> Non
     ],
 )
 def test_names_become_names_of_files_in_their_folder(name: str, file: str) -> None:
-    assert file_name(name) == file
+    assert to_file_name(name) == file
 
 
 @pytest.mark.parametrize("name", ["", ".", ".."])
 def test_dots_alone_name_no_file(name: str) -> None:
     with pytest.raises(InputError, match="expected a name that files can be named after"):
-        file_name(name)
+        to_file_name(name)
 
 
 @given(st.text(min_size=1))
 def test_no_name_leads_out_of_its_folder(name: str) -> None:
     try:
-        assert (Path("/folder") / file_name(name)).resolve().parent == Path("/folder")
+        assert (Path("/folder") / to_file_name(name)).resolve().parent == Path("/folder")
     except InputError:
         assert set(name) == {"."}
 

@@ -16,7 +16,7 @@ import pytest
 import eai
 from eai.abilities.attempt import Usage
 from eai.base.errors import InputError
-from eai.base.files import sole_run
+from eai.base.files import lock_run_folder
 from eai.run.journal import Answer, Journal
 from sweeps import sweep
 
@@ -25,8 +25,8 @@ ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", (), Usage(3, 5
 HOLDER = """
 import sys
 from pathlib import Path
-from eai.base.files import sole_run
-with sole_run(Path(sys.argv[1])):
+from eai.base.files import lock_run_folder
+with lock_run_folder(Path(sys.argv[1])):
     print("there", flush=True)
     sys.stdin.read()
 """
@@ -39,15 +39,18 @@ def test_two_processes_do_not_run_in_one_folder(tmp_path: Path) -> None:
     ) as holder:
         assert holder.stdout is not None
         assert holder.stdout.readline() == "there\n"
-        with pytest.raises(InputError, match=r"run: another process is running there"), sole_run(folder):
+        with (
+            pytest.raises(InputError, match=r"run: another process is running there"),
+            lock_run_folder(folder),
+        ):
             pass
-        with sole_run(tmp_path / "another"):
+        with lock_run_folder(tmp_path / "another"):
             pass
         holder.kill()  # however it ends
         holder.wait()
-        with sole_run(folder):
+        with lock_run_folder(folder):
             pass
-    with sole_run(folder):
+    with lock_run_folder(folder):
         journal = Journal(folder / "answers.jsonl")
         journal.add(ANSWER)
 
@@ -88,7 +91,7 @@ def test_a_folder_that_is_removed_during_a_run_is_noticed(tmp_path: Path) -> Non
 def test_a_folder_that_cannot_be_written_is_told_before_anything_is_asked(tmp_path: Path) -> None:
     """A file in the way stands for a folder without permission, which would not stop root."""
     (tmp_path / "run").write_text("")
-    with pytest.raises(InputError, match=r"run: cannot be written"), sole_run(tmp_path / "run"):
+    with pytest.raises(InputError, match=r"run: cannot be written"), lock_run_folder(tmp_path / "run"):
         pass
     with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written"):
         Journal(tmp_path / "run" / "answers.jsonl").add(ANSWER)

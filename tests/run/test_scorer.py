@@ -16,7 +16,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.agents.setting import ACTING
-from eai.base.files import file_name
+from eai.base.files import to_file_name
 from eai.base.store import Store
 from eai.benchmarks.errata import published_errata
 from eai.benchmarks.gold_answers import open_answer_book
@@ -106,7 +106,7 @@ def test_all_ways_to_score_come_to_one_number(
     assert [scorer.options for scorer in log.eval.scorers or ()] == [rules]
     scored = process.submit(score_in_child, evaluated, asked).result()
     assert paper(read_eval_log(scored)) == pytest.approx(numbers)
-    written = read_responses(tmp_path / f"{file_name(NOISY.model)}_outputs.json", suite.task_ids)
+    written = read_responses(tmp_path / f"{to_file_name(NOISY.model)}_outputs.json", suite.task_ids)
     for answers in (read_answers(ran.log, suite), read_answers(evaluated, suite)):
         assert answers.model == written.model
         assert set(answers.responses) == set(written.responses)

@@ -29,7 +29,7 @@ from eai.world.conformance import check
 from eai.world.domain import Domain
 from eai.world.execution import attempt, describe, execute
 from eai.world.fault import FaultKind
-from eai.world.history import Past
+from eai.world.history import History
 
 FOLDER = TESTS / "pddl" / "domains"
 NAMES = sorted(path.name for path in FOLDER.iterdir())
@@ -99,7 +99,7 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
     exported = export(domain, task.initial, ())
     declared = {predicate.name for predicate in source.predicates}
     rng = random.Random(problem)
-    past, state, taken = Past(task.initial), executor.initial, 0
+    past, state, taken = History(task.initial), executor.initial, 0
     for number in range(4_000):
         operator = rng.choice(domain.operators)
         action = Action(
@@ -119,7 +119,7 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
             continue
         assert not isinstance(after, str)
         assert {atom for atom in exported.state(outcome) if atom.predicate in declared} == after
-        past = past.then(outcome)
+        past = past.extended(outcome)
         state, taken = after, taken + 1
     assert taken > 3
 
@@ -372,7 +372,7 @@ def test_engine_and_pddl_agree_on_types_in_choice(tmp_path: Path) -> None:
     executor = Executor(source, read_problem_file(tmp_path / "p.pddl", source).problem)
     names = [thing.name for thing in task.scene.objects]
     for x, y in product(range(5), repeat=2):
-        outcome = attempt(domain, Past(task.initial), Action("put", (x, y)))
+        outcome = attempt(domain, History(task.initial), Action("put", (x, y)))
         after = executor.successor(executor.initial, PlanStep("put", (names[x], names[y])))
         assert isinstance(outcome, Fault) is isinstance(after, str), (x, y)
 

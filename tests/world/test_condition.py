@@ -25,7 +25,7 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.traversal import free_variables
-from eai.world.condition import Conditions, Readings
+from eai.world.condition import ConditionCompiler, FormulaEvaluator
 from eai.world.derived import Computed, Lookup
 from eai.world.domain import Domain
 from eai.world.frame import AGENT, Frame
@@ -177,13 +177,13 @@ def test_what_is_looked_up_may_depend_on_any_number_of_objects() -> None:
 
 def _holds(formula: Formula, vocabulary: Vocabulary, scene: Scene) -> bool:
     frame = Frame()
-    return Conditions(vocabulary, frame).truth(formula)(scene.state(()), frame.bind(scene, ()))
+    return ConditionCompiler(vocabulary, frame).truth(formula)(scene.state(()), frame.bind(scene, ()))
 
 
 def test_formulas_are_read_with_their_free_variables() -> None:
     formula = toy.beside(X) & ~Exists(Y, toy.at(Y, X) & toy.lit(Y))
     assert free_variables(formula) == frozenset("x")
-    readings = Readings(toy.VOCABULARY)
+    readings = FormulaEvaluator(toy.VOCABULARY)
     start = toy.initial()
     index = start.scene.index
     red, shed = index["red"], index["shed"]

@@ -36,7 +36,7 @@ def test_virtualhome_conforms(virtualhome_tasks: VirtualHomeTasks, domain: Domai
 
 def additional_where(condition: Formula, *effects: Effect) -> Domain:
     needless = additional(~condition, "{x} needs it no more")
-    return toy.DOMAIN.with_operators(Operator("PRESS", (X,), (needless,), effects))
+    return toy.DOMAIN.replace_operators(Operator("PRESS", (X,), (needless,), effects))
 
 
 HELD, LIT, NOTED = toy.holding(X), toy.lit(X), Predicate("noted", 1, visible=False)

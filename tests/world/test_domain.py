@@ -16,8 +16,8 @@ from eai.world.domain import Domain
 from eai.world.effect import Add, Delete
 from eai.world.execution import Trajectory, attempt, execute
 from eai.world.fault import FaultKind
-from eai.world.history import HistoryRule, Past, each_held_before, was_possible_before
-from eai.world.operator import Check, Operator, Try, additional, affordance, in_paper_order, missing
+from eai.world.history import History, HistoryRule, conditions_held_before, was_possible_before
+from eai.world.operator import Check, Operator, Try, additional, affordance, missing, sort_checks
 from eai.world.state import Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
@@ -176,19 +176,19 @@ def test_the_domain_says_which_kind_counts() -> None:
 def test_what_is_tried_in_vain_is_left_undone(before: str, undone: list[str]) -> None:
     trajectory = run(before, "CLEAN")
     operator, start = DOMAIN.compiled["CLEAN"], trajectory.states[0]
-    left = operator.left_undone(start, trajectory.final, operator.bind(start, ()))
+    left = operator.find_failed_tries(start, trajectory.final, operator.bind(start, ()))
     assert [each.check.reason for each in left] == undone
 
 
 def test_an_operator_whose_tries_are_not_made_does_the_rest() -> None:
     operator = replace(CLEAN, checks=())
-    assert facts(run("wet soap", "CLEAN", domain=DOMAIN.with_operators(operator))) == "soap"
+    assert facts(run("wet soap", "CLEAN", domain=DOMAIN.replace_operators(operator))) == "soap"
 
 
 def test_checks_of_tries_are_put_in_the_papers_order_too() -> None:
     mixed = (missing(SOAP(), "no soap"), additional(DIRTY(), "clean"), affordance(WET(), "dry"))
     operator = replace(CLEAN, tries=(Try(DIRTY(), mixed, ()),))
-    (ordered,) = in_paper_order(operator).tries
+    (ordered,) = sort_checks(operator).tries
     assert [check.reason for check in ordered.checks] == ["dry", "clean", "no soap"]
 
 
@@ -196,14 +196,14 @@ def wrong_order_of(domain: Domain, *sought: Formula) -> tuple[FaultKind, int | N
     """What becomes of washing with soap that was there once, and then of what."""
     check = missing(SOAP() & WET(), "no water or no soap", sought or None)
     wash = Operator("WASH", (), (check,), ())
-    domain = domain.with_operators(wash)
+    domain = domain.replace_operators(wash)
     fault = run("dirty", "TAKE", "LOSE", "WASH", domain=domain).steps[-1].fault
     assert fault is not None
     return fault.kind, fault.earlier
 
 
 def test_what_a_check_seeks_may_have_held_apart_or_must_have_sufficed() -> None:
-    apart = replace(DOMAIN, history_rule=each_held_before)
+    apart = replace(DOMAIN, history_rule=conditions_held_before)
     assert wrong_order_of(apart, SOAP()) == (FaultKind.WRONG_ORDER, 1)
     assert wrong_order_of(apart, SOAP(), DIRTY()) == (FaultKind.WRONG_ORDER, 2)
     assert wrong_order_of(apart) == (FaultKind.MISSING_STEP, None)
@@ -226,7 +226,7 @@ def test_an_action_that_was_possible_before_is_in_the_wrong_order(
     assert (fault.kind, fault.earlier) == expected
 
 
-@pytest.mark.parametrize("rule", [each_held_before, was_possible_before])
+@pytest.mark.parametrize("rule", [conditions_held_before, was_possible_before])
 def test_a_step_that_fails_again_and_again_looks_at_every_state_once(rule: HistoryRule) -> None:
     times = 0
 
@@ -239,18 +239,18 @@ def test_a_step_that_fails_again_and_again_looks_at_every_state_once(rule: Histo
     vocabulary = Vocabulary((WET, DIRTY, MUDDY, SOAP), (ready,))
     dry = Operator("DRY", (), (missing(ready(), "not ready"),), ())
     domain = Domain("bath", vocabulary, (TAKE, LOSE, dry), rule)
-    past = Past(Scene(vocabulary, (WorldObject("it", "thing"),)).state(()))
+    past = History(Scene(vocabulary, (WorldObject("it", "thing"),)).state(()))
     for number in range(300):
         after = attempt(domain, past, Action(("TAKE", "LOSE")[number % 2], ()))
         assert isinstance(after, State)
-        past = past.then(after)
+        past = past.extended(after)
         assert isinstance(attempt(domain, past, Action("DRY", ())), Fault)
     assert times < 10 * 300
 
 
 def test_a_check_that_seeks_nothing_possible_is_never_in_the_wrong_order() -> None:
     silent = replace(CLEAN.tries[0], checks=(missing(SOAP(), "no soap", (FALSE,)),))
-    domain = DOMAIN.with_operators(replace(CLEAN, tries=(silent,)))
+    domain = DOMAIN.replace_operators(replace(CLEAN, tries=(silent,)))
     fault = run("dirty", "TAKE", "LOSE", "CLEAN", domain=domain).steps[-1].fault
     assert fault is not None
     assert fault.kind is FaultKind.MISSING_STEP
@@ -259,8 +259,8 @@ def test_a_check_that_seeks_nothing_possible_is_never_in_the_wrong_order() -> No
 def test_a_domain_says_what_is_visible_and_known() -> None:
     state = toy.initial()
     everything = state.scene.everything
-    assert toy.DOMAIN.seen(state, everything) == everything
-    assert toy.DOMAIN.known_of(state, everything) == 0
+    assert toy.DOMAIN.find_visible(state, everything) == everything
+    assert toy.DOMAIN.find_landmarks(state, everything) == 0
     limited = replace(toy.DOMAIN, visible=toy.beside(toy.X), landmarks=is_a(toy.X, "place"))
-    assert state.scene.names(limited.seen(state, everything)) == ("robot", "red")
-    assert state.scene.names(limited.known_of(state, everything)) == ("hall", "shed")
+    assert state.scene.names(limited.find_visible(state, everything)) == ("robot", "red")
+    assert state.scene.names(limited.find_landmarks(state, everything)) == ("hall", "shed")

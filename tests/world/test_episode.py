@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.world.action import Action, Fault
-from eai.world.episode import Episode, Known, Luck, Slip
+from eai.world.episode import Episode, KnownOutcomes, Slip, SlipSampler
 from eai.world.execution import Trajectory, attempt, execute
 from eai.world.fault import FaultKind, Notice
 from eai.world.state import State
@@ -20,18 +20,18 @@ RUN = plan("LIFT red", "GO shed", "DROP red", "PRESS lamp")
 """A plan in which every step needs the one before it, but the last."""
 
 
-def lucky(probability: float, *, seed: int = 0, notice: Notice = "detected") -> Luck:
-    return Luck(probability, "task", seed=seed, notice=notice)
+def lucky(probability: float, *, seed: int = 0, notice: Notice = "detected") -> SlipSampler:
+    return SlipSampler(probability, "task", seed=seed, notice=notice)
 
 
-def episode(luck: Luck | None = None) -> Episode:
+def episode(luck: SlipSampler | None = None) -> Episode:
     return Episode(toy.DOMAIN, toy.initial(), luck)
 
 
 @given(cases())
 @settings(deadline=None)
 def test_a_plan_without_slips_becomes_what_execute_makes_of_it(case: Case) -> None:
-    played = Episode(case.domain, case.initial, Luck(0, "task"))
+    played = Episode(case.domain, case.initial, SlipSampler(0, "task"))
     ended = played.run(case.plan)
     trajectory = execute(case.domain, case.initial, case.plan)
     assert played.trajectory == trajectory
@@ -41,10 +41,10 @@ def test_a_plan_without_slips_becomes_what_execute_makes_of_it(case: Case) -> No
 @given(cases(), st.data())
 @settings(deadline=None)
 def test_what_episodes_find_out_serves_others_that_begin_alike(case: Case, data: st.DataObject) -> None:
-    known: Known = {}
+    known: KnownOutcomes = {}
     for _ in range(4):
         ways = data.draw(st.lists(st.sampled_from(case.plan), max_size=6)) if case.plan else []
-        played = Episode(case.domain, case.initial, known=known)
+        played = Episode(case.domain, case.initial, known_outcomes=known)
         ended = played.run(ways)
         trajectory = execute(case.domain, case.initial, ways)
         assert (played.trajectory, ended) == (trajectory, trajectory.failure)
@@ -52,12 +52,12 @@ def test_what_episodes_find_out_serves_others_that_begin_alike(case: Case, data:
 
 def test_no_action_is_worked_out_twice_where_episodes_begin_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[Action] = []
-    known: Known = {}
+    known: KnownOutcomes = {}
     monkeypatch.setattr("eai.world.episode.attempt", lambda *given: tried.append(given[2]) or attempt(*given))
     for steps in (RUN, RUN, RUN[:2]):
-        Episode(toy.DOMAIN, toy.initial(), known=known).run(steps)
+        Episode(toy.DOMAIN, toy.initial(), known_outcomes=known).run(steps)
     assert tried == list(RUN)
-    Episode(toy.DOMAIN, toy.initial(), known=known).run(RUN[1:])  # another way
+    Episode(toy.DOMAIN, toy.initial(), known_outcomes=known).run(RUN[1:])  # another way
     assert tried == [*RUN, *RUN[1:3]]
 
 
@@ -118,11 +118,11 @@ def test_a_part_of_an_episode_is_a_trajectory_of_its_own(start: int, states: int
     acted.run(plan("GO hall"))
     fault = acted.run(plan("PRESS lamp"))
     assert isinstance(fault, Fault)
-    whole, part = acted.trajectory, acted.since(start)
+    whole, part = acted.trajectory, acted.trajectory_from(start)
     assert part.states == whole.states[-states:]
     assert [step.action for step in part.steps] == [step.action for step in whole.steps[start:]]
     assert part.steps[-1].fault == replace(fault, earlier=earlier)
-    assert acted.since(5) == Trajectory((acted.state,), ())
+    assert acted.trajectory_from(5) == Trajectory((acted.state,), ())
 
 
 def test_an_additional_step_ends_no_plan() -> None:
@@ -174,8 +174,8 @@ def test_an_impossible_action_draws_no_luck() -> None:
 
 def test_equal_seeds_slip_alike_and_others_do_not() -> None:
     def draws(task_id: str = "a", seed: int = 0, epoch: int = 0) -> list[bool]:
-        luck = Luck(0.5, task_id, seed=seed, epoch=epoch)
-        return [luck.strikes() for _ in range(100)]
+        luck = SlipSampler(0.5, task_id, seed=seed, epoch=epoch)
+        return [luck.slips() for _ in range(100)]
 
     assert draws() == draws()
     assert draws() not in [draws(seed=1), draws("b"), draws(epoch=1)]
@@ -183,7 +183,7 @@ def test_equal_seeds_slip_alike_and_others_do_not() -> None:
 
 def test_fewer_slips_are_some_of_more_slips() -> None:
     few, many = lucky(0.1), lucky(0.3)
-    assert all(b or not a for a, b in [(few.strikes(), many.strikes()) for _ in range(200)])
+    assert all(b or not a for a, b in [(few.slips(), many.slips()) for _ in range(200)])
 
 
 def test_a_possible_action_slips_as_often_as_it_should() -> None:

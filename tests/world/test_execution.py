@@ -6,7 +6,7 @@ from eai.logic.ltl import parse, read_formula
 from eai.logic.semantics import explain, holds
 from eai.logic.signature import Signature
 from eai.world.action import Action
-from eai.world.execution import describe, execute, timeline
+from eai.world.execution import describe, execute, to_trace
 from eai.world.fault import FaultKind
 from world import toy
 
@@ -75,7 +75,7 @@ def test_what_had_been_done_by_then_ends_with_the_state_after_it() -> None:
     whole = execute(toy.DOMAIN, toy.initial(), plan("GO hall", "GO shed", "GO shed", "PRESS lamp"))
     assert len(whole.executed) == 2
     for executed in range(len(whole.executed) + 1):
-        part = whole.up_to(executed)
+        part = whole.prefix(executed)
         assert part.executed == whole.executed[:executed]
         assert part.states == whole.states[: executed + 1]
         assert part.final is whole.states[executed]
@@ -84,7 +84,7 @@ def test_what_had_been_done_by_then_ends_with_the_state_after_it() -> None:
 START = toy.initial()
 ROBOT, HALL, SHED, RED, BLUE, LAMP = range(6)
 PLAN = (Action("LIFT", (RED,)), Action("LIFT", (RED,)), Action("GO", (SHED,)), Action("PRESS", (LAMP,)))
-TIMELINE = timeline(execute(toy.DOMAIN, START, PLAN[::2]))
+TIMELINE = to_trace(execute(toy.DOMAIN, START, PLAN[::2]))
 SIGNATURE = Signature({"at": 2, "holding": 1, "lit": 1, "beside": 1}, {"GO": 1, "LIFT": 1})
 
 
@@ -115,6 +115,6 @@ def test_the_evidence_is_in_terms_of_executed_steps() -> None:
 
 
 def test_steps_that_were_not_executed_are_no_part_of_it() -> None:
-    failed = timeline(execute(toy.DOMAIN, START, (Action("DROP", (RED,)),)))
+    failed = to_trace(execute(toy.DOMAIN, START, (Action("DROP", (RED,)),)))
     assert failed.length == 1
     assert not holds(read_formula("DROP(red)", Signature({}, {"DROP": 1}))[0], failed)

@@ -20,7 +20,7 @@ from eai.world import (
     Vocabulary,
     WorldObject,
 )
-from eai.world.listing import listing
+from eai.world.listing import make_listing
 from eai.world.state import Fact
 
 X, Y, Z = Variable("x"), Variable("y"), Variable("z")
@@ -33,7 +33,7 @@ VOCABULARY = Vocabulary(
         Defined("linked", (X, Y), Exists(Z, near(X, Z) & near(Z, Y))),
         Defined("chain", (X, Y, Z), near(X, Y) & near(Y, Z)),
         Lookup("around", 2, lambda state, known: state.relation("near").column(known[0]), ("near",)),
-        Computed("dark", 0, lambda state, known: not state.those("lit"), ("lit",)),
+        Computed("dark", 0, lambda state, known: not state.mask("lit"), ("lit",)),
     ),
 )
 PREDICATES = ("ringing", "lit", "near", "alone", "linked", "chain", "around", "dark", "between")
@@ -71,7 +71,7 @@ def test_all_facts_about_objects_are_listed_by_their_order(
         if about is None or not {*about}.isdisjoint(arguments)
         if domain.holds(atom, state, dict(zip(names, arguments, strict=True)))
     ]
-    assert listing(VOCABULARY, predicate, repeated=repeated).facts(state, objects, about) == holding
+    assert make_listing(VOCABULARY, predicate, repeated=repeated).facts(state, objects, about) == holding
 
 
 @pytest.mark.parametrize(
@@ -79,9 +79,9 @@ def test_all_facts_about_objects_are_listed_by_their_order(
     [("lit", ("lit",)), ("linked", ("near",)), ("around", ("near",)), ("dark", ("lit",))],
 )
 def test_what_decides_a_predicate_is_known(predicate: str, sources: tuple[str, ...]) -> None:
-    assert listing(VOCABULARY, predicate).sources == sources
+    assert make_listing(VOCABULARY, predicate).sources == sources
 
 
 def test_what_is_not_declared_cannot_be_listed() -> None:
     with pytest.raises(DomainError, match="predicate cold is not declared"):
-        listing(VOCABULARY, "cold")
+        make_listing(VOCABULARY, "cold")

@@ -37,7 +37,7 @@ def changed(relation: Relation, plain: set[tuple[int, int]], change: tuple[str, 
 
 @given(pairs, changes)
 def test_it_is_a_set_of_pairs(start: frozenset[tuple[int, int]], script: list[tuple[str, int, int]]) -> None:
-    relation, plain = Relation(Matrix.of_pairs(SIZE, start)), set(start)
+    relation, plain = Relation(Matrix.from_pairs(SIZE, start)), set(start)
     for change in script:
         relation = changed(relation, plain, change)
     assert list(relation.pairs()) == sorted(plain)
@@ -54,7 +54,7 @@ def test_it_is_a_set_of_pairs(start: frozenset[tuple[int, int]], script: list[tu
 def test_relations_are_equal_if_they_have_the_same_pairs_and_tell_what_they_differ_in(
     start: frozenset[tuple[int, int]], one: list[tuple[str, int, int]], other: list[tuple[str, int, int]]
 ) -> None:
-    base = Matrix.of_pairs(SIZE, start)
+    base = Matrix.from_pairs(SIZE, start)
     left, right = Relation(base), Relation(base)
     left_plain, right_plain = set(start), set(start)
     for change in one:
@@ -63,11 +63,11 @@ def test_relations_are_equal_if_they_have_the_same_pairs_and_tell_what_they_diff
         right = changed(right, right_plain, change)
     assert (left == right) == (left_plain == right_plain)
     assert left != right or hash(left) == hash(right)
-    assert left.changed_sources(right) == sorted({x for x, _ in left_plain ^ right_plain})
+    assert left.find_changed_sources(right) == sorted({x for x, _ in left_plain ^ right_plain})
 
 
 def test_a_relation_is_compared_as_it_is_after_its_last_change() -> None:
-    start = Relation(Matrix.of_pairs(SIZE, [(0, 1)]))
+    start = Relation(Matrix.from_pairs(SIZE, [(0, 1)]))
     relation = start.copy()
     assert (relation, hash(relation)) == (start, hash(start))
     relation.flip(1, 2)
@@ -77,11 +77,11 @@ def test_a_relation_is_compared_as_it_is_after_its_last_change() -> None:
 
 
 def test_relations_on_different_matrices_are_never_equal() -> None:
-    assert Relation(Matrix.of_pairs(SIZE, [])) != Relation(Matrix.of_pairs(SIZE, []))
+    assert Relation(Matrix.from_pairs(SIZE, [])) != Relation(Matrix.from_pairs(SIZE, []))
 
 
 def test_relations_with_the_same_hash_are_told_apart() -> None:
-    base = Matrix.of_pairs(SIZE, [])
+    base = Matrix.from_pairs(SIZE, [])
     one, other = Relation(base).copy(), Relation(base).copy()
     one.flip(0, 2)
     other.flip(2, 0)
@@ -93,7 +93,7 @@ def test_relations_with_the_same_hash_are_told_apart() -> None:
 def test_a_change_leaves_the_old_relation_alone(
     start: frozenset[tuple[int, int]], script: list[tuple[str, int, int]]
 ) -> None:
-    relation = Relation(Matrix.of_pairs(SIZE, start))
+    relation = Relation(Matrix.from_pairs(SIZE, start))
     history, contents = [relation], [set(start)]
     for change in script:
         plain = set(contents[-1])

@@ -13,8 +13,8 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.notation.plans import JsonPlans
 from eai.world.action import Action, Fault
 from eai.world.conformance import check
-from eai.world.domain import Domain, as_declared
-from eai.world.episode import Episode, Known, Luck, Slip
+from eai.world.domain import Domain, begin_as_declared
+from eai.world.episode import Episode, KnownOutcomes, Slip, SlipSampler
 from eai.world.fault import FaultKind
 from eai.world.operator import missing
 from eai.world.state import State
@@ -45,7 +45,7 @@ class Simulated:
 
 def with_facts(state: State, added: Sequence[str] = (), without: Sequence[str] = ()) -> State:
     facts = set(state.facts()).union(map(state.scene.fact, added))
-    return state.with_exactly(sorted(facts.difference(map(state.scene.fact, without))))
+    return state.replace_facts(sorted(facts.difference(map(state.scene.fact, without))))
 
 
 def world(carry_out: Callable[[State, Action, State], State | Fault]) -> Domain:
@@ -65,7 +65,7 @@ def test_a_simulator_refuses_what_the_declaration_permits_and_diagnoses_nothing_
 
 
 def test_an_action_that_slips_does_not_reach_the_simulator() -> None:
-    episode = Episode(DARK, toy.initial(), Luck(1.0, "task"))
+    episode = Episode(DARK, toy.initial(), SlipSampler(1.0, "task"))
     assert episode.act(*plan("LIFT red")) == Slip()
 
 
@@ -76,10 +76,10 @@ def test_an_episode_has_the_states_that_its_simulator_tells() -> None:
 
 
 def test_where_a_simulator_departs_from_the_declaration_episodes_share_no_more() -> None:
-    known: Known = {}
+    known: KnownOutcomes = {}
     initial, steps = toy.initial(), plan("GO shed", "PRESS lamp")
-    Episode(toy.DOMAIN, initial, known=known).run(steps)
-    beside, alone = Episode(LAMP_LIGHTS, initial, known=known), Episode(LAMP_LIGHTS, initial)
+    Episode(toy.DOMAIN, initial, known_outcomes=known).run(steps)
+    beside, alone = Episode(LAMP_LIGHTS, initial, known_outcomes=known), Episode(LAMP_LIGHTS, initial)
     assert beside.run(steps) == alone.run(steps)
     assert beside.trajectory == alone.trajectory
 
@@ -143,4 +143,4 @@ def test_what_is_not_measured_follows_the_declaration() -> None:
 
 
 def test_declared_worlds_are_begun_by_default() -> None:
-    assert toy.DOMAIN.begin is as_declared
+    assert toy.DOMAIN.begin is begin_as_declared

@@ -5,7 +5,7 @@ import pytest
 from eai.base.errors import InputError
 from eai.logic.formula import Variable
 from eai.world.derived import Defined
-from eai.world.state import Fact, Scene, WorldObject, change
+from eai.world.state import Fact, Scene, WorldObject, compare_states
 from eai.world.vocabulary import Predicate, Vocabulary
 
 X = Variable("x")
@@ -17,9 +17,9 @@ SCENE = Scene(VOCABULARY, {"robot": "robot", "dock": "place", "bay-2": "place"},
 def test_objects_come_by_category_in_the_order_of_the_scene() -> None:
     things = (WorldObject("b", "cup"), WorldObject("box", "box"), WorldObject("a", "cup"))
     scene = Scene(Vocabulary(()), things)
-    assert scene.named("cup") == ("b", "a")
-    assert scene.named(None) == ("b", "box", "a")
-    assert scene.named("car") == ()
+    assert scene.names_of_category("cup") == ("b", "a")
+    assert scene.names_of_category(None) == ("b", "box", "a")
+    assert scene.names_of_category("car") == ()
 
 
 def test_facts_are_said_by_index_by_name_or_as_text() -> None:
@@ -81,9 +81,9 @@ def test_other_facts_make_a_state_of_the_same_episode() -> None:
     vocabulary = Vocabulary((AT, OPEN, DARK, between))
     scene = Scene(vocabulary, {"robot": "robot", "dock": "place", "bay": "place"}, agent="robot")
     before = scene.state(["at(robot, dock)", "between(robot, dock, bay)", "open(bay)"])
-    after = before.with_exactly(["dark()", "at(robot, bay)", "between(dock, robot, bay)"])
+    after = before.replace_facts(["dark()", "at(robot, bay)", "between(dock, robot, bay)"])
     assert [*map(str, after.facts())] == [
         *map(str, scene.state(["dark()", "at(robot, bay)", "between(dock, robot, bay)"]).facts())
     ]
-    assert after.with_exactly(before.facts()) == before != after
-    assert len(change(before, after).added) == len(change(before, after).removed) == 3
+    assert after.replace_facts(before.facts()) == before != after
+    assert len(compare_states(before, after).added) == len(compare_states(before, after).removed) == 3

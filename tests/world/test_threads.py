@@ -11,7 +11,7 @@ import pytest
 
 from eai.logic.formula import Atom, Equals, Exactly, Exists, ForAll, ForPairs, Variable
 from eai.world.action import Action
-from eai.world.condition import Readings
+from eai.world.condition import FormulaEvaluator
 from eai.world.domain import Domain
 from eai.world.execution import execute
 from eai.world.operator import Operator, missing
@@ -46,7 +46,7 @@ def plans(seed: int) -> list[list[Action]]:
     return [[Action(rng.choice(names), (rng.randrange(6),)) for _ in range(20)] for _ in range(60)]
 
 
-def outcomes(domain: Domain, readings: Readings, initial: State, seed: int) -> list[object]:
+def outcomes(domain: Domain, readings: FormulaEvaluator, initial: State, seed: int) -> list[object]:
     """What becomes of some plans and what their last states say, as values without states."""
     found: list[object] = []
     for plan in plans(seed):
@@ -60,11 +60,11 @@ def outcomes(domain: Domain, readings: Readings, initial: State, seed: int) -> l
 
 @pytest.mark.usefixtures("restless")
 def test_a_domain_may_be_used_from_any_number_of_threads() -> None:
-    fresh = toy.DOMAIN.with_operators(WAIT)  # compiled by whoever comes first
-    readings, initial = Readings(fresh.vocabulary), toy.initial()
+    fresh = toy.DOMAIN.replace_operators(WAIT)  # compiled by whoever comes first
+    readings, initial = FormulaEvaluator(fresh.vocabulary), toy.initial()
     with ThreadPoolExecutor(8) as pool:
         together = list(pool.map(lambda seed: outcomes(fresh, readings, initial, seed), range(16)))
-    again = toy.DOMAIN.with_operators(WAIT)
+    again = toy.DOMAIN.replace_operators(WAIT)
     assert together == [
-        outcomes(again, Readings(again.vocabulary), toy.initial(), seed) for seed in range(16)
+        outcomes(again, FormulaEvaluator(again.vocabulary), toy.initial(), seed) for seed in range(16)
     ]

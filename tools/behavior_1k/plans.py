@@ -22,11 +22,11 @@ from eai.benchmarks.behavior_1k.operators import declared
 from eai.benchmarks.behavior_1k.scene import SetUp, make_set_up
 from eai.benchmarks.packs import open_pack
 from eai.logic.traversal import walk
-from eai.planning.planner import needed_actions
+from eai.planning.planner import drop_needless_actions
 from eai.planning.successor_generator import PlanNode
 from eai.tasks.source import Source
 from eai.world.action import Action
-from eai.world.condition import Readings
+from eai.world.condition import FormulaEvaluator
 from eai.world.domain import Domain
 from eai.world.state import State
 
@@ -64,7 +64,7 @@ def write_plan(domain: Domain, initial: State, goal: f.Formula, declared: int) -
         goal: the goal.
         declared: how many of the scene's objects are declared: over these its quantifiers range.
     """
-    reading, reason = Readings(domain.vocabulary), ""
+    reading, reason = FormulaEvaluator(domain.vocabulary), ""
 
     def reached(node: PlanNode) -> bool:
         return reading.holds(goal, {}, node.state)
@@ -76,7 +76,7 @@ def write_plan(domain: Domain, initial: State, goal: f.Formula, declared: int) -
         except NoWayError as error:
             reason = reason or str(error)
         else:
-            return needed_actions(domain, initial, writer.plan, reached)
+            return drop_needless_actions(domain, initial, writer.plan, reached)
     return reason
 
 

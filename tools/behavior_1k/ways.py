@@ -13,7 +13,7 @@ import eai.logic.formula as f
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.conventions import SceneReader
 from eai.world.action import Action
-from eai.world.condition import Readings
+from eai.world.condition import FormulaEvaluator
 from eai.world.domain import Domain
 from eai.world.state import State
 from eai.world.vocabulary import Predicate
@@ -52,7 +52,7 @@ class Ways(SceneReader):
         super().__init__(initial)
         self._initial, self._domain = initial, domain
         self._cleaned: set[str] = set()
-        self.reading = Readings(domain.vocabulary)
+        self.reading = FormulaEvaluator(domain.vocabulary)
         self.plan: list[Action] = []
         self._category = {thing.name: thing.category for thing in initial.scene.objects[:declared]}
         self._backwards = backwards

@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 from eai.abilities.experiment import SEPARATOR, Experiment, StudyChoice, named
 from eai.base.errors import InputError
-from eai.base.files import file_name
+from eai.base.files import to_file_name
 from eai.world.fault import Notice
 
 STUDY = "replanning"
@@ -70,7 +70,7 @@ class AttemptOptions:
         if self.replans < 0:
             raise InputError(f"replans: expected 0 or more, not {self.replans}")
         if self.preset is not None:
-            file_name(self.preset)
+            to_file_name(self.preset)
         if self.feedback == "state" and self.world == "restart":
             raise InputError("feedback of the state says nothing in a world that begins anew")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from eai.base.errors import InputError
-from eai.base.files import file_name
+from eai.base.files import to_file_name
 
 SEPARATOR = "+"
 """The separator of the parts of a name or a label."""
@@ -51,7 +51,7 @@ class StudyChoice:
 
     def __post_init__(self) -> None:
         parts = self.label.split(SEPARATOR)
-        if [file_name(part) for part in parts] != parts:
+        if [to_file_name(part) for part in parts] != parts:
             raise InputError(f"label {self.label!r}: expected the name of a folder")
 
     def __hash__(self) -> int:
@@ -83,7 +83,7 @@ def named(kind: str, name: str) -> str:
     Raises:
         InputError: no file could have the name.
     """
-    return f"{kind}-{file_name(name)}"
+    return f"{kind}-{to_file_name(name)}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,7 @@ class Experiment:
     def __post_init__(self) -> None:
         for name in (self.harness, self.effort, self.rules):
             if name is not None:
-                file_name(name)
+                to_file_name(name)
 
     def __hash__(self) -> int:
         return hash((frozenset(self.study.items()), self.harness, self.effort, self.rules))

@@ -22,7 +22,7 @@ from eai.tasks.prompts.prompt import Belief, Prompt
 from eai.tasks.prompts.template import Templates
 from eai.tasks.task import GoalKind, Task
 from eai.tasks.wording import Wording
-from eai.world.fault import NOT_CARRIED_OUT, FaultKind
+from eai.world.fault import NOT_EXECUTED, FaultKind
 
 REASONS = "What went wrong in attempt"
 """How the reasons of an attempt begin, in our own words; the built-in model that heeds them looks for it."""
@@ -129,14 +129,14 @@ class Asker:
             yield self._of_error(error, explanation.steps, explains=explains)
         told = [goal for goal in goals if goal.kind != UNTOLD]
         missed = [f"  {goal.kind}: {goal.goal}" for goal in told if not goal.satisfied]
-        if missed and (error is None or error.kind not in NOT_CARRIED_OUT):
+        if missed and (error is None or error.kind not in NOT_EXECUTED):
             yield self._fill("goals", goals="\n".join(missed))
 
     def _of_error(self, error: ErrorReport, steps: Sequence[StepReport], *, explains: bool) -> str:
         """The error that ended an attempt."""
         if error.check == RAISED:
             return self._text("raised")
-        if error.step is not None and error.kind not in NOT_CARRIED_OUT:
+        if error.step is not None and error.kind not in NOT_EXECUTED:
             return self._of_step(error.kind, error.step, steps[error.step], explains=explains)
         number = "" if error.step is None else str(error.step + 1)
         meaning = self._fill(error.kind.value, step=number)

@@ -9,10 +9,10 @@ from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.repair import EFFORT, KINDS, Edit, EditKind, Repair, blame_of
 from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict
-from eai.logic.traversal import objects
-from eai.planning.planner import planner_of
-from eai.planning.repair.edits import Plan, PlanEdit
-from eai.planning.repair.search import Mender
+from eai.logic.traversal import object_names
+from eai.planning.planner import get_planner
+from eai.planning.repair.edits import PlanEdit, PlanSteps
+from eai.planning.repair.search import Repairer
 from eai.planning.search import Effort
 from eai.tasks.planning import planning_goal
 from eai.tasks.task import Task
@@ -73,11 +73,11 @@ class PlanMender:
             return Repair(why_null=why)
         steps, effort = self.steps(plan), Effort(limit)
         mender = self._mender(steps)
-        at_least, edits = mender.mend(steps, effort)
+        at_least, edits = mender.repair(steps, effort)
         if edits is None:
             return Repair(at_least, effort=effort.used)
         shown = len(steps) if verdict.error is None else verdict.error.step
-        if at_least == len(edits) == 1 and not mender.flips.is_partial:
+        if at_least == len(edits) == 1 and not mender.conflict_changes.is_partial:
             return self._single(plan, steps, mender, shown, effort.used)
         told = tuple([self._told(edit, plan, steps) for edit in edits])
         return Repair(at_least, len(told), edits=told, effort=effort.used)
@@ -94,7 +94,7 @@ class PlanMender:
             return "order"
         return None
 
-    def nearness(self, steps: Plan) -> float | None:
+    def nearness(self, steps: PlanSteps) -> float | None:
         """How near steps are to success: 1 - d / n for d edits, 0 if there are more than n.
 
         Every plan of the task has n steps at least, so that no steps at all are as near as 0. The upper bound
@@ -113,11 +113,11 @@ class PlanMender:
         effort = min(_MOST, _PER_STEP << number.bit_length())  # one of a few, as each starts a search
         return self._remembered(tuple(steps), effort)
 
-    def _near(self, steps: Plan, limit: int) -> float:
+    def _near(self, steps: PlanSteps, limit: int) -> float:
         """The nearness of steps, by so much effort."""
         if steps.count(None) >= self._least:
             return 0.0
-        _, edits = self._mender(()).mend(steps, Effort(limit))
+        _, edits = self._mender(()).repair(steps, Effort(limit))
         if not edits:
             return float(edits is not None)
         return max(0.0, 1 - len(edits) / self._least)
@@ -127,19 +127,19 @@ class PlanMender:
         """So many steps every plan of the task has, as far as it is proved."""
         return self._mender(()).least(Effort(EFFORT))
 
-    def _mender(self, steps: Plan) -> Mender:
+    def _mender(self, steps: PlanSteps) -> Repairer:
         """Mends plans with the objects of some steps besides those of the task."""
         named = [index for step in steps if step is not None for index in step.arguments]
         return _mender_of(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 
     def _single(
-        self, plan: WrittenPlan, steps: Plan, mender: Mender, shown: int | None, effort: int
+        self, plan: WrittenPlan, steps: PlanSteps, mender: Repairer, shown: int | None, effort: int
     ) -> Repair:
         """The repair of a plan that one edit mends."""
         names = [o.name for o in self.domain.operators]
         known = self._known(steps)
-        found = [*mender.singles(steps)]
-        needless = {edit.gone for edit in found if edit.action is None}
+        found = [*mender.single_edits(steps)]
+        needless = {edit.removed for edit in found if edit.action is None}
         failed = steps[shown] if shown is not None and shown < len(steps) else None
         failing = set() if failed is None else {*failed.arguments}
 
@@ -149,8 +149,8 @@ class PlanMender:
             kind = self._kind(edit, plan, steps)
             place = names.index(action.operator) if action is not None else -1
             arguments = () if action is None else action.arguments
-            cost = 0 if edit.gone is not None and steps[edit.gone] is None and action else _COSTS[kind]
-            if edit.gone in needless and edit.action is not None:  # to delete it is enough
+            cost = 0 if edit.removed is not None and steps[edit.removed] is None and action else _COSTS[kind]
+            if edit.removed in needless and edit.action is not None:  # to delete it is enough
                 cost = len(KINDS)
             elsewhere = failing.isdisjoint(arguments)
             return (
@@ -178,20 +178,20 @@ class PlanMender:
             effort=effort,
         )
 
-    def _known(self, steps: Plan) -> set[int]:
+    def _known(self, steps: PlanSteps) -> set[int]:
         """The objects of an answer and of the goals."""
         index = self.task.scene.index
-        named = [name for goal in self.task.goals for name in objects(goal.formula)]
+        named = [name for goal in self.task.goals for name in object_names(goal.formula)]
         found = {index[name] for name in named if name in index}
         return found | {i for step in steps if step is not None for i in step.arguments}
 
-    def _kind(self, edit: PlanEdit, plan: WrittenPlan, steps: Plan) -> EditKind:
+    def _kind(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> EditKind:
         if edit.action is None:
             return "delete"
-        if edit.gone is None:
+        if edit.removed is None:
             return "insert"
-        was = steps[edit.gone]
-        operator = self._notation.operator(plan.steps[edit.gone].action) if was is None else was.operator
+        was = steps[edit.removed]
+        operator = self._notation.operator(plan.steps[edit.removed].action) if was is None else was.operator
         if operator == edit.action.operator:
             return "object"
         if was is None or was.arguments[-1:] != edit.action.arguments[-1:]:
@@ -200,13 +200,15 @@ class PlanMender:
         changed = {pair for pair in words if pair[0] != pair[1]}
         return "hand" if len(changed) == 1 and changed <= _HANDS else "action"
 
-    def _told(self, edit: PlanEdit, plan: WrittenPlan, steps: Plan) -> Edit:
+    def _told(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> Edit:
         """An edit with what it is about as text."""
         kind = self._kind(edit, plan, steps)
         action = "" if edit.action is None else action_text(edit.action, self.task.scene)
-        return Edit(kind, edit.step, action, "" if edit.gone is None else self._was(edit.gone, plan, steps))
+        return Edit(
+            kind, edit.step, action, "" if edit.removed is None else self._was(edit.removed, plan, steps)
+        )
 
-    def _was(self, number: int, plan: WrittenPlan, steps: Plan) -> str:
+    def _was(self, number: int, plan: WrittenPlan, steps: PlanSteps) -> str:
         step = steps[number]
         if step is not None:
             return action_text(step, self.task.scene)
@@ -215,8 +217,8 @@ class PlanMender:
 
 
 @lru_cache(maxsize=16)
-def _mender_of(plans: PlanMender, usable: tuple[int, ...]) -> Mender:
-    return Mender(planner_of(plans.domain), plans.task.initial, planning_goal(plans.task), usable)
+def _mender_of(plans: PlanMender, usable: tuple[int, ...]) -> Repairer:
+    return Repairer(get_planner(plans.domain), plans.task.initial, planning_goal(plans.task), usable)
 
 
 def _away(step: int, shown: int | None, end: int) -> int:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, ClassVar, cast
 
 from typing_extensions import Self
 
-from eai.base.entry_points import EntryPoint, entry_points_of, is_there, names_of
-from eai.base.errors import unknown_name
+from eai.base.entry_points import EntryPoint, get_entry_point_names, get_entry_points, has_module
+from eai.base.errors import unknown_name_error
 
 if TYPE_CHECKING:
     from pydantic_core.core_schema import CoreSchema
@@ -50,7 +50,7 @@ class _Name(str):
             InputError: it is not known.
         """
         if name not in cls.known():
-            raise unknown_name(name, cls.__name__.lower(), cls.known())
+            raise unknown_name_error(name, cls.__name__.lower(), cls.known())
         return cls(name)
 
     @classmethod
@@ -83,7 +83,7 @@ class Protocol(_Name):
     @classmethod
     def known(cls) -> Collection[Protocol]:
         """Return `STRICT` and then all registered protocols by name, also if their modules are absent."""
-        return dict.fromkeys((cls.STRICT, *map(cls, names_of(PROTOCOLS))))
+        return dict.fromkeys((cls.STRICT, *map(cls, get_entry_point_names(PROTOCOLS))))
 
 
 Protocol.STRICT = Protocol("strict")
@@ -98,7 +98,7 @@ PROTOCOLS = "eai.protocols"
 @cache
 def registered_protocols() -> Mapping[str, EntryPoint]:
     """Return the installed protocols other than ``strict``, by name."""
-    return entry_points_of(PROTOCOLS)
+    return get_entry_points(PROTOCOLS)
 
 
 class Ability(_Name):
@@ -118,7 +118,7 @@ class Ability(_Name):
     @classmethod
     def known(cls) -> Collection[Ability]:
         """Return all registered abilities, also if their modules are absent; the paper's come first."""
-        return dict.fromkeys(map(cls, names_of(GROUP, _FIRST)))
+        return dict.fromkeys(map(cls, get_entry_point_names(GROUP, _FIRST)))
 
 
 Ability.GOAL_INTERPRETATION = Ability("goal_interpretation")
@@ -133,7 +133,7 @@ _PAPER = (
     Ability.TRANSITION_MODELING,
 )
 
-FOUR = tuple([ability for ability in _PAPER if is_there(f"eai.abilities.{ability}.declaration")])
+FOUR = tuple([ability for ability in _PAPER if has_module(f"eai.abilities.{ability}.declaration")])
 """The paper's four abilities in its order, without those whose folders are absent. Default of commands."""
 
 SCENE_GRAPH = Ability("scene_graph")
@@ -149,7 +149,7 @@ _FIRST = (*_PAPER, "world_model", "scene_graph", "acting")
 @cache
 def registered_abilities() -> Mapping[Ability, EntryPoint]:
     """Return the installed abilities, the paper's first."""
-    return {Ability(name): point for name, point in entry_points_of(GROUP, _FIRST).items()}
+    return {Ability(name): point for name, point in get_entry_points(GROUP, _FIRST).items()}
 
 
 def place_of(ability: Ability) -> int:

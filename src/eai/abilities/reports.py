@@ -9,16 +9,16 @@ import eai.logic.formula as f
 from eai.abilities.explanation import EXECUTED, SLIP, SLIPPED, GoalReport, PartReport, Statement, StepReport
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, substitute
-from eai.logic.semantics import breach, explain
+from eai.logic.semantics import explain, find_violation
 from eai.logic.traversal import walk
 from eai.tasks.goal_text import formula_text
 from eai.tasks.task import Task
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
-from eai.world.execution import Trajectory, names_of, timeline, witnesses_of
+from eai.world.execution import Trajectory, argument_names, to_trace, witnesses_of
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
-from eai.world.state import Fact, Scene, State, change
+from eai.world.state import Fact, Scene, State, compare_states
 
 
 def step_reports(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[StepReport, ...]:
@@ -100,7 +100,7 @@ class _Focus:
 
 
 def _executed(focus: _Focus, domain: Domain, action: Action, before: State, after: State) -> StepReport:
-    difference = change(before, after)
+    difference = compare_states(before, after)
     added, removed = focus.seen(difference.added), focus.seen(difference.removed)
     placed = [fact.arguments[0] for fact in removed if len(fact.arguments) == 1]
     added_texts = focus.visible_texts(added, {*action.arguments, *placed})
@@ -121,9 +121,9 @@ def _undone(domain: Domain, action: Action, before: State, after: State) -> str:
     operator = domain.compiled[action.operator]
     if not operator.tries:
         return ""
-    names = names_of(action, domain, before.scene)
+    names = argument_names(action, domain, before.scene)
     objects: dict[f.Term, f.Term] = {f.Variable(name): f.Constant(thing) for name, thing in names.items()}
-    undone = operator.left_undone(before, after, operator.bind(before, action.arguments))
+    undone = operator.find_failed_tries(before, after, operator.bind(before, action.arguments))
     return "; ".join(
         f"{print_ltl(substitute(condition, objects))} remains: {_reason(check, domain, action, before)}"
         for condition, check in undone
@@ -132,7 +132,7 @@ def _undone(domain: Domain, action: Action, before: State, after: State) -> str:
 
 def _reason(check: Check, domain: Domain, action: Action, state: State) -> str:
     """The fault of an action in a state, in words, and by name what the words leave without one."""
-    reason = check.reason.format_map(names_of(action, domain, state.scene))
+    reason = check.reason.format_map(argument_names(action, domain, state.scene))
     witnesses = witnesses_of(check, domain, action, state)
     return f"{reason}: {', '.join(witnesses)}" if witnesses else reason
 
@@ -200,7 +200,7 @@ def _mentioned(formula: f.Formula) -> tuple[str, ...]:
 
 def _breach(formula: f.Formula, course: Trajectory) -> str:
     """Which part of a goal over time was violated, and when."""
-    found = breach(formula, timeline(course))
+    found = find_violation(formula, to_trace(course))
     what = formula_text(rename_variables(found.part))
     if found.position is None:
         follows = isinstance(formula, f.Then) and found.part != formula.parts[0]
@@ -215,7 +215,7 @@ def part_reports(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartRe
     """A report on each part of a temporal goal in the words of the domain; none where there is no goal."""
     if goal is None:
         return ()
-    evidence = explain(goal, timeline(trajectory))
+    evidence = explain(goal, to_trace(trajectory))
     parts = goal.parts if isinstance(goal, f.Then) else (goal,)
     met: list[int | None] = [*evidence.positions[: len(parts)]]
     blamed = [tuple([print_ltl(formula) for formula in evidence.failed])]

@@ -21,7 +21,7 @@ from eai.base.errors import EaiError, InputError
 from eai.tasks.task import TaskExclusion
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
-from eai.world.execution import names_of
+from eai.world.execution import argument_names
 from eai.world.fault import FaultKind
 from eai.world.state import Scene
 
@@ -178,6 +178,6 @@ def _or_else(compute: Callable[..., R], default: R, *arguments: int) -> R:
 
 def error_report(fault: Fault, number: int, domain: Domain, action: Action, scene: Scene) -> ErrorReport:
     """The report on the fault that an action has; ``number`` is that of the step or subgoal."""
-    check, names = fault.check, names_of(action, domain, scene)
-    objects = tuple([names[parameter] for parameter in check.concerned])
+    check, names = fault.check, argument_names(action, domain, scene)
+    objects = tuple([names[parameter] for parameter in check.mentioned_parameters])
     return ErrorReport(fault.kind, number, check.reason.format_map(names), check.id, objects)

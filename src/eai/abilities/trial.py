@@ -13,11 +13,11 @@ from eai.abilities.reports import goal_reports
 from eai.abilities.scorer import PlanScorer, assess_or_fail
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import DomainError
-from eai.logic.traversal import objects
+from eai.logic.traversal import object_names
 from eai.tasks.goal_test import GoalTest, remaining_goals
 from eai.tasks.task import Goal, Task
 from eai.world.action import Action
-from eai.world.episode import Episode, Luck, Slip
+from eai.world.episode import Episode, Slip, SlipSampler
 
 
 class Trial:
@@ -51,7 +51,7 @@ class Trial:
         self.luck = None
         if options.slip:
             seed, notice = options.slip_seed or 0, options.notice
-            self.luck = Luck(options.slip, scorer.task.id, seed=seed, epoch=epoch, notice=notice)
+            self.luck = SlipSampler(options.slip, scorer.task.id, seed=seed, epoch=epoch, notice=notice)
         self.episode = self.begin()
 
     @property
@@ -103,7 +103,7 @@ class Trial:
         explanation, verdict = assessment.explain(), assessment.verdict
         if not isinstance(verdict, PlanVerdict):
             raise TypeError(f"{self.task.id}: only plans can be carried out")
-        slipped = [i for i, step in enumerate(self.episode.since(start).steps) if step.slipped]
+        slipped = [i for i, step in enumerate(self.episode.trajectory_from(start).steps) if step.slipped]
         attempt = Attempt(
             text,
             verdict,
@@ -124,7 +124,7 @@ class Trial:
         start, before = len(self.episode.trajectory.steps), self.episode.trajectory.executed
         until = self.reached if self.options.until == "goal" else None
         ended = self.episode.run(actions, until)
-        trajectory, slipped = self.episode.since(start), isinstance(ended, Slip)
+        trajectory, slipped = self.episode.trajectory_from(start), isinstance(ended, Slip)
         return Course(trajectory, _names(before), slipped=slipped, whole=self.episode.trajectory)
 
     def reached(self, episode: Episode) -> bool:
@@ -136,10 +136,10 @@ class Trial:
         """After how many of the steps since a step all goals held for the first time."""
         whole, goals = self.episode.trajectory, self.scorer.goals
         taken = _names(whole.executed)
-        executed = [step.executed for step in self.episode.since(start).steps]
+        executed = [step.executed for step in self.episode.trajectory_from(start).steps]
         done = len(taken) - sum(executed)
         for number in [0, *[number for number, is_done in enumerate(executed, 1) if is_done]]:
-            course = whole.up_to(done) if goals.watches else None
+            course = whole.prefix(done) if goals.watches else None
             if all(goals.reached(whole.states[done], taken[:done], course)):
                 return number
             done += 1
@@ -180,7 +180,7 @@ class _StatedGoals:
 
 
 def _can_be_tested(goal: Goal, task: Task) -> bool:
-    if not set(objects(goal.formula)) <= task.scene.index.keys():
+    if not set(object_names(goal.formula)) <= task.scene.index.keys():
         return False
     try:
         GoalTest(replace(task, goals=(goal,), hazards=()))

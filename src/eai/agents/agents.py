@@ -20,9 +20,9 @@ from eai.agents.stage import Stage
 from eai.base.errors import InputError
 from eai.benchmarks.generator.measures import lids, presence
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
-from eai.logic.rewriting import rewrite, with_terms
+from eai.logic.rewriting import map_terms, rewrite
 from eai.planning.greedy_search import GreedySearch
-from eai.planning.planner import PlanningGoal, planner_of
+from eai.planning.planner import PlanningGoal, get_planner
 from eai.planning.search import Limits, Node
 from eai.planning.subgoal import subgoals_of
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
@@ -80,7 +80,7 @@ def novel_agent(game: Game, seed: int = 0) -> Agent:
             return DONE
         rng.shuffle(actions)
         domain, state = game.stage.domain, game.state
-        new = (each for each in actions[:_MAX_TRIES] if domain.after(state, each) not in visited)
+        new = (each for each in actions[:_MAX_TRIES] if domain.apply(state, each) not in visited)
         return game.stage.commands.write(next(new, actions[0]))
 
     return command
@@ -115,7 +115,7 @@ def gold_agent(game: Game, seed: int = 0) -> Agent:
     """Return an agent that plays the gold or the planner's plan, then `DONE`, or refuses without a plan."""
     if game.task.missing:
         return lambda: refusal_of(game.stage)
-    plan = game.task.script or find_plan(game.task, planner_of(game.stage.domain)).plan
+    plan = game.task.script or find_plan(game.task, get_planner(game.stage.domain)).plan
     return _following(map(game.stage.commands.write, plan))
 
 
@@ -130,7 +130,7 @@ def planner_agent(game: Game, seed: int = 0) -> Agent:
     Raises:
         InputError: the planner finds no plan.
     """
-    found = find_plan(game.task, planner_of(game.stage.domain))
+    found = find_plan(game.task, get_planner(game.stage.domain))
     if reason := why_no_plan(found.end):
         raise InputError(reason)
     return _following(map(game.stage.commands.write, found.plan))
@@ -147,7 +147,7 @@ def _apply_to(formula: Formula, thing: Constant) -> Formula:
     return rewrite(
         formula,
         lambda leaf, bound: (
-            leaf if "x" in bound else with_terms(leaf, lambda term: thing if term == x else term)
+            leaf if "x" in bound else map_terms(leaf, lambda term: thing if term == x else term)
         ),
     )
 
@@ -166,7 +166,7 @@ class _Explorer:
     def __init__(self, game: Game, seed: int = 0) -> None:
         self._game = game
         self._domain = game.stage.domain
-        self._planner = planner_of(self._domain)
+        self._planner = get_planner(self._domain)
         self._plan: deque[Action] = deque()
         self._expected: State | None = None
         self._planned = set[tuple[Limits, int]]()
@@ -191,7 +191,7 @@ class _Explorer:
         if not self._plan:
             return DONE
         action = self._plan.popleft()
-        self._expected = self._domain.after(game.state, action)
+        self._expected = self._domain.apply(game.state, action)
         return game.stage.commands.write(action)
 
     def _find_actions(self) -> Sequence[Action]:

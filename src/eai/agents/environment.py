@@ -18,7 +18,7 @@ from eai.agents.observation import manual
 from eai.agents.reference import staged
 from eai.agents.rules import Rules
 from eai.agents.stage import Stage
-from eai.base.entry_points import offered
+from eai.base.entry_points import load_offer
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
@@ -177,7 +177,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
             camera.scene.show(self.game.state)
             return camera.colours("near")
         observation = self.game.memory.observation
-        pixels = offered("diagrams", f"render_mode {RENDER_MODE}").pixels
+        pixels = load_offer("diagrams", f"render_mode {RENDER_MODE}").pixels
         return pixels(self.game.task, self.benchmark, observation.state, observation.visible)
 
     def close(self) -> None:
@@ -190,7 +190,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         """The camera in the scene of the task that is played."""
         if self._camera is None or self._camera.scene.task is not self.game.task:
             self.close()
-            self._camera = offered("rendered_pictures", f"render_mode {CAMERA}").camera_of(self.game.task)
+            self._camera = load_offer("rendered_pictures", f"render_mode {CAMERA}").camera_of(self.game.task)
         return self._camera
 
     def _chosen(self) -> str:

@@ -31,7 +31,7 @@ from eai.planning.successor_generator import applicable_actions
 from eai.results.reward import Shaping, metrics_of, worth
 from eai.tasks.prompts.template import Templates
 from eai.world.action import Action, Fault
-from eai.world.episode import Episode, Luck, Slip
+from eai.world.episode import Episode, Slip, SlipSampler
 from eai.world.execution import describe
 from eai.world.fault import FaultKind
 from eai.world.state import State
@@ -109,7 +109,7 @@ class Game:
     """
 
     def __init__(self, stage: Stage, seed: int = 0, epoch: int = 0) -> None:
-        luck = Luck(stage.rules.slip, stage.task.id, seed=seed, epoch=epoch)
+        luck = SlipSampler(stage.rules.slip, stage.task.id, seed=seed, epoch=epoch)
         self.stage, self.task = stage, stage.task
         self._rules = stage.rules
         self._episode = Episode(stage.domain, stage.task.initial, luck)

@@ -20,7 +20,7 @@ from typing import Any
 
 from eai.agents.play import Play
 from eai.base.errors import InputError
-from eai.base.files import content_of
+from eai.base.files import read_content
 from eai.tasks.source import task_sha256
 
 _KEY_BYTES = 32
@@ -97,7 +97,7 @@ def _read(path: Path, key: bytes, play: Play | None) -> _Sealed:
     episode = _Sealed({})
     if os.path.islink(path):  # noqa: PTH114 - what cannot be looked at is no error yet
         raise InputError(f"{path}: expected a file, not a link")
-    for number, raw in enumerate(content_of(path).split(b"\n")[:-1], 1):
+    for number, raw in enumerate(read_content(path).split(b"\n")[:-1], 1):
         try:
             episode = _with_line(episode, raw, key)
         except ValueError as error:
@@ -135,7 +135,7 @@ def _with_line(episode: _Sealed, raw: bytes, key: bytes) -> _Sealed:
 class Journal:
     """The journal of an episode under way, to which each turn is added. The caller closes it.
 
-    No other process may write the file, as `eai.base.files.sole_run` makes sure.
+    No other process may write the file, as `eai.base.files.lock_run_folder` makes sure.
 
     Args:
         path: the file; the turns that it holds are played again.

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 from eai.agents.listed import HOW_TO_READ, facts_in_short, in_short
 from eai.agents.rules import Feedback, Observe, Rules, View
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import TRUE
 from eai.logic.traversal import predicates_of
@@ -20,10 +20,10 @@ from eai.tasks.prompts.own import explanations
 from eai.tasks.prompts.template import Templates
 from eai.tasks.task import Task
 from eai.tasks.wording import Wording
-from eai.world.derived import stored_sources
-from eai.world.listing import Listing
+from eai.world.derived import find_stored_predicates
+from eai.world.listing import FactListing
 from eai.world.relation import bits, mask_of
-from eai.world.state import Change, Fact, State, change
+from eai.world.state import Fact, State, StateChange, compare_states
 
 Indices: TypeAlias = tuple[int, ...]
 """Indices of visible objects, in the order in which they are listed."""
@@ -94,7 +94,7 @@ class Observer:
         self._kind = cache(partial(wording.kind, task))
         self.agent = task.scene.agent
         self._of_agent = {each.name for each in wording.domain.egocentric if view == "scene"}
-        landmarks = wording.domain.known_of(task.initial, task.scene.everything)
+        landmarks = wording.domain.find_landmarks(task.initial, task.scene.everything)
         self.landmarks = () if self._is_full else tuple(bits(landmarks))
         everything = range(len(task.scene.objects))
         subjects = wording.subjects(task) if view == "task" else everything
@@ -102,7 +102,7 @@ class Observer:
         self._rank = {index: rank for rank, index in enumerate(self.subjects)}
         self._mask = mask_of(self.subjects)
         visible = wording.domain.visible or TRUE
-        self._visibility_sources = stored_sources(predicates_of(visible), wording.domain.vocabulary)
+        self._visibility_sources = find_stored_predicates(predicates_of(visible), wording.domain.vocabulary)
         self.first = self._observe_anew(task.initial)
 
     def _observe_anew(self, state: State) -> _Observation:
@@ -113,7 +113,7 @@ class Observer:
 
     def render_objects(self, chosen: Collection[int]) -> str:
         """Return the objects with their kinds and properties, in one line if these are equal."""
-        by_kind = grouped((self._kind(index), index) for index in self.subjects if index in chosen)
+        by_kind = group_pairs((self._kind(index), index) for index in self.subjects if index in chosen)
         return "\n".join([f"{self.render_names(objects)} {kind}" for kind, objects in by_kind.items()])
 
     def render_names(self, chosen: Iterable[int]) -> str:
@@ -138,7 +138,7 @@ class Observer:
             if not chosen.isdisjoint(fact.arguments)
         ]
 
-    def observe(self, last: _Observation, state: State, stored: Change) -> _Observation:
+    def observe(self, last: _Observation, state: State, stored: StateChange) -> _Observation:
         """Return the observation of a state.
 
         Args:
@@ -157,7 +157,9 @@ class Observer:
         ]
         return _Observation(state, visible, facts)
 
-    def find_changes(self, before: _Observation, after: _Observation, stored: Change) -> list[SignedFact]:
+    def find_changes(
+        self, before: _Observation, after: _Observation, stored: StateChange
+    ) -> list[SignedFact]:
         """Return the visible facts that became true, then the visible facts that became false."""
         changed = stored.predicates
         is_same = before.visible == after.visible
@@ -187,11 +189,11 @@ class Observer:
         """Return the changes in facts about some objects and not about the agent."""
         return [
             (sign, fact)
-            for sign, fact in self.find_changes(before, after, change(before.state, after.state))
+            for sign, fact in self.find_changes(before, after, compare_states(before.state, after.state))
             if not chosen.isdisjoint(fact.arguments) and self.agent not in fact.arguments
         ]
 
-    def _visible_among(self, listing: Listing, facts: Iterable[Fact], visible: Indices) -> list[Fact]:
+    def _visible_among(self, listing: FactListing, facts: Iterable[Fact], visible: Indices) -> list[Fact]:
         listed = [fact for fact in facts if fact.predicate == listing.predicate and listing.lists(fact)]
         if not listed:
             return listed
@@ -207,18 +209,20 @@ class Observer:
     def _visible(self, state: State) -> Indices:
         if self._is_full:
             return self.subjects
-        return tuple(bits(self._wording.domain.seen(state, self._mask)))
+        return tuple(bits(self._wording.domain.find_visible(state, self._mask)))
 
-    def _facts(self, listing: Listing, state: State, visible: Indices) -> Sequence[Fact]:
+    def _facts(self, listing: FactListing, state: State, visible: Indices) -> Sequence[Fact]:
         return listing.facts(state, visible, self._required(listing))
 
-    def _required(self, listing: Listing, chosen: AbstractSet[int] | None = None) -> AbstractSet[int] | None:
+    def _required(
+        self, listing: FactListing, chosen: AbstractSet[int] | None = None
+    ) -> AbstractSet[int] | None:
         """Return the objects of which a listed fact must contain one, or None if any fact is listed."""
         if listing.predicate not in self._of_agent:
             return chosen
         return frozenset() if self.agent is None else frozenset((self.agent,))
 
-    def _visible_facts(self, listing: Listing, state: State, visible: Indices) -> _VisibleFacts:
+    def _visible_facts(self, listing: FactListing, state: State, visible: Indices) -> _VisibleFacts:
         return _VisibleFacts(partial(self._facts, listing, state, visible), self.render_facts)
 
 
@@ -268,7 +272,7 @@ class Memory:
     def update(self, state: State) -> str:
         """Observe a later state; returns the visible changes, and objects seen for the first time."""
         observer, before = self._observer, self.observation
-        stored = change(before.state, state)
+        stored = compare_states(before.state, state)
         self.observation = after = observer.observe(before, state, stored)
         self.changes = observer.find_changes(before, after, stored)
         news = [*self._render_changes(self.changes)] or ["No fact that you see has changed."]

@@ -21,7 +21,7 @@ from eai.agents.reference import staged
 from eai.agents.rules import Rules
 from eai.agents.setting import AGENT, REACT, STANDARD, TEXT, Setting
 from eai.agents.stage import Stage
-from eai.base.entry_points import offered
+from eai.base.entry_points import load_offer
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import loaded
@@ -148,7 +148,7 @@ _MAX_NAME = 100
 _Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
 _Seed = Annotated[int, Field(ge=-MAX_SEED, le=MAX_SEED)]
 _Harness = Annotated[str, Field(max_length=_MAX_NAME, pattern=r"^$|[^.]")]
-"""A name that may be part of a file's name (`eai.base.files.file_name`), or empty."""
+"""A name that may be part of a file's name (`eai.base.files.to_file_name`), or empty."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -298,7 +298,7 @@ class Play(Game):
         """
         if self.stage.rules.feedback != "pictures" or self.over:
             return ()
-        rendered = offered("rendered_pictures", "feedback pictures")
+        rendered = load_offer("rendered_pictures", "feedback pictures")
         images: tuple[Image, ...] = rendered.photographs_of(self.task, rendered.VIEWS[:2], state=self.state)
         return images
 

@@ -14,7 +14,7 @@ from eai.agents.stage import Reference, Stage
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.names import TaskReference
-from eai.planning.planner import needed_actions, planner_of
+from eai.planning.planner import drop_needless_actions, get_planner
 from eai.planning.search import Limits
 from eai.planning.successor_generator import PlanNode
 from eai.results.reward import suite_of
@@ -99,7 +99,7 @@ def _plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
     if has_gold:
         yield gold if any(goal.is_over_time for goal in task.goals) else _shortened(task, domain, gold)
     limits = _SHORTER_PLAN_LIMITS if has_gold else _PLAN_LIMITS
-    plan = find_plan(task, planner_of(domain), limits).plan
+    plan = find_plan(task, get_planner(domain), limits).plan
     if solves(domain, task, plan):
         yield plan
 
@@ -111,4 +111,4 @@ def _shortened(task: Task, domain: Domain, plan: Sequence[Action]) -> Sequence[A
     def reached(node: PlanNode) -> bool:
         return node.met == len(actions) and test.all_lasting(node.state)
 
-    return needed_actions(domain, task.initial, plan, reached, actions)
+    return drop_needless_actions(domain, task.initial, plan, reached, actions)

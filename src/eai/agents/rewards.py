@@ -17,7 +17,7 @@ from eai.abilities.reasoning import split_reasoning
 from eai.agents.game import Game
 from eai.agents.reference import stage_of
 from eai.agents.rules import TRAINING, Rules
-from eai.base.errors import member
+from eai.base.errors import find_member
 from eai.benchmarks.names import TaskReference
 from eai.results.reward import METRICS, Grade, Shaping, reward_of
 
@@ -92,7 +92,7 @@ class TrlReward:
     @property
     def __name__(self) -> str:
         """The name under which TRL logs the reward."""
-        return f"eai_{member(Shaping, self.shaping, 'shaping').value}"
+        return f"eai_{find_member(Shaping, self.shaping, 'shaping').value}"
 
     def __call__(
         self,
@@ -119,7 +119,7 @@ class TrlHousehold:
     """
 
     def __init__(self, shaping: Shaping | str = Shaping.SUCCESS, rules: Rules = TRAINING) -> None:
-        self._rules = rules.model_copy(update={"reward": member(Shaping, shaping, "shaping")})
+        self._rules = rules.model_copy(update={"reward": find_member(Shaping, shaping, "shaping")})
         self._game: Game | None = None
 
     def reset(self, *, task: str, **others: object) -> str:
@@ -234,7 +234,7 @@ class SkyRlTask:
         super().__init__()
         extras = extras or {}
         self._task: str = extras["reward_spec"]["ground_truth"]
-        self._shaping = member(Shaping, extras.get("shaping", Shaping.SUCCESS), "shaping")
+        self._shaping = find_member(Shaping, extras.get("shaping", Shaping.SUCCESS), "shaping")
         self._metrics: Mapping[str, float] = {}
 
     def step(self, action: str) -> dict[str, Any]:

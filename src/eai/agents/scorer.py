@@ -26,7 +26,7 @@ from eai.agents.setting import STANDARD
 from eai.agents.stage import Stage
 from eai.agents.verdict import ActingVerdict, Outlook, Turn
 from eai.benchmarks.benchmark import Benchmark
-from eai.planning.planner import planner_of
+from eai.planning.planner import get_planner
 from eai.planning.search import Limits, SearchEnd
 from eai.results.codec import sha256_of
 from eai.tasks.goal_test import GoalTest, remaining_goals
@@ -261,7 +261,7 @@ def _outlook(task: Task, domain: Domain, moment: Moment, states: int) -> Outlook
     now = replace(task, initial=state, goals=remaining_goals(task, taken))
     end = SearchEnd.STATES
     for objects in (task.relevant, tuple(range(len(task.scene.objects)))):
-        end = find_plan(replace(now, relevant=objects), planner_of(domain), Limits(states)).end
+        end = find_plan(replace(now, relevant=objects), get_planner(domain), Limits(states)).end
         if end is SearchEnd.SOLVED:
             is_over_time = any(goal.is_over_time for goal in task.goals)
             return "unknown" if is_over_time else "open"

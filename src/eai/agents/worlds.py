@@ -14,8 +14,8 @@ from eai.agents.journal import Journal, is_begun, key_in, read_journal
 from eai.agents.play import OVER, Arena, Play, read_episode
 from eai.agents.setting import STANDARD, Setting
 from eai.base.errors import InputError
-from eai.base.files import file_name, sole_run, write_whole, writing_to
-from eai.base.grouping import grouped
+from eai.base.files import convert_write_errors, lock_run_folder, to_file_name, write_whole
+from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import Suite
 from eai.results.responses import COLUMNS, LINES
 from eai.results.trials import Place
@@ -44,7 +44,7 @@ def opened(
     arena = Arena(suite.benchmark, setting)
     with suppress(OSError):  # `sole_run` raises if there is no folder
         folder.mkdir(mode=0o700, parents=True)
-    with sole_run(folder):
+    with lock_run_folder(folder):
         worlds = Worlds(folder, suite, places, arena, agent)
         try:
             yield worlds
@@ -74,7 +74,7 @@ class Worlds:
     """
 
     def __init__(self, folder: Path, suite: Suite, places: Sequence[Place], arena: Arena, agent: str) -> None:
-        self._folder, self._suite, self._agent = folder, suite, file_name(agent)
+        self._folder, self._suite, self._agent = folder, suite, to_file_name(agent)
         self._key = key_in(folder)
         self._arena = arena
         self._under_way: dict[Place, tuple[Play, Journal]] = {}
@@ -132,13 +132,16 @@ class Worlds:
             InputError: a journal was changed or has another setting, or the folder cannot be written.
         """
         begun = self._begun()
-        write_whole(grouped((self._answers(each), self._answer(each)) for each in begun))
+        write_whole(group_pairs((self._answers(each), self._answer(each)) for each in begun))
         self._written.update(begun)
 
     def _append(self, place: Place) -> None:
         """Add an episode that has ended to the answers."""
         self._written.add(place)
-        with writing_to(self._answers(place)), self._answers(place).open("a", encoding="utf-8") as file:
+        with (
+            convert_write_errors(self._answers(place)),
+            self._answers(place).open("a", encoding="utf-8") as file,
+        ):
             file.write(self._answer(place))
 
     def _answers(self, place: Place) -> Path:

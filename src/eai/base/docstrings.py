@@ -8,7 +8,7 @@ from inspect import cleandoc
 _MEANING = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
 
 
-def meanings(docstring: str | None, heading: str) -> dict[str, str]:
+def read_meanings(docstring: str | None, heading: str) -> dict[str, str]:
     """The meanings that a section of a docstring tells, by name; a long one goes on in indented lines."""
     _, _, section = cleandoc(docstring or "").partition(f"\n\n{heading}:\n")
     found = _MEANING.findall(section.partition("\n\n")[0])

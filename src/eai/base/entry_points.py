@@ -42,7 +42,7 @@ class EntryPoint(NamedTuple):
         return reduce(getattr, filter(None, self.attr.split(".")), import_module(self.module))
 
 
-def entry_points_of(group: str, first: Sequence[str] = ()) -> Mapping[str, EntryPoint]:
+def get_entry_points(group: str, first: Sequence[str] = ()) -> Mapping[str, EntryPoint]:
     """Return the entry points of a group by name. A point of this package whose module is absent is left out.
 
     Args:
@@ -53,10 +53,14 @@ def entry_points_of(group: str, first: Sequence[str] = ()) -> Mapping[str, Entry
         InputError: the metadata of this package are not installed.
     """
     declared = _declared(group)
-    return {name: declared[name] for name in names_of(group, first) if is_there(declared[name].module)}
+    return {
+        name: declared[name]
+        for name in get_entry_point_names(group, first)
+        if has_module(declared[name].module)
+    }
 
 
-def offered(name: str, needed_by: str) -> Any:
+def load_offer(name: str, needed_by: str) -> Any:
     """Import an object that an extension offers to folders which do not know the extension.
 
     Args:
@@ -66,13 +70,13 @@ def offered(name: str, needed_by: str) -> Any:
     Raises:
         InputError: no installed extension offers it.
     """
-    points = entry_points_of("eai.offers")
+    points = get_entry_points("eai.offers")
     if name not in points:
         raise InputError(f"{needed_by}: no installed extension offers {name!r}")
     return points[name].load()
 
 
-def names_of(group: str, first: Sequence[str] = ()) -> list[str]:
+def get_entry_point_names(group: str, first: Sequence[str] = ()) -> list[str]:
     """Return the names of the entry points of a group, also those whose module is absent.
 
     Args:
@@ -110,7 +114,7 @@ def _read(file: Path) -> Iterator[EntryPoint]:
             yield EntryPoint(name.strip(), value.strip(), group)
 
 
-def is_there(module: str) -> bool:
+def has_module(module: str) -> bool:
     """Whether a module of this package exists. A module of another distribution is taken to exist.
 
     That module is not looked for, since this would import its package.

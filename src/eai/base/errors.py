@@ -57,18 +57,18 @@ class InterruptError(EaiError):
     """The user ended it; the message says how to go on."""
 
 
-def how_to_install(extra: str) -> str:
+def install_command(extra: str) -> str:
     """The command that installs what an extra of the package consists of."""
     return f"pip install 'eai-bench[{extra}]'"
 
 
 @contextmanager
-def needing(extra: str, what: str) -> Iterator[None]:
+def require_extra(extra: str, message_start: str) -> Iterator[None]:
     """Within it, what an extra of the package consists of is imported.
 
     Args:
         extra: the extra.
-        what: the beginning of the message: what needs it, with the verb.
+        message_start: the beginning of the message: what needs the package, with the verb.
 
     Raises:
         EaiError: a part of it is not installed.
@@ -77,16 +77,16 @@ def needing(extra: str, what: str) -> Iterator[None]:
         yield
     except ImportError as error:
         package = error.name.partition(".")[0] if error.name else f"a package that loads ({error})"
-        raise EaiError(f"{what} {package}: {how_to_install(extra)}") from error
+        raise EaiError(f"{message_start} {package}: {install_command(extra)}") from error
 
 
 @contextmanager
-def located(place: object, kind: type[InputError] = InputError) -> Iterator[None]:
+def prefix_errors(location: object, kind: type[InputError] = InputError) -> Iterator[None]:
     """Within it, the message of an error of a kind begins with the place of what is wrong."""
     try:
         yield
     except kind as error:
-        raise kind(f"{place}: {error}") from error
+        raise kind(f"{location}: {error}") from error
 
 
 def read_all(items: Iterable[S], read: Callable[[S], T]) -> list[T]:
@@ -115,7 +115,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     return f"; did you mean {near[0]}?" if near and near[0] != word else ""
 
 
-def member(kind: type[E], name: E | str, noun: str) -> E:
+def find_member(kind: type[E], name: E | str, noun: str) -> E:
     """Return the member of an enumeration that has a value.
 
     Args:
@@ -129,9 +129,9 @@ def member(kind: type[E], name: E | str, noun: str) -> E:
     try:
         return kind(name)
     except ValueError as error:
-        raise unknown_name(str(name), noun, [each.value for each in kind]) from error
+        raise unknown_name_error(str(name), noun, [each.value for each in kind]) from error
 
 
-def unknown_name(name: str, noun: str, known: Iterable[str]) -> InputError:
+def unknown_name_error(name: str, noun: str, known: Iterable[str]) -> InputError:
     """Return the error for an unknown name. It lists the known names; ``noun`` says what they name."""
     return InputError(f"{name!r} is no {noun}: expected one of {', '.join(known)}{did_you_mean(name, known)}")

@@ -34,7 +34,7 @@ MAX_UNPACKED = 32_000_000
 UNPACKED_PER_BYTE = 50
 """Number of further bytes to which it may unpack, for each byte of its own."""
 
-LOCK = "answers.lock"
+LOCK_FILE = "answers.lock"
 """Name of the file that a process holds in the folder where it works."""
 
 
@@ -78,7 +78,7 @@ def read_toml(file: Path) -> dict[str, Any]:
     Raises:
         InputError: it cannot be read, or is no TOML.
     """
-    content = content_of(file)
+    content = read_content(file)
     try:
         return parse_toml(content.decode())
     except (ValueError, RecursionError) as error:  # also a number of too many digits, and too deep a list
@@ -108,7 +108,7 @@ def files_below(folder: Path, *patterns: str) -> list[Path]:
     return sorted(file for file in found if file.is_file())
 
 
-def content_of(path: Path) -> bytes:
+def read_content(path: Path) -> bytes:
     """The bytes of a file.
 
     Raises:
@@ -121,7 +121,7 @@ def content_of(path: Path) -> bytes:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
 
 
-def lines(content: bytes) -> Iterator[tuple[int, bytes]]:
+def number_lines(content: bytes) -> Iterator[tuple[int, bytes]]:
     """The lines of JSONL that are not blank, numbered from 1.
 
     Only a line feed ends one: JSON may hold what else ends lines of text, such as U+2028, in its strings.
@@ -129,14 +129,14 @@ def lines(content: bytes) -> Iterator[tuple[int, bytes]]:
     return ((number, line) for number, line in enumerate(content.split(b"\n"), 1) if line.strip())
 
 
-def printable(text: str) -> str:
+def escape_unprintable(text: str) -> str:
     """A text as it may be shown anywhere: what controls a terminal is escaped, but for lines and tabs."""
     return "".join(
         c if c in "\n\t" or unicodedata.category(c) not in _UNSHOWN else ascii(c)[1:-1] for c in text
     )
 
 
-def file_name(name: str) -> str:
+def to_file_name(name: str) -> str:
     """Return a name, such as a model's, for use in file names. Unsafe characters become underscores.
 
     Raises:
@@ -149,7 +149,7 @@ def file_name(name: str) -> str:
 
 
 @contextlib.contextmanager
-def writing_to(place: Path) -> Iterator[None]:
+def convert_write_errors(place: Path) -> Iterator[None]:
     """Within it, files are written to a place.
 
     Raises:
@@ -173,7 +173,7 @@ def write_whole(contents: Mapping[Path, Content]) -> None:
     parts: dict[Path, Path] = {}
     try:
         for path, content in contents.items():
-            with writing_to(path):
+            with convert_write_errors(path):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 is_device = path.exists() and not (path.is_file() or path.is_dir())
                 part = path if is_device else path.resolve().with_name(f".{secrets.token_hex(8)}.part")
@@ -182,7 +182,7 @@ def write_whole(contents: Mapping[Path, Content]) -> None:
                 with part.open("wb") as file:
                     file.writelines(_encoded(content))
         for part, path in parts.items():
-            with writing_to(path):
+            with convert_write_errors(path):
                 part.replace(path)
     finally:
         for part in parts:
@@ -195,7 +195,7 @@ def _encoded(content: Content) -> Iterator[bytes]:
         yield piece if isinstance(piece, bytes) else piece.encode("utf-8", "backslashreplace")
 
 
-def lock_of(file: Path) -> tuple[Path, BaseFileLock]:
+def make_lock(file: Path) -> tuple[Path, BaseFileLock]:
     """Return a lock, and the file by which processes see that it is held.
 
     A file system may have no locks, as some of networks have none. There the lock is the presence of another
@@ -228,13 +228,13 @@ def _has_locks(folder: Path) -> bool:
     return True
 
 
-def if_killed(file: Path) -> str:
+def stale_lock_hint(file: Path) -> str:
     """Return the end of a message: what to do about a lock that a killed process may have left."""
     return f"; if no process is, delete {file}" if file.name.endswith(_HELD) else ""
 
 
 @contextlib.contextmanager
-def sole_run(folder: Path) -> Iterator[None]:
+def lock_run_folder(folder: Path) -> Iterator[None]:
     """Keeps other processes out of the folder of a run during the block; the folder is made if need be.
 
     Raises:
@@ -242,13 +242,13 @@ def sole_run(folder: Path) -> Iterator[None]:
     """
     from filelock import Timeout
 
-    file = folder / LOCK
+    file = folder / LOCK_FILE
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        file, lock = lock_of(file)
+        file, lock = make_lock(file)
         lock.acquire(timeout=0)
     except Timeout as error:
-        hint = f"wait for its end, or give another --out{if_killed(file)}"
+        hint = f"wait for its end, or give another --out{stale_lock_hint(file)}"
         raise InputError(f"{folder}: another process is running there; {hint}") from error
     except OSError as error:
         raise InputError(f"{folder}: cannot be written ({error.strerror})") from error

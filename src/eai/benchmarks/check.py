@@ -14,7 +14,7 @@ from eai.base.errors import InputError, did_you_mean
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import open_suite
-from eai.logic.traversal import bound_by, walk
+from eai.logic.traversal import bound_variables, walk
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchEnd
 from eai.tasks.goal_test import GoalTest
@@ -104,7 +104,7 @@ def _formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
 def _kinds(formula: f.Formula) -> Iterator[str]:
     """The kinds of objects that a formula asks for."""
     for part in walk(formula):
-        yield from filter(None, [variable.category for variable in bound_by(part)])
+        yield from filter(None, [variable.category for variable in bound_variables(part)])
 
 
 def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]:

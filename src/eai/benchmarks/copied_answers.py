@@ -21,19 +21,19 @@ from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import AnswerBook, book_of, no_answer, open_answer_book
 from eai.logic.choice import Literal, choice_options, ground
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables, substitute
-from eai.logic.traversal import objects, quantified, walk
+from eai.logic.traversal import object_names, quantify, walk
 from eai.pddl.model import Add, Both, Delete, Each, PddlEffect
 from eai.pddl.writer import write_action
 from eai.planning.achievers import Achiever, Achievers
 from eai.planning.effect_schema import changes_for
 from eai.planning.search import Effort, Limits
-from eai.planning.subgoal import GroundAtom, object_named
+from eai.planning.subgoal import GroundAtom, find_object
 from eai.tasks.goal_test import alternatives, solves
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import USUAL, Source, TaskSet
@@ -83,7 +83,7 @@ def _on_anything(action: str, arity: int) -> f.Formula:
     """That an action is taken, whatever it is about."""
     variables = [f.Variable(f"x{i}") for i in range(arity)]
     taken: f.Formula = f.Occurs(action, tuple(variables))
-    return quantified(f.Exists, variables, taken)
+    return quantify(f.Exists, variables, taken)
 
 
 def _without_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
@@ -198,7 +198,7 @@ def _plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """An action for each goal about states, then the action goals, about the first objects that will do."""
     task, achievers = task.at_the_end, _achievers(benchmark.domain)
     plan = [_first(_making(literal, task, achievers), task) for literal in _literals(task)]
-    actions = [achievers.taking(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
+    actions = [achievers.find_operators(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
     plan += [_first([(each, {}) for each in ways], task) for ways in actions]
     steps = dict.fromkeys(action for action in plan if action is not None)
     return benchmark.plans.write(tuple(steps), task.scene)
@@ -208,7 +208,7 @@ def _literals(task: Task) -> Iterator[Literal]:
     """The conditions of the first way to meet each goal about states."""
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
-            yield from next(choice_options(ground(goal.formula, task.scene.named)), ())
+            yield from next(choice_options(ground(goal.formula, task.scene.names_of_category)), ())
 
 
 def _making(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_Match]:
@@ -218,11 +218,11 @@ def _making(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_Mat
         return
     objects = tuple([task.scene.index[term.name] for term in atom.arguments])
     wanted = GroundAtom(atom.predicate, objects, atom is literal)
-    of_scene = partial(object_named, scene=task.scene)
+    of_scene = partial(find_object, scene=task.scene)
     for change in changes_for(wanted, task.scene.vocabulary, of_scene):
         places = [index for index in change.arguments if index is not None]
         if len(places) == len(change.arguments):
-            for achiever in achievers.of(change.predicate, adding=change.truth):
+            for achiever in achievers.find(change.predicate, adding=change.truth):
                 scope = achiever.match(tuple(places), task.scene)
                 if scope is not None:
                     yield achiever, scope
@@ -252,7 +252,7 @@ def _everywhere(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> P
     """A predicate of all objects that it can be said of."""
     atom = f.Atom(name, tuple([f.Variable(each.name) for each in parameters]))
     effect: PddlEffect = Add(atom) if adds else Delete(atom)
-    return quantified(Each, parameters, effect)
+    return quantify(Each, parameters, effect)
 
 
 _COPIED: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
@@ -306,7 +306,7 @@ class LookupTable:
     def __init__(self, public: Iterable[Task], domain: Domain) -> None:
         self._entries = [(task, _lifted(task)) for task in public if task.script]
         numbered = enumerate(self._entries)
-        self._of_goal = grouped((text, number) for number, (_, goals) in numbered for text in goals)
+        self._of_goal = group_pairs((text, number) for number, (_, goals) in numbered for text in goals)
         self._domain = domain
 
     def plan(self, task: Task) -> tuple[Action, ...]:
@@ -371,7 +371,7 @@ def _goal_texts(task: Task) -> Iterator[tuple[f.Formula, str]]:
     """The goals of a task, each also as a text in which objects go by their category."""
     category = {thing.name: thing.category for thing in task.scene.objects}
     for goal in task.goals:
-        named = {name: category[name] for name in objects(goal.formula)}
+        named = {name: category[name] for name in object_names(goal.formula)}
         yield goal.formula, print_ltl(rename_variables(rename_objects(goal.formula, named)))
 
 
@@ -406,8 +406,8 @@ def _correspondence(known: Task, asked: Task, named: Iterable[int]) -> Mapping[i
     for formula, text in _goal_texts(known):
         same = next((i for i, (_, other) in enumerate(goals) if other == text), None)
         if same is not None:
-            there = objects(goals.pop(same)[0])
-            pairs = zip(objects(formula), there, strict=False)
+            there = object_names(goals.pop(same)[0])
+            pairs = zip(object_names(formula), there, strict=False)
             meant |= {known.scene.index[a]: asked.scene.index[b] for a, b in pairs}
     relevant = dict.fromkeys((*asked.relevant, *range(len(asked.scene.objects))))
     for index in dict.fromkeys(named):

@@ -16,7 +16,7 @@ from pydantic import TypeAdapter, ValidationError
 from eai.abilities.protocol import Ability
 from eai.base.errors import DataError
 from eai.base.files import parse_toml
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.errata_use import ErrataUse
 from eai.tasks.options import Options, misfit
 from eai.tasks.source import TaskSet
@@ -130,7 +130,7 @@ class Errata:
         """The ids of errata that decide verdicts, by ability and task: neither questions nor plans do."""
         deciding = [entry for entry in self.entries if not entry.about_questions and not entry.plan]
         places = ((place, entry.id) for entry in deciding for place in product(entry.abilities, entry.tasks))
-        return {place: tuple(ids) for place, ids in grouped(places).items()}
+        return {place: tuple(ids) for place, ids in group_pairs(places).items()}
 
     def tasks(self, tasks: TaskSet[TaskT]) -> TaskSet[TaskT]:
         """The tasks of plans and goals, corrected."""
@@ -195,7 +195,7 @@ class Errata:
 
     def _by_task(self, ability: Ability) -> Mapping[str, list[_Erratum]]:
         entries = [entry for entry in self.entries if ability in entry.abilities]
-        return grouped((task_id, entry) for entry in entries for task_id in entry.tasks)
+        return group_pairs((task_id, entry) for entry in entries for task_id in entry.tasks)
 
 
 NO_ERRATA = Errata()

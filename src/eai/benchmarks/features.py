@@ -84,7 +84,9 @@ def features_of(task: Task, benchmark: Benchmark) -> Features:
         relation_goals=kinds[GoalKind.RELATION],
         action_goals=kinds[GoalKind.ACTION],
         quantified_goals=sum(map(_is_quantified, task.goals)),
-        goal_options=prod(count_options(goal.formula, task.scene.named) for goal in task.at_the_end.goals),
+        goal_options=prod(
+            count_options(goal.formula, task.scene.names_of_category) for goal in task.at_the_end.goals
+        ),
         ground_goals=ground.total(),
         ground_state_goals=ground[GoalKind.STATE],
         ground_relation_goals=ground[GoalKind.RELATION],
@@ -114,7 +116,7 @@ def _is_quantified(goal: Goal) -> bool:
 def _initial_facts(task: Task) -> int:
     about, state = mask_of(task.relevant), task.initial
     shown = [p for p in task.scene.vocabulary.predicates if p.visible and not p.static]
-    alone = sum((state.those(p.name) & about).bit_count() for p in shown if p.arity == 1)
+    alone = sum((state.mask(p.name) & about).bit_count() for p in shown if p.arity == 1)
     relations = [state.relation(p.name) for p in shown if p.arity == 2]
     return alone + sum((each.row(i) & about).bit_count() for each in relations for i in bits(about))
 

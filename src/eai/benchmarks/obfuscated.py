@@ -21,7 +21,7 @@ from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.tasks.english import PLAIN, English, sentences_of
 from eai.tasks.lexicon import FormulaLexicon
@@ -34,7 +34,7 @@ from eai.world.action import Action
 from eai.world.effect import When
 from eai.world.operator import Operator, affordance
 from eai.world.state import Fact, Scene
-from eai.world.vocabulary import Vocabulary, parameters
+from eai.world.vocabulary import Vocabulary, parameter_names
 
 _TOKEN = re.compile(r"[A-Za-z_][\w-]*(?:\.\w+)*")
 _NUMBERED = re.compile(r"(.+?)([._]\d+)")
@@ -59,14 +59,14 @@ def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
     wording, arity = benchmark.wording(Ability.ACTION_SEQUENCING), benchmark.domain.vocabulary.arity
     used = [(name, ("predicate", arity(name))) for name in (*wording.predicates, *wording.static)]
     used += [(operator.name, ("operator", operator.arity)) for operator in benchmark.domain.operators]
-    uses = grouped(used)
+    uses = group_pairs(used)
     alike: list[tuple[object, tuple[str, ...]]] = [(frozenset(use), (name,)) for name, use in uses.items()]
     for category, stems in _kinds(tasks).items():
         if not {category, *stems} & uses.keys():
             alike.append(((category in stems, len(stems)), (category, *stems)))
     digest = hashlib.sha256(f"obfuscated {benchmark.domain.name}".encode()).digest()
     rng, words = random.Random(digest), dict[str, str]()  # noqa: S311 - names, not secrets
-    for group in grouped(alike).values():
+    for group in group_pairs(alike).values():
         changing = [each for each in group if _KEPT.isdisjoint(each)]
         start = rng.sample(changing, len(changing))
         for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # one cycle: none stays
@@ -143,7 +143,9 @@ class _TwinWording(Wording):
     def _meaning(self, predicate: str) -> str:
         """The meaning of a predicate, said of its parameters."""
         arity = self._arity(predicate)
-        return sentences_of(predicate, arity, self.english)[0].format(**{x: x for x in parameters(arity)})
+        return sentences_of(predicate, arity, self.english)[0].format(
+            **{x: x for x in parameter_names(arity)}
+        )
 
     def operators(self) -> str:
         definitions = [_encoded(self.words, each) for each in self._exact.definitions()]

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from eai.base import source
-from eai.base.entry_points import EntryPoint, entry_points_of
+from eai.base.entry_points import EntryPoint, get_entry_points
 from eai.base.errors import DataError
-from eai.base.files import if_killed, lock_of
+from eai.base.files import make_lock, stale_lock_hint
 from eai.base.source import Archive, open_bundle
-from eai.base.store import PackFile, Report, Store, silent, unwritable
+from eai.base.store import PackFile, ReportProgress, Store, ignore_progress, unwritable_error
 from eai.benchmarks.registry import FIRST, of_the_paper
 from eai.tasks.source import Finding, Source
 
@@ -77,7 +77,7 @@ def registered_packs(benchmarks: Iterable[str] | None = None) -> tuple[Pack, ...
 
 
 def _entry_points() -> Mapping[str, EntryPoint]:
-    return entry_points_of(GROUP, FIRST)
+    return get_entry_points(GROUP, FIRST)
 
 
 def open_pack(name: str, source: Source | None = None, *, packs: Sequence[Pack] | None = None) -> PackFile:
@@ -107,7 +107,7 @@ def fetch(
     packs: Sequence[Pack],
     place: Path | None = None,
     force: bool = False,
-    report: Report = silent,
+    report: ReportProgress = ignore_progress,
 ) -> tuple[str, ...]:
     """Bring packs into the store; two processes may do so at once, the second then finds the work done.
 
@@ -132,7 +132,7 @@ def fetch(
         wanted = list(packs) if force else _missing(store, packs)
         if not wanted:
             return ()
-        store.sweep()
+        store.remove_partial_files()
         with ExitStack() as stack:
             paths = _obtain(wanted, place, report, stack)
             wanted = [pack for pack in wanted if paths.keys() >= set(pack.archives)]
@@ -210,20 +210,20 @@ def _missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:
 
 
 @contextmanager
-def _locked(folder: Path, report: Report) -> Iterator[None]:
+def _locked(folder: Path, report: ReportProgress) -> Iterator[None]:
     """Hold the folder's lock, waiting for another process if need be."""
     from filelock import Timeout
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        file, lock = lock_of(folder / "fetch.lock")
+        file, lock = make_lock(folder / "fetch.lock")
         try:
             lock.acquire(timeout=0)
         except Timeout:
-            report("waiting for", f"another process that fetches the data{if_killed(file)}", 0, 0)
+            report("waiting for", f"another process that fetches the data{stale_lock_hint(file)}", 0, 0)
             lock.acquire()
     except OSError as error:
-        raise unwritable(folder, error) from error
+        raise unwritable_error(folder, error) from error
     try:
         yield
     finally:
@@ -231,14 +231,14 @@ def _locked(folder: Path, report: Report) -> Iterator[None]:
 
 
 def _obtain(
-    packs: Sequence[Pack], place: Path | None, report: Report, stack: ExitStack
+    packs: Sequence[Pack], place: Path | None, report: ReportProgress, stack: ExitStack
 ) -> dict[Archive, Path]:
     """The verified archives of the packs, found at `place` or downloaded to a folder that `stack` removes."""
     archives = dict.fromkeys(archive for pack in packs for archive in pack.archives)
     if place is not None:
-        found = {archive: source.find(archive, place) for archive in archives}
+        found = {archive: source.find_archive(archive, place) for archive in archives}
         return {archive: path for archive, path in found.items() if path is not None}
-    pip = source.installer(next(iter(archives)))
+    pip = source.find_pip(next(iter(archives)))
     paths = {}
     for archive in archives:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="eai-")))

@@ -31,7 +31,7 @@ from eai.tasks.wording import Wording, subjects
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import attempt, execute
-from eai.world.history import Past
+from eai.world.history import History
 from eai.world.state import Fact, State
 
 _TRIES = 5_000
@@ -86,7 +86,7 @@ def random_walk(
         action = _possible_action(domain, state, objects, rng)
         if action is None:
             return
-        state = domain.after(state, action)
+        state = domain.apply(state, action)
         yield action, state
 
 
@@ -100,7 +100,7 @@ def _possible_action(
     sizes = [len(objects) ** operator.arity for operator in domain.operators]
     for operator in rng.choices(domain.operators, sizes, k=_TRIES):
         action = Action(operator.name, tuple(rng.choices(objects, k=operator.arity)))
-        if isinstance(attempt(domain, Past(state), action), State):
+        if isinstance(attempt(domain, History(state), action), State):
             return action
     bindings = Effort(Limits().bindings)
     ways = [applicable_actions(domain, each, state, objects, bindings) for each in domain.operators]

@@ -16,7 +16,7 @@ from pathlib import PurePosixPath
 from eai.base.errors import DataError
 from eai.base.files import parse_toml
 from eai.base.source import Archive, Bundle
-from eai.base.store import Report
+from eai.base.store import ReportProgress
 from eai.benchmarks.packs import Pack
 
 SCENE_PREFIX = "scene_1_"
@@ -63,7 +63,7 @@ TEMPLATE_SOURCE = "virtualhome_eval/evaluation/goal_interpretation/prompts/one_s
 """The module of the wheel that holds it."""
 
 
-def _template(wheel: Bundle, report: Report) -> dict[str, bytes]:
+def _template(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
     """Return the members of `prompt_templates`: string constants of modules that are read, never run.
 
     Raises:
@@ -76,7 +76,7 @@ def _template(wheel: Bundle, report: Report) -> dict[str, bytes]:
     raise DataError(f"{TEMPLATE_SOURCE}: expected a constant named prompt; run `eai data fetch --force`")
 
 
-def _copy_with_problems(pack: str, household: str, wheel: Bundle, report: Report) -> dict[str, bytes]:
+def _copy_with_problems(pack: str, household: str, wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
     """Return the files of a pack, and the PDDL problems of a household as one member."""
     folder = f"virtualhome_eval/resources/{household}/problem_pddl/"
     problems = {
@@ -87,7 +87,7 @@ def _copy_with_problems(pack: str, household: str, wheel: Bundle, report: Report
     return {**_copy(pack, wheel, report), PROBLEMS_MEMBER: json.dumps(problems).encode()}
 
 
-def _copy(pack: str, wheel: Bundle, report: Report) -> dict[str, bytes]:
+def _copy(pack: str, wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
     return {member: wheel.read(path) for member, path in files_of(pack).items()}
 
 

@@ -17,7 +17,7 @@ from traceback import extract_tb
 from typing import TYPE_CHECKING, Any
 
 from eai.abilities.protocol import Ability, registered_abilities
-from eai.base.entry_points import EntryPoint, entry_points_of
+from eai.base.entry_points import EntryPoint, get_entry_points
 from eai.base.errors import EaiError, InputError, did_you_mean
 from eai.base.files import files_below
 
@@ -63,7 +63,7 @@ FIRST = tuple(TITLES)
 
 @cache
 def _entry_points() -> Mapping[str, EntryPoint]:
-    return entry_points_of(GROUP, FIRST)
+    return get_entry_points(GROUP, FIRST)
 
 
 def registered() -> tuple[str, ...]:
@@ -118,7 +118,7 @@ def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchma
         return _as_benchmark(_entry_points()[reference].load(), reference)
     module, separator, name = reference.partition(":")
     if _has_opener(reference):
-        opener: Callable[[str], Benchmark] = entry_points_of(OPENERS)[module].load()
+        opener: Callable[[str], Benchmark] = get_entry_points(OPENERS)[module].load()
         return replace(opener(name), reference=reference)
     if is_task_files(reference):
         own = None if Path(reference).is_dir() else _open_own(Path(reference))
@@ -143,7 +143,7 @@ def is_task_files(reference: str) -> bool:
 
 def _has_opener(reference: str) -> bool:
     word, separator, _ = reference.partition(":")
-    return bool(separator) and word in entry_points_of(OPENERS)
+    return bool(separator) and word in get_entry_points(OPENERS)
 
 
 def open_obfuscated(name: str) -> Benchmark:

@@ -12,7 +12,7 @@ from eai.abilities.scorer import Assessment, Scorer, assess_or_fail
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError, did_you_mean
-from eai.base.store import silent
+from eai.base.store import ignore_progress
 from eai.benchmarks.benchmark import Benchmark, Opener
 from eai.benchmarks.errata import Errata
 from eai.benchmarks.names import TaskReference
@@ -169,7 +169,7 @@ def open_suite(
         source = replace(source, errata=ErrataChoice.NONE)
     scorers = (opener or _opener(protocol))(found, ability, source)
     tasks = found.tasks(source)
-    source = replace(source, report=silent)
+    source = replace(source, report=ignore_progress)
     again = partial(open_suite, found.reference or found, ability, protocol, source=source, opener=opener)
     return Suite(found, ability, protocol, scorers, again, tasks, source=source)
 

@@ -11,7 +11,7 @@ from functools import reduce
 from operator import or_
 
 import eai.logic.formula as f
-from eai.world.derived import Defined, Values
+from eai.world.derived import Defined, LookupFunction
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate
@@ -66,12 +66,12 @@ def on_floor(name: str, floor: Predicate, carries: Defined, of_root: f.Formula) 
     return Defined(name, (X, Y), definition)
 
 
-def floors(supports: Sequence[str], of_root: Callable[[State, int], int]) -> Values:
+def floors(supports: Sequence[str], of_root: Callable[[State, int], int]) -> LookupFunction:
     """The floor that a thing is on: itself, the first on the way to the root, or that of the root."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
         (root,) = arguments
-        floors = state.those("floor")
+        floors = state.mask("floor")
         for support in (1 << root, *_chain(state, supports, root)):
             if support & floors:
                 return support
@@ -81,7 +81,7 @@ def floors(supports: Sequence[str], of_root: Callable[[State, int], int]) -> Val
     return values
 
 
-def inverse(values: Values) -> Values:
+def inverse(values: LookupFunction) -> LookupFunction:
     """All things that have an object among their values, kept for one state: a search asks of it often."""
     kept: tuple[State | None, Mapping[int, int]] = None, {}
 
@@ -96,7 +96,7 @@ def inverse(values: Values) -> Values:
     return sources
 
 
-def _inverted(values: Values, state: State) -> Mapping[int, int]:
+def _inverted(values: LookupFunction, state: State) -> Mapping[int, int]:
     """For each object the mask of those that have it among their values."""
     found: dict[int, int] = {}
     for thing in bits(state.scene.everything):

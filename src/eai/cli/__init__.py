@@ -23,8 +23,8 @@ from typer.core import MarkupMode, TyperCommand, TyperGroup
 from typer.main import get_group
 
 from eai import __version__
-from eai.base.docstrings import meanings
-from eai.base.entry_points import EntryPoint, entry_points_of
+from eai.base.docstrings import read_meanings
+from eai.base.entry_points import EntryPoint, get_entry_points
 from eai.base.errors import EaiError, InputError, InterruptError
 
 MEASURE, UNDERSTAND, MATERIAL, EXTENSIONS = "Measure", "Understand", "Tasks and data", "Extensions"
@@ -125,7 +125,7 @@ class _Loaded(UserDict[str, Any]):
 @cache
 def _points() -> Mapping[str, EntryPoint]:
     listed = [name for names in _BY_PANEL.values() for name in names]
-    return entry_points_of(_COMMANDS, (*listed, *_BELOW))
+    return get_entry_points(_COMMANDS, (*listed, *_BELOW))
 
 
 def _panel_of(name: str) -> str:
@@ -194,7 +194,7 @@ def _label(command: Any) -> None:
     Python reads it as, and break lines where the docstring does. It would also take ``--no-paper`` beside
     ``--paper``, which is off if it is not given.
     """
-    text, told = (command.help or "").partition("\n\nOptions:\n")[0], meanings(command.help, "Options")
+    text, told = (command.help or "").partition("\n\nOptions:\n")[0], read_meanings(command.help, "Options")
     command.help = "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))
     for parameter in command.get_params(command.context_class(command, help_option_names=[*_HELP_OPTIONS])):
         if parameter.param_type_name == "argument":

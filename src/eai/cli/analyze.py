@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 import typer
 from pydantic import BeforeValidator
 
-from eai.base.errors import EaiError, InputError, did_you_mean, needing
-from eai.base.files import writing_to
+from eai.base.errors import EaiError, InputError, did_you_mean, require_extra
+from eai.base.files import convert_write_errors
 from eai.base.json_value import Json
 from eai.cli import options
 from eai.cli.console import counted, errors, note, output, print_markdown, say, tell
@@ -71,7 +71,7 @@ def analyze(
     if not records:
         raise InputError(f"{name}: expected records: files, or folders with records.jsonl below")
     folder = out or Path(name)
-    with options.opened_source(data) as source, needing("analysis", "this analysis needs"):
+    with options.opened_source(data) as source, require_extra("analysis", "this analysis needs"):
         read = Records(tuple(records), folder, source, note, partial(scoring_progress, quiet=False))
         if name == TABLE:
             _write_lines(read, options.with_settings(TABLE, _Formats, settings or ()), as_json=as_json)
@@ -155,7 +155,7 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
         InputError: the folder cannot be written.
     """
     drawn = 0
-    with writing_to(folder):
+    with convert_write_errors(folder):
         try:
             with styled():
                 for name, figure in figures:

@@ -14,8 +14,8 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 
 from eai.abilities.protocol import Ability
-from eai.base.errors import how_to_install, needing
-from eai.base.files import printable
+from eai.base.errors import install_command, require_extra
+from eai.base.files import escape_unprintable
 from eai.benchmarks.registry import REFERENCES
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ DOMAIN_HELP = f"A benchmark: {REFERENCES}."
 
 BUILT_IN_ALONE = (
     "Fast Downward is not installed: the built-in search judges operators alone, and what it cannot decide "
-    f"counts as not solved. For both: {how_to_install('planner')}"
+    f"counts as not solved. For both: {install_command('planner')}"
 )
 """The remark where the authority on operators is missing."""
 
@@ -40,7 +40,7 @@ class _SafeConsole(Console):
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
         """The segments of what is printed; of those that are text, what can be shown."""
         for segment in super().render(renderable, options):
-            yield segment if segment.control else segment._replace(text=printable(segment.text))
+            yield segment if segment.control else segment._replace(text=escape_unprintable(segment.text))
 
 
 def output() -> Console:
@@ -147,7 +147,7 @@ def note_planner(suites: Sequence[Suite]) -> None:
             note(BUILT_IN_ALONE)
 
 
-inspect_needed = partial(needing, "run", "model runs and their logs need")
+inspect_needed = partial(require_extra, "run", "model runs and their logs need")
 """Within it, Inspect is needed; raises EaiError where it is not installed."""
 
 

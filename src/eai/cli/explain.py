@@ -22,8 +22,8 @@ from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
 from eai.agents.verdict import ActingVerdict, outlook_text
-from eai.base.entry_points import offered
-from eai.base.errors import EaiError, InputError, did_you_mean, member
+from eai.base.entry_points import load_offer
+from eai.base.errors import EaiError, InputError, did_you_mean, find_member
 from eai.base.files import write_whole
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
@@ -45,7 +45,7 @@ from eai.studies.report.course import film_name, states_of
 from eai.tasks.planning import find_plan
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
-from eai.world.fault import NOT_CARRIED_OUT, FaultKind
+from eai.world.fault import NOT_EXECUTED, FaultKind
 
 NOT_EXPLAINED = "the record has no explanation; score the answer with --explanations to get one"
 NO_FAILURES = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.SUCCESS})
@@ -80,7 +80,7 @@ _MAX_PART = 300
 
 
 def _outcome(name: str) -> AnswerOutcome:
-    return member(AnswerOutcome, name, "outcome")
+    return find_member(AnswerOutcome, name, "outcome")
 
 
 def explain(
@@ -172,7 +172,7 @@ def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> 
     found = states_of(record, _suite(record, benchmark, store))
     if found is None:
         raise InputError(f"--film: the course of the answer to {record.task_id} is not known")
-    film: bytes = offered("rendered_pictures", "--film").film_of(*found)
+    film: bytes = load_offer("rendered_pictures", "--film").film_of(*found)
     write_whole({file / film_name(record) if file.is_dir() else file: film})
 
 
@@ -306,7 +306,7 @@ def _conditions_text(record: Record) -> str:
 def _is_refused(record: Record, explanation: Explanation) -> bool:
     """Whether no goal counts, be it met at the start, because the answer could not be carried out."""
     error = record.verdict.error
-    unread = isinstance(record.verdict, PlanVerdict) and error is not None and error.kind in NOT_CARRIED_OUT
+    unread = isinstance(record.verdict, PlanVerdict) and error is not None and error.kind in NOT_EXECUTED
     return unread and not any(goal.satisfied for goal in explanation.goals)
 
 

@@ -13,10 +13,10 @@ from typing import Annotated, Literal, TypeAlias
 import typer
 
 from eai.abilities.protocol import FOUR, Ability
-from eai.base.entry_points import offered
+from eai.base.entry_points import load_offer
 from eai.base.errors import InputError
 from eai.base.files import Content, write_whole
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.prompt_library import Library
@@ -199,7 +199,7 @@ def _answers(
     """All answers in files of records with what they are worth, those to one suite together."""
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
     records = (record for file in find_record_files(paths) for record in read_records(file))
-    by_suite = grouped(((record.domain, record.ability), record) for record in records)
+    by_suite = group_pairs(((record.domain, record.ability), record) for record in records)
     with opened_source(data, PlannerChoice.NONE) as source:
         for (domain, ability), of_suite in by_suite.items():
             if not is_paid(ability):
@@ -229,7 +229,7 @@ def _write(rows: Iterable[Row], out: Path, form: _Format) -> int:
     if form == "jsonl":
         write_whole({out: _lines(made)})
         return len(made)
-    by_split = grouped((row.get("split", TRAIN), row) for row in made) or {TRAIN: []}
+    by_split = group_pairs((row.get("split", TRAIN), row) for row in made) or {TRAIN: []}
     contents: dict[Path, Content] = {out / f"{split}.jsonl": _lines(some) for split, some in by_split.items()}
     files = "".join(f"  - split: {split}\n    path: {split}.jsonl\n" for split in by_split)
     contents[out / "README.md"] = _template("card.txt").format(files=files)
@@ -326,10 +326,10 @@ def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> 
         case "svg":
             return {".svg": svg(drawing)}
         case "rendered":
-            rendered = offered("rendered_pictures", f"--format {form}")
+            rendered = load_offer("rendered_pictures", f"--format {form}")
             taken = zip(rendered.VIEWS, rendered.photographs_of(task), strict=True)
             return {f"_{view}.png": image.data for view, image in taken}
         case "gif":
             film_of: Callable[[Task, Sequence[State]], bytes]
-            film_of = offered("rendered_pictures", f"--format {form}").film_of
+            film_of = load_offer("rendered_pictures", f"--format {form}").film_of
             return {".gif": film_of(task, execute(domain, task.initial, task.script).states)}

@@ -14,7 +14,7 @@ import typer
 
 from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.base.errors import InputError, did_you_mean
-from eai.base.files import file_name, read_toml
+from eai.base.files import read_toml, to_file_name
 from eai.base.json_value import Json
 from eai.benchmarks.suite import Suite
 from eai.cli import options
@@ -128,7 +128,7 @@ def check_models(models: Sequence[str], abilities: Sequence[Ability]) -> None:
                 f"--model {model}: it only lists scenes (--ability {SCENE_GRAPH}); for another model name it "
                 "as perception.scene_model, with perception.scene predicted"
             )
-        twin = named.setdefault(file_name(model), model)
+        twin = named.setdefault(to_file_name(model), model)
         if twin != model:
             raise InputError(
                 f"--model {model}: its results would overwrite those of {twin}; run it by itself"

@@ -11,7 +11,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
-from eai.base.files import writing_to
+from eai.base.files import convert_write_errors
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import Generator, generate
 from eai.benchmarks.generator.measures import Measure
@@ -133,7 +133,7 @@ def generate_tasks(
         others[str(path)] = earlier[str(path)] = list(open_task_files(path).tasks(benchmark.domain).values())
     known = {sets.fingerprint_of(task) for tasks in others.values() for task in tasks}
     rivals = sets.giving_away(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
-    with writing_to(out):  # generating takes long enough to know first that tasks can be written
+    with convert_write_errors(out):  # generating takes long enough to know first that tasks can be written
         out.mkdir(parents=True, exist_ok=True)
     generator = Generator(benchmark, spec, source, rivals)
     outcomes, stopped = _collect(generate(generator, sets.seeds_of(split.value, seed, secret), n, known), n)

@@ -13,7 +13,7 @@ import typer
 
 from eai.abilities.protocol import FOUR, Ability
 from eai.base.errors import InputError
-from eai.base.store import VARIABLE, Store
+from eai.base.store import FOLDER_VARIABLE, Store
 from eai.cli.console import DOMAIN_HELP
 from eai.cli.progress import data_progress
 from eai.pddl.planning import PlannerChoice, PlannerTerms
@@ -70,14 +70,14 @@ Wide = Annotated[bool, flag("--wide", help="All columns in one table, however wi
 def _data_of(command: typer.Context, folder: Path | None) -> Path | None:
     """The folder, which is the default for all that a command starts: built-in models, Inspect, workers."""
     if folder is not None:
-        before = {name: os.environ[name] for name in (VARIABLE,) if name in os.environ}
+        before = {name: os.environ[name] for name in (FOLDER_VARIABLE,) if name in os.environ}
 
         def restore() -> None:
-            del os.environ[VARIABLE]
+            del os.environ[FOLDER_VARIABLE]
             os.environ.update(before)
 
         command.call_on_close(restore)
-        os.environ[VARIABLE] = str(folder)
+        os.environ[FOLDER_VARIABLE] = str(folder)
     return folder
 
 

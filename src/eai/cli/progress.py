@@ -15,7 +15,7 @@ from rich.console import Console
 from typing_extensions import ParamSpec
 
 from eai.base.errors import InterruptError
-from eai.base.store import Report, Stage
+from eai.base.store import FetchStage, ReportProgress
 from eai.cli.console import errors
 
 if TYPE_CHECKING:
@@ -51,12 +51,12 @@ def resumable(command: Callable[P, None]) -> Callable[P, None]:
 
 
 @contextmanager
-def data_progress() -> Iterator[Report]:
+def data_progress() -> Iterator[ReportProgress]:
     """Shows how far each step of obtaining the data set is, one after the other; downloads in megabytes."""
     watches: dict[str, Watch] = {}
     with ExitStack() as shown:
 
-        def report(stage: Stage, subject: str, done: int, total: int) -> None:
+        def report(stage: FetchStage, subject: str, done: int, total: int) -> None:
             title = f"{stage} {subject}"
             size, unit = (1_000_000, " MB") if stage == "fetching" else (1, "")
             if title not in watches:

@@ -9,7 +9,7 @@ from typing import Annotated, TypeVar
 
 from eai.abilities.protocol import Ability
 from eai.agents.setting import ACTING
-from eai.base.entry_points import offered
+from eai.base.entry_points import load_offer
 from eai.base.errors import InputError, did_you_mean
 from eai.base.files import write_whole
 from eai.base.json_value import Json
@@ -67,7 +67,7 @@ def write_prompts(
         asked = _opened(library, benchmark, ability, goals)
         asked = chosen(asked, of=f"{benchmark.name} {ability.value}") if chosen else asked
         if is_page:
-            page: str = offered("answer_form", f"--out {out}")(benchmark, ability, asked, source)
+            page: str = load_offer("answer_form", f"--out {out}")(benchmark, ability, asked, source)
             write_whole({out: page})
             made: Json = {"file": str(out), "questions": len(asked)}
             tell(f"{counted(len(asked), 'question')}; written to {out}", value=made, as_json=as_json)

@@ -15,7 +15,7 @@ import typer
 from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.protocol import FOUR
 from eai.base.errors import EaiError, InputError
-from eai.base.files import write_whole, writing_to
+from eai.base.files import convert_write_errors, write_whole
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import is_at_hand
@@ -102,7 +102,7 @@ def report(
     summaries.sort(key=lambda item: item.key.order)
     plain = plain_runs(summaries)
     tables = rankings(plain, with_paper=paper)
-    with writing_to(out):
+    with convert_write_errors(out):
         out.mkdir(parents=True, exist_ok=True)
         tex = partial(tables_tex, models=listed(models), columns=listed(columns), intervals=intervals)
         written = write_tables(out, summaries, tables, tex, with_paper=paper, prices=listed_prices)

@@ -18,9 +18,9 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.agents.setting import STANDARD
 from eai.agents.verdict import ActingVerdict
-from eai.base.entry_points import offered
+from eai.base.entry_points import load_offer
 from eai.base.errors import InputError
-from eai.base.files import file_name, sole_run
+from eai.base.files import lock_run_folder, to_file_name
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, of_the_paper
 from eai.benchmarks.suite import Suite, open_suite
@@ -145,7 +145,7 @@ def run(
             )
         ]
         if target is not None:
-            runs = offered("adaptive_runs", "--adaptive")
+            runs = load_offer("adaptive_runs", "--adaptive")
             suites = runs.calibrated(suites, spec.tasks.ability, spec.tasks.calibration)
         library = Library(spec.prompts.set, spec.prompts.folder, source)
         order = _Order(spec, library, out, quiet or as_json)
@@ -246,10 +246,10 @@ def _obtain_and_score(
         *(endpoint, suite, asked, epochs, spec.generation, spec.requests, trials, about),
         experiment=experiment_of([*parts[:-1], Experiment(effort=effort)]),
     )
-    place = suite.domain, suite.ability.value, file_name(endpoint.model)
+    place = suite.domain, suite.ability.value, to_file_name(endpoint.model)
     folder = order.out.joinpath(*place, *(each.label for each in parts if each is not None))
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
-    with sole_run(folder):
+    with lock_run_folder(folder):
         with run_progress(title, quiet=order.quiet) as watch:
             answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
         unasked = [(task, epoch + 1) for task in prompts if task not in asked for epoch in range(epochs)]
@@ -317,7 +317,7 @@ def _obtain_adaptively(
 ) -> SuiteResult:
     """Ask tasks in rounds until the ability is known well enough, and say how well it is known."""
     ask, tasks = partial(_obtain_and_score, order, endpoint, suite=suite), order.spec.tasks
-    obtain = offered("adaptive_runs", "--adaptive").obtain
+    obtain = load_offer("adaptive_runs", "--adaptive").obtain
     result: SuiteResult
     result, remark = obtain(ask, prompts, suite, tasks.adaptive, tasks.calibration)
     if not order.quiet:

@@ -15,9 +15,9 @@ import typer
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
-from eai.base.entry_points import offered
-from eai.base.errors import InputError, InterruptError, needing
-from eai.base.files import sole_run
+from eai.base.entry_points import load_offer
+from eai.base.errors import InputError, InterruptError, require_extra
+from eai.base.files import lock_run_folder
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -147,7 +147,7 @@ def score(
         with _opened(workers, ray) as workplace, ExitStack() as stack:
             for folder in {share.out: None for share in shares if shard is None}:
                 if folder is not None:
-                    stack.enter_context(sole_run(folder))
+                    stack.enter_context(lock_run_folder(folder))
             parts_of = partial(_parts, settings=settings, workplace=workplace, quiet=as_json)
             if shard is not None:
                 for share in shares:
@@ -188,8 +188,8 @@ def _opened(workers: int, ray: str | None) -> Scoring:
     """The workers that score: processes of this machine, or a cluster of Ray's."""
     if ray is None:
         return Scoring(workers)
-    with needing("ray", "--ray needs"):
-        on_cluster: Callable[[str, int], Scoring] = offered("scoring_on_ray", "--ray")
+    with require_extra("ray", "--ray needs"):
+        on_cluster: Callable[[str, int], Scoring] = load_offer("scoring_on_ray", "--ray")
     return on_cluster(ray, workers)
 
 

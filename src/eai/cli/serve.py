@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from eai.base.errors import InputError, needing
+from eai.base.errors import InputError, require_extra
 from eai.cli.console import counted, note
 from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
 from eai.cli.progress import resumable
@@ -61,7 +61,7 @@ def mcp(
         trust_network: No tickets: one task, for whoever reaches the port.
     """
     setting = setting_of_others(settings or ())
-    with needing("mcp", "eai serve mcp needs"):
+    with require_extra("mcp", "eai serve mcp needs"):
         from eai.agents.server import http_app, listen, serve_http, serve_stdio
         from eai.agents.worlds import opened
     suite, ids = playable(domain, tasks, sample, seed, data)

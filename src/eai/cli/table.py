@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from eai.abilities.declaration import declaration_of
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.registry import title_of
 from eai.cli.console import note, output, say
@@ -44,7 +44,9 @@ def print_results(results: Mapping[str, Totals], below: str = "", *, wide: bool)
         below = first.experiment.study_label
     title = f"{title_of(first.domain)}, {declared.title.lower()}, protocol {first.protocol.value}\n{below}"
     print_table(output(), rates_table(title.rstrip(), declared.terminal, results), wide=wide)
-    for coverage, models in grouped((totals.coverage, model) for model, totals in results.items()).items():
+    for coverage, models in group_pairs(
+        (totals.coverage, model) for model, totals in results.items()
+    ).items():
         print_remark(", ".join(models), coverage)
     for remark in dict.fromkeys(each.errata.remark for each in results.values() if each.errata is not None):
         if remark is not None:

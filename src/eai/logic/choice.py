@@ -27,7 +27,7 @@ Literal: TypeAlias = f.Atom | f.Occurs | f.Not
 """A ground atom, an action with its objects, or the negation of one of them."""
 
 
-Objects: TypeAlias = Callable[[str | None], Sequence[str]]
+ObjectsByCategory: TypeAlias = Callable[[str | None], Sequence[str]]
 """The objects that variables range over: those of a category, each once, in a fixed order; of None all."""
 
 
@@ -36,7 +36,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Leaf:
+class LiteralChoice:
     """A condition that is to hold; nothing to choose."""
 
     literal: Literal
@@ -72,10 +72,10 @@ class Pairing(Generic[T]):
     cells: tuple[tuple[T | None, ...], ...]
 
 
-Choice: TypeAlias = "Leaf | AllOf[Choice] | AnyOf[Choice] | Choose[Choice] | Pairing[Choice]"
+Choice: TypeAlias = "LiteralChoice | AllOf[Choice] | AnyOf[Choice] | Choose[Choice] | Pairing[Choice]"
 
 
-def ground(formula: f.Formula, objects: Objects) -> Choice:
+def ground(formula: f.Formula, objects: ObjectsByCategory) -> Choice:
     """The choices that a closed formula leaves; negation is pushed inwards to the conditions.
 
     ``then`` is read as a conjunction in a given order. For ``forn`` exactly that many instances are chosen
@@ -90,7 +90,7 @@ def ground(formula: f.Formula, objects: Objects) -> Choice:
 
 
 class _Grounding:
-    def __init__(self, objects: Objects) -> None:
+    def __init__(self, objects: ObjectsByCategory) -> None:
         self._objects = objects
 
     def ground(self, formula: f.Formula, binding: Mapping[str, str], positive: bool) -> Choice:
@@ -143,7 +143,7 @@ def _condition(formula: f.Atom | f.Occurs | f.Equals, binding: Mapping[str, str]
             literal: f.Atom | f.Occurs = f.Atom(predicate, tuple([value_of(t, binding) for t in arguments]))
         case f.Occurs(action, arguments):
             literal = f.Occurs(action, tuple([value_of(t, binding) for t in arguments]))
-    return Leaf(literal if positive else f.Not(literal))
+    return LiteralChoice(literal if positive else f.Not(literal))
 
 
 def value_of(term: f.Term, binding: Mapping[str, str]) -> f.Constant:
@@ -163,7 +163,7 @@ Option: TypeAlias = tuple[Literal, ...]
 """Ground conditions in the order of the formula; they may repeat and even contradict each other."""
 
 
-def options(formula: f.Formula, objects: Objects) -> Iterator[Option]:
+def options(formula: f.Formula, objects: ObjectsByCategory) -> Iterator[Option]:
     """The options of a closed formula, lazily, in the order of its disjuncts and of the objects.
 
     Two options may have the same conditions, when a condition stands in two disjuncts.
@@ -174,7 +174,7 @@ def options(formula: f.Formula, objects: Objects) -> Iterator[Option]:
     return choice_options(ground(formula, objects))
 
 
-def count_options(formula: f.Formula, objects: Objects) -> int:
+def count_options(formula: f.Formula, objects: ObjectsByCategory) -> int:
     """How many options `options` gives, without producing them.
 
     Takes time polynomial in the number of objects, except for pairings in which an object may stand on both
@@ -189,7 +189,7 @@ def count_options(formula: f.Formula, objects: Objects) -> int:
 def choice_options(choice: Choice) -> Iterator[Option]:
     """All ways to choose, each as its list of conditions; later choices vary fastest."""
     match choice:
-        case Leaf(literal):
+        case LiteralChoice(literal):
             yield (literal,)
         case AllOf(parts):
             yield from _product(parts)
@@ -208,7 +208,7 @@ def choice_options(choice: Choice) -> Iterator[Option]:
 def count_choice_options(choice: Choice) -> int:
     """How many options `choice_options` gives, without producing them."""
     match choice:
-        case Leaf():
+        case LiteralChoice():
             return 1
         case AllOf(parts):
             return prod(map(count_choice_options, parts))
@@ -281,7 +281,7 @@ def _matchings_by_subsets(count: int, lines: Sequence[Sequence[int]]) -> int:
     return sum(number for taken, number in sums.items() if taken.bit_count() == count)
 
 
-SHARED = 1 << 20
+SHARED_WEIGHT = 1 << 20
 """The weight of a condition that is shared against the conditions that are not, of which each counts 1."""
 
 
@@ -308,12 +308,12 @@ def best_overlap(choice: Choice, number: Callable[[Literal], int]) -> BestOverla
         number: the number of each condition; equal conditions have equal numbers.
     """
     match choice:
-        case Leaf(literal):
+        case LiteralChoice(literal):
             return _conditions(1 << number(literal))
         case AllOf(parts):
-            leaves = [1 << number(part.literal) for part in parts if isinstance(part, Leaf)]
+            leaves = [1 << number(part.literal) for part in parts if isinstance(part, LiteralChoice)]
             together = _conditions(reduce(or_, leaves, 0))
-            others = [best_overlap(part, number) for part in parts if not isinstance(part, Leaf)]
+            others = [best_overlap(part, number) for part in parts if not isinstance(part, LiteralChoice)]
             return _all_of((together, *others)) if others else together
         case AnyOf(parts):
             return _any_of([best_overlap(part, number) for part in parts])
@@ -330,7 +330,7 @@ def best_overlap(choice: Choice, number: Callable[[Literal], int]) -> BestOverla
 
 def _conditions(mask: int) -> BestOverlap:
     size = mask.bit_count()
-    return lambda said: _Overlap((mask & said).bit_count() * SHARED - size, mask)
+    return lambda said: _Overlap((mask & said).bit_count() * SHARED_WEIGHT - size, mask)
 
 
 def _all_of(parts: Sequence[BestOverlap]) -> BestOverlap:

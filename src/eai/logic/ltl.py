@@ -16,10 +16,19 @@ from typing import Final, Literal, TypeAlias
 
 import eai.logic.formula as f
 from eai.base.errors import ParseError
-from eai.logic.signature import Misuse, MisuseKind, Signature, either, error_at, place, takes, term
+from eai.logic.signature import (
+    Misuse,
+    MisuseKind,
+    Signature,
+    describe_arity,
+    error_at,
+    join_with_or,
+    line_and_column,
+    to_term,
+)
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
-MAX_KNOWN = 1_000
+MAX_PARSED_PRIMITIVES = 1_000
 """How many primitives are remembered with a signature."""
 
 
@@ -63,7 +72,7 @@ _UNSPEAKABLE = re.compile(r"\W")
 _NUMBERED = re.compile(r"(.+)\.([0-9]+)")
 
 
-def spelt(names: Iterable[str]) -> dict[str, str]:
+def spell_names(names: Iterable[str]) -> dict[str, str]:
     """Names as formulas can have them -> the names themselves, in order.
 
     What cannot stand in a formula's names becomes an underscore; where that makes two names one, the later
@@ -214,7 +223,7 @@ class _LtlReader:
                     self._open_bracket(self._scope)
                 case "equation":
                     left, right = _OBJECTS.findall(found["equation"])
-                    return f.Equals(term(left, self._scope), term(right, self._scope))
+                    return f.Equals(to_term(left, self._scope), to_term(right, self._scope))
                 case _ if (word := found["word"]) in _CONSTANTS:
                     return _CONSTANTS[word]
                 case _ if word in PREFIXES:
@@ -225,16 +234,16 @@ class _LtlReader:
     def _primitive(self, text: str, position: int) -> f.Formula:
         """The formula of a primitive's text, which stands at a position of the whole."""
         signature, scope = self._signature, self._scope
-        if signature is not None and not scope and text in signature.known:
-            return signature.known[text]
+        if signature is not None and not scope and text in signature.parsed:
+            return signature.parsed[text]
         name, *arguments = _OBJECTS.findall(text)
-        terms = tuple([term(argument, scope) for argument in arguments])
+        terms = tuple([to_term(argument, scope) for argument in arguments])
         if signature is None:
             return f.Atom(name, terms)
         self._check(name, terms, signature, lambda i: position + [*_OBJECTS.finditer(text)][i].start())
         formula = f.Occurs(name, terms) if signature.is_action(name) else f.Atom(name, terms)
-        if not scope and not self._offences and len(signature.known) < MAX_KNOWN:
-            signature.known[text] = formula
+        if not scope and not self._offences and len(signature.parsed) < MAX_PARSED_PRIMITIVES:
+            signature.parsed[text] = formula
         return formula
 
     def _check(
@@ -248,12 +257,12 @@ class _LtlReader:
             signature: the names that it may use.
             position: gives the offset of the name (for 0) and of the arguments (from 1 on) in the text.
         """
-        arities, objects = signature.arities(name), signature.objects
+        arities, objects = signature.arity_table(name), signature.objects
         if name not in arities:
             detail = f"{name} is no predicate and no action"
             self._offend("unknown_predicate", name, name, position(0), detail)
         elif (wanted := arities[name]) is not None and wanted != len(terms):
-            detail = f"{takes(name, wanted, 'argument')}, not {len(terms)}"
+            detail = f"{describe_arity(name, wanted, 'argument')}, not {len(terms)}"
             self._offend("wrong_arity", name, name, position(0), detail)
         if objects is None:
             return
@@ -263,7 +272,7 @@ class _LtlReader:
                 self._offend("unknown_object", each.name, name, position(i), detail)
 
     def _offend(self, kind: MisuseKind, name: str, primitive: str, position: int, detail: str) -> None:
-        line, column = place(self._text, position)
+        line, column = line_and_column(self._text, position)
         self._offences.append(Misuse(kind, name, primitive, line, column, detail))
 
     def _open_bracket(self, scope: frozenset[str]) -> None:
@@ -344,4 +353,4 @@ class _LtlReader:
     def _expected(self, *words: str) -> ParseError:
         """The error that none of these stands here, past blanks."""
         self._take("")
-        return error_at(self._text, self._position, either(words))
+        return error_at(self._text, self._position, join_with_or(words))

@@ -9,12 +9,12 @@ from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.logic.traversal import bound_by, is_state_formula, objects, with_parts
+from eai.logic.traversal import bound_variables, is_state_formula, map_parts, object_names
 
 L = TypeVar("L", bound=f.Leaf)
 
 
-def with_terms(leaf: L, change: Callable[[f.Term], f.Term]) -> L:
+def map_terms(leaf: L, change: Callable[[f.Term], f.Term]) -> L:
     """The leaf with each term replaced by what ``change`` makes of it."""
     if isinstance(leaf, f.Equals):
         return replace(leaf, left=change(leaf.left), right=change(leaf.right))
@@ -25,7 +25,7 @@ def map_leaves(formula: f.Formula, change: Callable[[f.Leaf], f.Formula]) -> f.F
     """The formula with each leaf replaced by what ``change`` makes of it."""
     if isinstance(formula, (f.Atom, f.Occurs, f.Equals)):
         return change(formula)
-    return with_parts(formula, lambda part: map_leaves(part, change))
+    return map_parts(formula, lambda part: map_leaves(part, change))
 
 
 def rewrite(
@@ -43,8 +43,8 @@ def rewrite(
             return change(formula, bound)
         case f.Next() | f.Eventually() | f.Always() | f.Until():
             raise InputError(f"{type(formula).__name__} is not an operator of goals and subgoals")
-    inner = bound.union([variable.name for variable in bound_by(formula)])
-    return with_parts(formula, lambda part: rewrite(part, change, inner))
+    inner = bound.union([variable.name for variable in bound_variables(formula)])
+    return map_parts(formula, lambda part: rewrite(part, change, inner))
 
 
 def rewrite_in_time(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
@@ -57,7 +57,7 @@ def rewrite_in_time(formula: f.Formula, change: Callable[[f.Formula], f.Formula]
         return change(formula)
     if isinstance(formula, (f.ForAll, f.Exists, f.Exactly, f.ForPairs)):
         raise InputError("expected temporal operators outside of quantifiers")
-    return with_parts(formula, lambda part: rewrite_in_time(part, change))
+    return map_parts(formula, lambda part: rewrite_in_time(part, change))
 
 
 def substitute(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula:
@@ -68,7 +68,7 @@ def substitute(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula
     """
 
     def change(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
-        return with_terms(leaf, lambda term: term if term.name in bound else values.get(term, term))
+        return map_terms(leaf, lambda term: term if term.name in bound else values.get(term, term))
 
     return rewrite(formula, change)
 
@@ -103,7 +103,7 @@ def rename_objects(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
         new = names.get(term.name, term.name) if isinstance(term, f.Constant) else term.name
         return term if new == term.name else f.Constant(new)
 
-    return map_leaves(formula, lambda leaf: with_terms(leaf, renamed))
+    return map_leaves(formula, lambda leaf: map_terms(leaf, renamed))
 
 
 def rename_variables(formula: f.Formula) -> f.Formula:
@@ -111,7 +111,7 @@ def rename_variables(formula: f.Formula) -> f.Formula:
 
     A name of an object in it is left out.
     """
-    taken = objects(formula)
+    taken = object_names(formula)
     fresh = filter(lambda name: name not in taken, chain("xyz", map("x{}".format, count(1))))
     return _renamed(formula, {}, fresh)
 
@@ -125,7 +125,7 @@ def _renamed(formula: f.Formula, names: Mapping[str, str], fresh: Iterator[str])
 
     match formula:
         case f.Atom() | f.Occurs() | f.Equals():
-            return with_terms(formula, renamed)
+            return map_terms(formula, renamed)
         case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
             one = replace(variable, name=next(fresh))
             inner = {**names, variable.name: one.name}
@@ -135,4 +135,4 @@ def _renamed(formula: f.Formula, names: Mapping[str, str], fresh: Iterator[str])
             inner = {**names, first.name: one.name, second.name: other.name}
             return replace(formula, first=one, second=other, body=_renamed(body, inner, fresh))
         case _:
-            return with_parts(formula, lambda part: _renamed(part, names, fresh))
+            return map_parts(formula, lambda part: _renamed(part, names, fresh))

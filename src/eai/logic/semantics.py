@@ -270,12 +270,12 @@ def _exactly(count: int, masks: list[int], everything: int) -> int:
     return reduce(and_, [d if count >> i & 1 else everything & ~d for i, d in enumerate(digits)], everything)
 
 
-Known: TypeAlias = Callable[[f.Atom | f.Occurs, int, Binding], Set[str] | None]
+PossibleArguments: TypeAlias = Callable[[f.Atom | f.Occurs, int, Binding], Set[str] | None]
 """Tells the objects of which some may stand at a place of an atom or action that holds; None if any may."""
 
 
 def support(
-    formula: f.Formula, variable: str, binding: Binding, truth: bool, known: Known
+    formula: f.Formula, variable: str, binding: Binding, truth: bool, known: PossibleArguments
 ) -> Set[str] | None:
     """A set outside of which no value of the variable gives the formula this truth at any position.
 
@@ -295,7 +295,7 @@ def support(
             return of(operand, not truth)
         case f.And(operands) | f.Or(operands):
             found = [of(part, truth) for part in operands]
-            return _smallest(found) if isinstance(formula, f.And) == truth else all_together(found)
+            return _smallest(found) if isinstance(formula, f.And) == truth else unite_supports(found)
         case f.Implies(premise, conclusion):
             return of(f.Or((f.Not(premise), conclusion)), truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
@@ -328,7 +328,7 @@ def _smallest(found: Iterable[Set[str] | None]) -> Set[str] | None:
     return min((objects for objects in found if objects is not None), key=len, default=None)
 
 
-def all_together(found: Iterable[Set[str] | None]) -> Set[str] | None:
+def unite_supports(found: Iterable[Set[str] | None]) -> Set[str] | None:
     """The union of some supports: of what is true, or false, if one of several things is."""
     union: Set[str] = frozenset()
     for objects in found:
@@ -364,7 +364,7 @@ class _Breach:
     position: int | None
 
 
-def breach(formula: f.Formula, trace: Trace) -> _Breach:
+def find_violation(formula: f.Formula, trace: Trace) -> _Breach:
     """The violated parts of a formula that does not hold on the trace.
 
     Of what must always be so, and of what must be so until something else is, the first position at which it
@@ -375,7 +375,7 @@ def breach(formula: f.Formula, trace: Trace) -> _Breach:
     match formula:
         case f.And(parts) if parts:
             failing = [part for part in parts if not evaluator.on(part, {}, end) & 1]
-            return breach(failing[0], trace) if failing else _Breach(formula, None)
+            return find_violation(failing[0], trace) if failing else _Breach(formula, None)
         case f.Always(body) | f.Until(left=body):
             lacking = ~evaluator.at(body, {}, end) & ((2 << end) - 1)
             if lacking:

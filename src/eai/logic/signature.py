@@ -12,16 +12,16 @@ from eai.logic.formula import Constant, Formula, Term, Variable
 
 def error_at(text: str, position: int, expected: str) -> ParseError:
     """The error for an offset into the text."""
-    return ParseError(*place(text, position), expected)
+    return ParseError(*line_and_column(text, position), expected)
 
 
-def place(text: str, position: int) -> tuple[int, int]:
+def line_and_column(text: str, position: int) -> tuple[int, int]:
     """Line and column, both counted from 1, of an offset into the text."""
     line_start = text.rfind("\n", 0, position) + 1
     return text.count("\n", 0, position) + 1, position - line_start + 1
 
 
-def either(words: Sequence[str]) -> str:
+def join_with_or(words: Sequence[str]) -> str:
     """One of several things: ``a, b or c``."""
     return " or ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)
 
@@ -67,22 +67,22 @@ class Signature:
     predicates: Mapping[str, int | None]
     actions: Mapping[str, int | None] = field(default_factory=dict)
     objects: Container[str] | None = None
-    known: dict[str, Formula] = field(default_factory=dict, repr=False, compare=False)
+    parsed: dict[str, Formula] = field(default_factory=dict, repr=False, compare=False)
 
     def is_action(self, name: str) -> bool:
         """Whether the name is an action and no predicate."""
         return name in self.actions and name not in self.predicates
 
-    def arities(self, name: str) -> Mapping[str, int | None]:
+    def arity_table(self, name: str) -> Mapping[str, int | None]:
         """Where the arity of a name is to be looked up: among the predicates if it is one of them."""
         return self.predicates if name in self.predicates else self.actions
 
 
-def term(name: str, scope: frozenset[str]) -> Term:
+def to_term(name: str, scope: frozenset[str]) -> Term:
     """The term that a name denotes below quantifiers that bind the names in ``scope``."""
     return Variable(name) if name in scope else Constant(name)
 
 
-def takes(name: str, arity: int, noun: str) -> str:
+def describe_arity(name: str, arity: int, noun: str) -> str:
     """How many of something a name takes, in words: ``WALK takes 1 object``."""
     return f"{name} takes {arity} {noun}{'' if arity == 1 else 's'}"

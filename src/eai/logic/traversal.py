@@ -41,7 +41,7 @@ def children(formula: f.Formula) -> tuple[f.Formula, ...]:
             assert_never(formula)
 
 
-def bound_by(formula: f.Formula) -> tuple[f.Variable, ...]:
+def bound_variables(formula: f.Formula) -> tuple[f.Variable, ...]:
     """The variables that a formula binds itself: those of a quantifier, and none of any other."""
     match formula:
         case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
@@ -63,7 +63,7 @@ def terms_of(formula: f.Formula) -> tuple[f.Term, ...]:
             return ()
 
 
-def with_parts(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
+def map_parts(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
     """The formula with each immediate part replaced by what ``change`` makes of it, left to right."""
     match formula:
         case f.Atom() | f.Occurs() | f.Equals():
@@ -80,7 +80,7 @@ def with_parts(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> 
             assert_never(formula)
 
 
-def quantified(quantifier: Callable[[f.Variable, T], T], variables: Sequence[f.Variable], body: T) -> T:
+def quantify(quantifier: Callable[[f.Variable, T], T], variables: Sequence[f.Variable], body: T) -> T:
     """A formula, or an effect, below a quantifier for each of some variables, the first of them outermost."""
     for variable in reversed(variables):
         body = quantifier(variable, body)
@@ -96,7 +96,7 @@ def walk(formula: f.Formula) -> Iterator[f.Formula]:
         pending.extend(reversed(children(current)))
 
 
-def objects(formula: f.Formula) -> tuple[str, ...]:
+def object_names(formula: f.Formula) -> tuple[str, ...]:
     """The names of the objects that a formula speaks of, each once, left to right."""
     terms = (term for part in walk(formula) for term in terms_of(part))
     return tuple(dict.fromkeys([term.name for term in terms if isinstance(term, f.Constant)]))
@@ -117,7 +117,7 @@ def free_variables(formula: f.Formula) -> frozenset[str]:
         if isinstance(part, (f.Atom, f.Occurs, f.Equals)):
             found |= {term.name for term in terms_of(part) if isinstance(term, f.Variable)} - bound
         else:
-            inner = bound.union([variable.name for variable in bound_by(part)])
+            inner = bound.union([variable.name for variable in bound_variables(part)])
             pending += [(child, inner) for child in children(part)]
     return frozenset(found)
 

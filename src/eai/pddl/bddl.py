@@ -14,7 +14,7 @@ from typing import Final
 import eai.logic.formula as f
 from eai.base.errors import InputError, ParseError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.signature import error_at, place, term
+from eai.logic.signature import error_at, line_and_column, to_term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 from eai.pddl.model import PddlProblem, TypedName
 
@@ -143,7 +143,7 @@ class _BddlReader:
                 case f.Not(f.Atom() as atom):
                     denied.append(atom)
                 case other:
-                    line, _ = place(self._text, offset)
+                    line, _ = line_and_column(self._text, offset)
                     raise InputError(f"line {line}: expected a fact, not {print_ltl(other)}")
         return tuple(initial), tuple(denied)
 
@@ -214,7 +214,7 @@ class _BddlReader:
     def _primitive(self, scope: frozenset[str]) -> f.Formula:
         """A predicate with its arguments; the parenthesis behind is taken."""
         name = self._word("a name or a connective")
-        return f.Atom(name, tuple([term(argument, scope) for argument in self._arguments()]))
+        return f.Atom(name, tuple([to_term(argument, scope) for argument in self._arguments()]))
 
     def _arguments(self) -> list[str]:
         """Any number of arguments; the parenthesis behind is taken."""

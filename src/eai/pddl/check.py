@@ -14,7 +14,7 @@ from enum import Enum
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.base.errors import ParseError
-from eai.logic.traversal import bound_by, children
+from eai.logic.traversal import bound_variables, children
 
 
 class Offence(str, Enum):
@@ -205,7 +205,7 @@ class _Checker:
             case f.Occurs() | f.Then() | f.Next() | f.Eventually() | f.Always() | f.Until():
                 yield PddlFinding(Offence.UNSUPPORTED, f"PDDL, not {type(formula).__name__}", self.place)
             case _:
-                bound = bound_by(formula)
+                bound = bound_variables(formula)
                 yield from _unknown_types(bound, self.vocabulary, self.place)
                 inner = {**scope, **{each.name: m.type_of(each) for each in bound}} if bound else scope
                 for part in children(formula):

@@ -12,14 +12,14 @@ from collections.abc import Iterator, Sequence
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.traversal import predicates_of, quantified, with_parts
+from eai.logic.traversal import map_parts, predicates_of, quantify
 from eai.pddl.execute import DerivedPredicates
 from eai.pddl.writer import write_formula
 from eai.world.derived import Defined, is_a
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, When
 from eai.world.fault import FaultKind
-from eai.world.fixpoint import recursive
+from eai.world.fixpoint import define_recursively
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator, affordance
 from eai.world.state import Fact, Scene, State, WorldObject
@@ -49,7 +49,7 @@ class DeclaredDomain:
         defined: dict[str, DerivedPredicate] = {**plain}
         for circle in dict.fromkeys(map(frozenset, derived.circles.values())):
             members = [each for name, each in plain.items() if name in circle]
-            found = recursive(members, lambda: self.domain.vocabulary)
+            found = define_recursively(members, lambda: self.domain.vocabulary)
             defined |= {each.name: each for each in found}
         stored = [
             Predicate(each.name, len(each.parameters), static=each.name not in changing)
@@ -94,7 +94,7 @@ class DeclaredDomain:
         typed = [self._types.membership(each) for each in axiom.parameters]
         same = [f.Equals(mine, other) for mine, other in renamed]
         body: f.Formula = f.And((*typed, *same, self._types.convert(axiom.condition)))
-        return quantified(f.Exists, [mine for mine, _ in reversed(renamed)], body)
+        return quantify(f.Exists, [mine for mine, _ in reversed(renamed)], body)
 
     def _operator(self, action: m.PddlAction) -> Operator:
         parameters = tuple([f.Variable(parameter.name) for parameter in action.parameters])
@@ -165,7 +165,7 @@ class _Types:
                 kind = self.membership(variable)
                 return f.Exists(f.Variable(variable.name), f.And((kind, self.convert(body))))
             case _:
-                return with_parts(formula, self.convert)
+                return map_parts(formula, self.convert)
 
 
 def conjuncts(formula: f.Formula) -> Iterator[f.Formula]:

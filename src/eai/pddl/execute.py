@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.semantics import all_together, support
-from eai.logic.signature import takes
+from eai.logic.semantics import support, unite_supports
+from eai.logic.signature import describe_arity
 from eai.logic.traversal import predicates_of
 from eai.planning.search import Effort
 
@@ -117,7 +117,7 @@ class _Evaluation:
         inner = {name: value for name, value in binding.items() if name != variable.name}
         found = support(body, variable.name, inner, True, self._atom_support)
         names = [name for name in members if found is None or name in found]
-        return ({**inner, variable.name: name} for name in self._looks.at(names))
+        return ({**inner, variable.name: name} for name in self._looks.take_within_limit(names))
 
     def _has(self, predicate: str, row: _Row) -> bool:
         if predicate not in self._axioms:
@@ -177,7 +177,7 @@ class _Evaluation:
             names = [parameter.name for parameter in axiom.parameters]
             binding = {n: value for n, value in zip(names, values, strict=True) if value is not None}
             found.append(support(axiom.condition, names[place], binding, True, self._atom_support))
-        return all_together(found)
+        return unite_supports(found)
 
     def _matching(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Row]:
         """The rows of a predicate that have these values, None standing for any."""
@@ -267,7 +267,7 @@ class Executor:
         if action is None:
             return f"no operator {step.action}"
         if len(step.arguments) != len(action.parameters):
-            return takes(step.action, len(action.parameters), "object")
+            return describe_arity(step.action, len(action.parameters), "object")
         for parameter, name in zip(action.parameters, step.arguments, strict=True):
             if name not in self._objects[m.type_of(parameter)]:
                 return f"{name} is no {m.type_of(parameter)}"

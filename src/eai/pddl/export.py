@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.base.errors import DomainError, located
+from eai.base.errors import DomainError, prefix_errors
 from eai.logic.rewriting import rename_objects
 from eai.pddl.execute import PddlState, PlanStep
 from eai.pddl.glossary import ConditionWriter, Glossary, PddlNames, conjunction, hidden_predicates, without
@@ -21,11 +21,11 @@ from eai.world.action import Action
 from eai.world.derived import Lookup
 from eai.world.domain import Domain
 from eai.world.frame import AGENT
-from eai.world.listing import listing
+from eai.world.listing import make_listing
 from eai.world.operator import Operator
 from eai.world.relation import bits
 from eai.world.state import Scene, State
-from eai.world.vocabulary import parameters
+from eai.world.vocabulary import parameter_names
 
 
 def _object_keys(scene: Scene) -> list[str]:
@@ -79,7 +79,7 @@ def _facts(
     for category, kind in glossary.kinds.items():
         yield from ((kind, (i,)) for i in bits(source.initial.scene.category(category)) if i in among)
     for name in glossary.frozen:
-        listed = listing(glossary.vocabulary, name, repeated=True).facts(source.initial, kept)
+        listed = make_listing(glossary.vocabulary, name, repeated=True).facts(source.initial, kept)
         yield from ((glossary.predicates[name], fact.arguments) for fact in listed)
     if glossary.ordered:
         order = _order_name(glossary)
@@ -228,7 +228,7 @@ def _operator(
     asked = [check.condition for check in operator.checks]
     if operator.tries:
         asked.append(_some_try(operator))
-    with located(f"operator {operator.name}", DomainError):
+    with prefix_errors(f"operator {operator.name}", DomainError):
         precondition = conjunction([conditions.convert(without(each, hidden), scope) for each in asked])
         effect = all_at_once(operator, conditions, scope, hidden)
     return m.PddlAction(names[operator.name], tuple(scope.values()), precondition, effect)
@@ -264,7 +264,7 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
         types=tuple([m.TypedName(written) for _, written in glossary.types.items()]),
         constants=constants,
         predicates=tuple(
-            [m.PddlPredicate(each, tuple(map(f.Variable, parameters(n)))) for each, n in arities.items()]
+            [m.PddlPredicate(each, tuple(map(f.Variable, parameter_names(n)))) for each, n in arities.items()]
         ),
         actions=(),
         axioms=axioms,

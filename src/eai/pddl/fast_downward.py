@@ -25,8 +25,8 @@ from typing import NamedTuple
 
 from filelock import Timeout
 
-from eai.base.errors import DataError, how_to_install
-from eai.base.files import lock_of
+from eai.base.errors import DataError, install_command
+from eai.base.files import make_lock
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, checked_plan
 from eai.pddl.writer import write_domain, write_problem
@@ -41,7 +41,7 @@ _PAUSE = 0.05
 @contextmanager
 def seat(number: int, folder: Path) -> Iterator[None]:
     """Wait for one of so many seats in all processes that share a folder, and keep it during the block."""
-    locks = [lock_of(folder / f"seat-{i}.lock")[1] for i in range(number)]
+    locks = [make_lock(folder / f"seat-{i}.lock")[1] for i in range(number)]
     while True:
         for lock in locks:
             try:
@@ -67,7 +67,7 @@ def machine_memory_mib() -> int:
 _DISTRIBUTION = "up-fast-downward"
 _MODULE = "up_fast_downward"
 _BINARIES = Path("downward", "builds", "release", "bin")
-_MISSING = f"Fast Downward is not installed: {how_to_install('planner')}"
+_MISSING = f"Fast Downward is not installed: {install_command('planner')}"
 _LAUNCHER = Path(__file__).with_name("limited.py")
 _WALL_FACTOR = 4
 """Seconds on the clock that a process may take for each second of CPU time that it is allowed."""

@@ -11,9 +11,9 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from eai.base.errors import InputError, did_you_mean, located
-from eai.base.files import content_of
-from eai.logic.signature import place
+from eai.base.errors import InputError, did_you_mean, prefix_errors
+from eai.base.files import read_content
+from eai.logic.signature import line_and_column
 from eai.pddl.check import (
     OF_PROBLEMS,
     Declarations,
@@ -102,7 +102,7 @@ def domain_in(text: str, path: Path) -> PddlDomain:
     Raises:
         InputError: it is no sound domain of a fragment that is understood.
     """
-    with located(path):
+    with prefix_errors(path):
         group = _read_definition(text, "domain")
         _check(text, group, "domain", _declared(group))
         domain = PddlReader(text, is_file=True).domain(_without_costs(group))
@@ -134,7 +134,7 @@ def problem_in(
     text: str, path: Path, domain: PddlDomain, declared: tuple[Path, str] | None = None
 ) -> ProblemFile:
     """Read the problem in a text that was found in a file; raises as `read_problem_file`."""
-    with located(path):
+    with prefix_errors(path):
         group = _read_definition(text, "problem")
         _check(text, group, "problem", [each.name for each in domain.predicates])
         problem = PddlReader(text, is_file=True).problem(_without_costs(group))
@@ -165,7 +165,7 @@ def _refuse_other_types(
             if declared is not None:
                 finding = PddlFinding(OF_PROBLEMS, item.name, ":constants")
                 offset = offset_of(finding, _read_group(declared[1]), Declarations.of(domain))
-                where = f"of {declared[0]}, line {place(declared[1], offset)[0]}"
+                where = f"of {declared[0]}, line {line_and_column(declared[1], offset)[0]}"
             expected = f"{_typed(constant)}, as among the constants {where}, not {_typed(item)}"
             finding = PddlFinding(OF_PROBLEMS, item.name, ":objects")
             raise error_at(
@@ -201,7 +201,7 @@ def _read_definition(text: str, kind: str) -> Group:
     rest = _BLANK.match(text, group.end)
     offset = len(text) if rest is None else rest.end()
     if offset < len(text):
-        line, column = place(text, group.end - 1)
+        line, column = line_and_column(text, group.end - 1)
         expected = f"the end of the file, as the definition ends at line {line}, column {column}"
         if (second := _DEFINITION.match(text, offset)) is not None:
             expected = f"one definition in a file; put this {second[1].lower()} into a file of its own"
@@ -240,11 +240,11 @@ def read_text(path: Path) -> str:
     Raises:
         InputError: it cannot be read, or something else than a comment is not in UTF-8.
     """
-    content = io.BytesIO(content_of(path))
+    content = io.BytesIO(read_content(path))
     text = io.TextIOWrapper(content, encoding="utf-8-sig", errors="surrogateescape").read()
     text = _COMMENT.sub(lambda match: _UNDECODED.sub(lambda byte: chr(ord(byte[0]) - 0xDC00), match[0]), text)
     if (undecoded := _UNDECODED.search(text)) is not None:
-        line, column = place(text, undecoded.start())
+        line, column = line_and_column(text, undecoded.start())
         byte = ord(undecoded[0]) - 0xDC00
         raise InputError(f"{path}: line {line}, column {column}: expected UTF-8, found the byte 0x{byte:02x}")
     return text

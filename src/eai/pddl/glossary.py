@@ -17,9 +17,9 @@ from itertools import chain
 
 import eai.logic.formula as f
 from eai.base.errors import DomainError
-from eai.logic.traversal import predicates_of, quantified, with_parts
+from eai.logic.traversal import map_parts, predicates_of, quantify
 from eai.pddl.reader import CONNECTIVES
-from eai.world.derived import Defined, meaning, stored_sources
+from eai.world.derived import Defined, find_definition, find_stored_predicates
 from eai.world.relation import bits
 from eai.world.state import Scene
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
@@ -70,7 +70,7 @@ def substitute(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Formula:
         case f.Or(operands):
             return disjunction([substitute(operand, terms) for operand in operands])
         case f.Implies() | f.ForAll() | f.Exists():
-            return with_parts(formula, lambda part: substitute(part, terms))
+            return map_parts(formula, lambda part: substitute(part, terms))
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
@@ -193,12 +193,12 @@ class Glossary:
         """
         derived = self.vocabulary.derived_by_name.get(name)
         if derived is not None and name not in self.derived:
-            said = meaning(derived)
+            said = find_definition(derived)
             if said is None:
                 self.frozen[name] = derived
             else:
                 self.derived[name] = said
-        elif derived is None and self.vocabulary.stored(name) is None:
+        elif derived is None and self.vocabulary.find_stored(name) is None:
             raise DomainError(f"predicate {name} is not declared")
         return self.predicates[name]
 
@@ -312,7 +312,7 @@ class ConditionWriter:
         rest = self.convert(body, {**scope, variable.name: f.Variable(other.name)})
         among = [equality(f.Variable(other.name), term) for term in terms]
         only = f.ForAll(other, disjunction([negation(rest), *among]))
-        return quantified(f.Exists, chosen, conjunction([*met, *_different(terms), only]))
+        return quantify(f.Exists, chosen, conjunction([*met, *_different(terms), only]))
 
     def _pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
         """As many pairs as the smaller category has objects, or as are asked for, all different."""
@@ -323,7 +323,7 @@ class ConditionWriter:
         if (min(sizes) if count is None else count) > min(sizes):
             return f.FALSE
         smaller, larger = (first, second) if sizes[0] <= sizes[1] else (second, first)
-        named = self._scene.named(smaller.category)
+        named = self._scene.names_of_category(smaller.category)
         members: list[f.Term] = [f.Constant(self._things[name]) for name in named]
         chosen: list[f.Variable] = []
         if count is not None and count < len(members):
@@ -335,7 +335,7 @@ class ConditionWriter:
         for one, other in zip(members, terms, strict=True):
             parts.append(negation(equality(one, other)))
             parts.append(self.convert(body, {**scope, smaller.name: one, larger.name: other}))
-        return quantified(f.Exists, [*chosen, *partners], conjunction([*parts, *_different(terms)]))
+        return quantify(f.Exists, [*chosen, *partners], conjunction([*parts, *_different(terms)]))
 
 
 def _different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
@@ -348,7 +348,9 @@ def hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
     """The predicates that no text may mention: invisible ones, and what is derived from them."""
     invisible = {predicate.name for predicate in vocabulary.predicates if not predicate.visible}
     names = [*invisible, *vocabulary.derived_by_name]
-    return frozenset([name for name in names if invisible.intersection(stored_sources([name], vocabulary))])
+    return frozenset(
+        [name for name in names if invisible.intersection(find_stored_predicates([name], vocabulary))]
+    )
 
 
 def without(formula: f.Formula, hidden: frozenset[str], *, positive: bool = True) -> f.Formula:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.traversal import free_variables, objects
+from eai.logic.traversal import free_variables, object_names
 from eai.pddl.execute import DerivedPredicates, PlanStep
 from eai.planning.search import Effort
 
@@ -112,7 +112,7 @@ class Grounder:
 
     def central_objects(self) -> frozenset[str]:
         """The objects that the goal names, and those of the types that operators ask for by name."""
-        named = {*objects(self._problem.goal)}
+        named = {*object_names(self._problem.goal)}
         asked = {m.type_of(parameter) for action in self._domain.actions for parameter in action.parameters}
         for members in (self._objects[name] for name in asked):
             if self.objects != set(members):
@@ -133,7 +133,9 @@ class Grounder:
             stack = [
                 extended
                 for binding in stack
-                for name in self._looks.at(candidates if parameter.name in mentioned else candidates[:1])
+                for name in self._looks.take_within_limit(
+                    candidates if parameter.name in mentioned else candidates[:1]
+                )
                 if self._passes(tests[parameter.name], extended := {**binding, parameter.name: name})
             ]
         return iter(stack)
@@ -237,7 +239,7 @@ class Grounder:
     def _extensions(self, variable: f.Variable, binding: _Binding) -> Iterator[_Binding]:
         """A binding for each object of a variable: the same one, so that each is used before the next."""
         inner, slot = {**binding}, variable.name
-        for inner[slot] in self._looks.at(self._objects[m.type_of(variable)]):
+        for inner[slot] in self._looks.take_within_limit(self._objects[m.type_of(variable)]):
             yield inner
 
 

@@ -29,7 +29,7 @@ from typing_extensions import assert_never
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.matching import heaviest_pairs
-from eai.logic.traversal import walk, with_parts
+from eai.logic.traversal import map_parts, walk
 from eai.pddl.writer import write_formula
 
 _T = TypeVar("_T")
@@ -116,7 +116,7 @@ def condition_clause(formula: f.Formula) -> Clause:
         case f.Implies(premise, conclusion):
             return condition_clause(f.Or((f.Not(premise), conclusion)))
         case f.Atom() | f.Equals() | f.ForAll() | f.Exists():
-            return with_parts(formula, condition_clause)
+            return map_parts(formula, condition_clause)
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 

@@ -16,7 +16,7 @@ from typing_extensions import assert_never
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.base.errors import DomainError
-from eai.logic.traversal import quantified
+from eai.logic.traversal import quantify
 from eai.pddl import glossary as g
 from eai.world.derived import Defined
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
@@ -141,7 +141,7 @@ class _OrderedEffects:
 
     def _change(self, atom: f.Atom, context: _Context, *, adds: bool) -> _Change:
         """The change of an atom; a pattern becomes a change of all atoms that it matches."""
-        stored = self._vocabulary.stored(atom.predicate)
+        stored = self._vocabulary.find_stored(atom.predicate)
         if stored is None:
             raise DomainError(f"an effect changes {atom.predicate}, which is not a stored predicate")
         variables = list(context.variables)
@@ -165,7 +165,7 @@ class _OrderedEffects:
         effect: m.PddlEffect = m.Add(change.atom) if change.adds else m.Delete(change.atom)
         if condition != f.TRUE:
             effect = m.WhenEffect(condition, effect)
-        yield quantified(m.Each, change.variables, effect)
+        yield quantify(m.Each, change.variables, effect)
 
     def _undone(self, addition: _Change, deletion: _Change) -> f.Formula:
         """A later deletion takes place of the atom that is added."""
@@ -213,7 +213,7 @@ def is_single(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary
         case f.Equals(left, right):
             return (left == f.Variable(variable.name)) != (right == f.Variable(variable.name))
         case f.Atom(predicate, (*others, last)) if last == f.Variable(variable.name) and last not in others:
-            declared = vocabulary.stored(predicate) or vocabulary.derived_by_name.get(predicate)
+            declared = vocabulary.find_stored(predicate) or vocabulary.derived_by_name.get(predicate)
             match declared:
                 case Defined(parameters=parameters, definition=definition):
                     return is_single(definition, parameters[-1], vocabulary)

@@ -18,8 +18,8 @@ from typing import TypeAlias
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.base.errors import did_you_mean
-from eai.logic.signature import either, place
-from eai.logic.traversal import quantified
+from eai.logic.signature import join_with_or, line_and_column
+from eai.logic.traversal import quantify
 from eai.pddl.check import Offence, PddlError
 
 _WORD = re.compile(r"[()]|\??[^\s();?]+|\?|;[^\n]*")
@@ -50,7 +50,7 @@ SExpr: TypeAlias = Symbol | Group
 
 def error_at(text: str, offset: int, offence: Offence, expected: str) -> PddlError:
     """The error for a place in a text."""
-    return PddlError(offence, *place(text, offset), expected)
+    return PddlError(offence, *line_and_column(text, offset), expected)
 
 
 def read_group(text: str) -> Group:
@@ -194,7 +194,9 @@ class PddlReader:
         for key, value in zip_longest(items[::2], items[1::2]):
             word = self._word(key).text
             if word not in _PARTS_OF_ACTION:
-                expected = f"{either(_PARTS_OF_ACTION)}, not {word}{did_you_mean(word, _PARTS_OF_ACTION)}"
+                expected = (
+                    f"{join_with_or(_PARTS_OF_ACTION)}, not {word}{did_you_mean(word, _PARTS_OF_ACTION)}"
+                )
                 raise self._error(key, expected)
             if word in parts:
                 raise self._error(key, f"{word} once only")
@@ -230,7 +232,7 @@ class PddlReader:
                 names, body = self._parts(group, 2)
                 quantifier = f.ForAll if head == "forall" else f.Exists
                 part = self.formula(body)
-                return quantified(quantifier, self.variables(names), part)
+                return quantify(quantifier, self.variables(names), part)
             case "=":
                 left, right = self._parts(group, 2)
                 return f.Equals(self._term(left), self._term(right))
@@ -251,7 +253,7 @@ class PddlReader:
             case "forall":
                 names, body = self._parts(group, 2)
                 result = self.effect(body)
-                return quantified(m.Each, self.variables(names), result)
+                return quantify(m.Each, self.variables(names), result)
             case "not":
                 negated, inner = self._compound(self._parts(group, 1)[0])
                 if inner not in CONNECTIVES:

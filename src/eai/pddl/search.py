@@ -30,7 +30,7 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.traversal import free_variables, predicates_of, with_parts
+from eai.logic.traversal import free_variables, map_parts, predicates_of
 from eai.pddl.execute import DerivedPredicates, PlanStep
 from eai.pddl.grounding import Grounder, GroundProblem, bits
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, checked_plan
@@ -133,7 +133,7 @@ def without_idle_quantifiers(task: PlanningTask) -> PlanningTask:
 
 
 def _condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Formula:
-    kept = with_parts(formula, lambda part: _condition(part, objects))
+    kept = map_parts(formula, lambda part: _condition(part, objects))
     if isinstance(kept, (f.ForAll, f.Exists)) and objects[m.type_of(kept.variable)]:
         return kept if kept.variable.name in free_variables(kept.body) else kept.body
     return kept

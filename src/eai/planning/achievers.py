@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables, predicates_of, walk
-from eai.planning.effect_schema import EffectSchema, effect_schemas, match, taking
+from eai.planning.effect_schema import EffectSchema, effect_schemas, make_operator_schema, match_atom
 from eai.planning.search import Effort
-from eai.planning.subgoal import GroundAtom, object_named
-from eai.world.condition import Conditions
+from eai.planning.subgoal import GroundAtom, find_object
+from eai.world.condition import ConditionCompiler
 from eai.world.derived import Defined, Lookup
 from eai.world.domain import Domain
-from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
+from eai.world.frame import UNBOUND, Extension, Frame, FrameBinding, Truth
 from eai.world.operator import Operator
 from eai.world.relation import bits
 from eai.world.state import Scene, State
@@ -63,7 +63,7 @@ class _Join(NamedTuple):
 class _Partial(NamedTuple):
     """A match as a binding that is to be completed, and how."""
 
-    binding: Binding
+    binding: FrameBinding
     join: _Join
 
 
@@ -87,11 +87,11 @@ class Achiever:
         self.schema = schema
         self._vocabulary = vocabulary
         self._frame = Frame([f.Variable(name) for name in schema.variables])
-        self._compiler = Conditions(vocabulary, self._frame)
+        self._compiler = ConditionCompiler(vocabulary, self._frame)
         self._joins: dict[tuple[str, ...], tuple[_Join, _Join]] = {}
         self.open_variables = len(set(schema.variables) - _named(schema))
         own = _own(schema, wide=wide)
-        others = [c for c in schema.given if c not in own]
+        others = [c for c in schema.conditions if c not in own]
         needed = [c for c in (*own, *schema.checks) if c != f.TRUE]
         fixed = [c for c in needed if _is_fixed(c, vocabulary)]
         self._filters = (*fixed, *others)
@@ -101,11 +101,11 @@ class Achiever:
 
     def match(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
         """The variables' objects that make this an achiever of the atom with these arguments, or None."""
-        return match(self.schema.atom, arguments, lambda constant: object_named(constant, scene))
+        return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
     def bindings(
         self, state: State, scope: Mapping[str, int], usable: int, effort: Effort | None = None
-    ) -> Iterator[Binding]:
+    ) -> Iterator[FrameBinding]:
         """The ways to complete a match, for which what no action changes is as it must be.
 
         Args:
@@ -117,7 +117,7 @@ class Achiever:
         Yields:
             One binding of `schema.variables`, the same list each time.
         """
-        return completed(state, self.partial(state.scene, scope), usable, effort)
+        return complete_bindings(state, self.partial(state.scene, scope), usable, effort)
 
     def partial(self, scene: Scene, scope: Mapping[str, int], *, fixed: bool = False) -> _Partial:
         """A match, to be completed in a state; or (``fixed``) whatever actions change."""
@@ -129,7 +129,7 @@ class Achiever:
             self._joins[unbound] = joins
         return _Partial(self._frame.bind(scene, [scope.get(name, UNBOUND) for name in names]), joins[fixed])
 
-    def failing(self, state: State, binding: Binding, most: float) -> list[f.Formula] | None:
+    def failing(self, state: State, binding: FrameBinding, most: float) -> list[f.Formula] | None:
         """The conditions that do not hold, or None if there are ``most`` of them or more."""
         found: list[f.Formula] = []
         for condition, holds in self.conditions:
@@ -139,11 +139,11 @@ class Achiever:
                     return None
         return found
 
-    def scope(self, binding: Binding) -> dict[str, int]:
+    def scope(self, binding: FrameBinding) -> dict[str, int]:
         """The variables' objects in a binding."""
         return dict(zip(self.schema.variables, binding[1:], strict=False))
 
-    def arguments(self, binding: Binding) -> tuple[int, ...]:
+    def arguments(self, binding: FrameBinding) -> tuple[int, ...]:
         """The operator's arguments in a binding."""
         return tuple(binding[1 : 1 + self.schema.operator.arity])
 
@@ -173,9 +173,9 @@ class Achiever:
         return _Join(tuple(self._compiler.truth(c) for c in first), tuple(steps), needed)
 
 
-def completed(
+def complete_bindings(
     state: State, partial: _Partial, usable: int, effort: Effort | None = None
-) -> Iterator[Binding]:
+) -> Iterator[FrameBinding]:
     """Yield the ways to complete a match, like `Achiever.bindings`.
 
     Args:
@@ -200,8 +200,8 @@ def completed(
 
 
 def _complete(
-    state: State, binding: Binding, steps: Sequence[_Step], values: Sequence[int], effort: Effort
-) -> Iterator[Binding]:
+    state: State, binding: FrameBinding, steps: Sequence[_Step], values: Sequence[int], effort: Effort
+) -> Iterator[FrameBinding]:
     if not steps:
         yield binding
         return
@@ -235,14 +235,14 @@ class Achievers:
         self.schemas = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
         self.by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
-        self._taking = {o.name: Achiever(taking(o), vocabulary) for o in domain.operators}
+        self._taking = {o.name: Achiever(make_operator_schema(o), vocabulary) for o in domain.operators}
         self._matches: _Matches | None = None
         for operator in domain.operators:
             for schema in self.schemas[operator.name]:
                 self.by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(schema)
                 self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
 
-    def of(self, predicate: str, *, adding: bool, wide: bool = False) -> Sequence[Achiever]:
+    def find(self, predicate: str, *, adding: bool, wide: bool = False) -> Sequence[Achiever]:
         """The achievers that make atoms of a predicate true, or false: the straight ones first.
 
         Those are the ones that are about nothing but the objects of the atom, and need least. Wide ones are
@@ -256,7 +256,7 @@ class Achievers:
         achievers = [Achiever(each, self._vocabulary, wide=wide) for each in asking]
         return sorted(achievers, key=_straightness)
 
-    def fixed_facts(self, state: State) -> Sequence[object]:
+    def static_facts(self, state: State) -> Sequence[object]:
         """The part of a state that no action changes: equal for states of one scene where it is the same."""
         unary, binary, tuples = state.unary, state.binary, state.tuples
         return [
@@ -265,7 +265,7 @@ class Achievers:
             *[tuples[slot] for slot in self._fixed_tuples],
         ]
 
-    def taking(self, names: Iterable[str]) -> list[Achiever]:
+    def find_operators(self, names: Iterable[str]) -> list[Achiever]:
         """The operators of these names, if there are any, as they are taken for their own sake."""
         return [self._taking[name] for name in names if name in self._taking]
 
@@ -299,10 +299,10 @@ def _named(schema: EffectSchema) -> set[str]:
 def _own(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
     """Conditions of an effect on the objects of its atom; or (``wide``) on the operator's own besides."""
     named = _named(schema)
-    own = [c for c in schema.given if free_variables(c) <= named]
+    own = [c for c in schema.conditions if free_variables(c) <= named]
     if wide:
-        about = (named | {p.name for p in schema.operator.parameters}) - schema.read
-        own += [c for c in schema.given if c not in own and free_variables(c) <= about]
+        about = (named | {p.name for p in schema.operator.parameters}) - schema.read_variables
+        own += [c for c in schema.conditions if c not in own and free_variables(c) <= about]
     return own
 
 
@@ -327,7 +327,7 @@ def _is_plain(formula: f.Formula, vocabulary: Vocabulary) -> bool:
 
 
 def _is_plain_predicate(name: str, vocabulary: Vocabulary) -> bool:
-    if vocabulary.stored(name) is not None:
+    if vocabulary.find_stored(name) is not None:
         return True
     derived = vocabulary.derived_by_name[name]
     if isinstance(derived, Lookup):
@@ -343,7 +343,7 @@ def _is_fixed(formula: f.Formula, vocabulary: Vocabulary) -> bool:
 
 
 def _is_fixed_predicate(name: str, vocabulary: Vocabulary) -> bool:
-    stored = vocabulary.stored(name)
+    stored = vocabulary.find_stored(name)
     if stored is not None:
         return stored.static
     derived = vocabulary.derived_by_name[name]
@@ -379,9 +379,13 @@ class _Match(NamedTuple):
             failing += not holds(state, binding)
         return failing >= most
 
-    def bindings(self, state: State, usable: int, effort: Effort | None = None) -> Iterator[Binding]:
+    def bindings(self, state: State, usable: int, effort: Effort | None = None) -> Iterator[FrameBinding]:
         """The ways to complete it, as `Achiever.bindings` yields them."""
-        return completed(state, self.partial, usable, effort) if self.kept is None else map(list, self.kept)
+        return (
+            complete_bindings(state, self.partial, usable, effort)
+            if self.kept is None
+            else map(list, self.kept)
+        )
 
 
 class _Matches:
@@ -397,7 +401,7 @@ class _Matches:
         self._achievers = achievers
         self._state = state
         self._usable = usable
-        self._fixed = achievers.fixed_facts(state)
+        self._fixed = achievers.static_facts(state)
         self._found: dict[tuple[GroundAtom, bool], Sequence[_Match]] = {}
 
     def are_of(self, state: State, usable: int) -> bool:
@@ -405,7 +409,7 @@ class _Matches:
         return (
             self._state.scene is state.scene
             and self._usable == usable
-            and self._fixed == self._achievers.fixed_facts(state)
+            and self._fixed == self._achievers.static_facts(state)
         )
 
     def of(self, atom: GroundAtom, *, wide: bool = False) -> Sequence[_Match]:
@@ -417,13 +421,13 @@ class _Matches:
 
     def _find(self, atom: GroundAtom, *, wide: bool) -> Sequence[_Match]:
         found: list[_Match] = []
-        for achiever in self._achievers.of(atom.predicate, adding=atom.truth, wide=wide):
+        for achiever in self._achievers.find(atom.predicate, adding=atom.truth, wide=wide):
             scope = achiever.match(atom.arguments, self._state.scene)
             if scope is not None:
                 fixed = achiever.partial(self._state.scene, scope, fixed=True)
                 most = _KEPT + 1 if achiever.is_fixed else 1
                 effort = Effort(_MAX_BINDINGS)
-                ways = completed(self._state, fixed, self._usable, effort)
+                ways = complete_bindings(self._state, fixed, self._usable, effort)
                 bindings = [tuple(b) for b in islice(ways, most)]
                 if bindings or effort.is_exceeded:
                     partial = achiever.partial(self._state.scene, scope)

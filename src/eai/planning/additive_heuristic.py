@@ -15,12 +15,12 @@ from eai.logic.choice import AllOf, AnyOf, Choose, Pairing
 from eai.logic.formula import Atom, Exists, ForAll
 from eai.planning.achievers import Achiever, Achievers
 from eai.planning.search import Effort, Limits
-from eai.planning.subgoal import GroundAtom, Parts, Subgoal, Unfolding
+from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, Unfolding
 from eai.world.action import Action
-from eai.world.condition import Readings
+from eai.world.condition import FormulaEvaluator
 from eai.world.derived import Defined
 from eai.world.domain import Domain
-from eai.world.frame import Binding
+from eai.world.frame import FrameBinding
 from eai.world.relation import mask_of
 from eai.world.state import State
 
@@ -28,7 +28,7 @@ Cost: TypeAlias = Callable[[Subgoal], float]
 """The cost of bringing a condition about."""
 
 
-def exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal] | None:
+def choose_exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal] | None:
     """Return the cheapest `number` conditions and the opposites of the others, or None if there are fewer."""
     if number > len(conditions):
         return None
@@ -42,7 +42,7 @@ def exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subg
     return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
 
 
-def in_pairs(number: int, cells: Sequence[Sequence[Subgoal | None]], cost: Cost) -> list[Subgoal] | None:
+def choose_pairs(number: int, cells: Sequence[Sequence[Subgoal | None]], cost: Cost) -> list[Subgoal] | None:
     """So many cells, no two in one row or column, or None if that leads nowhere.
 
     The cheapest cell comes first, then the cheapest of those in other rows and columns, and so on.
@@ -111,7 +111,7 @@ class AdditiveHeuristic:
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
         self.achievers = Achievers(domain)
-        self.readings = Readings(domain.vocabulary)
+        self.readings = FormulaEvaluator(domain.vocabulary)
         self.derived = domain.vocabulary.derived_by_name
         self.static = frozenset(p.name for p in domain.vocabulary.predicates if p.static)
 
@@ -138,7 +138,7 @@ class Estimates:
         heuristic: AdditiveHeuristic,
         state: State,
         objects: Sequence[int],
-        kept: Sequence[Subgoal] = (),
+        protected: Sequence[Subgoal] = (),
         looks: Effort | None = None,
         bindings: Effort | None = None,
     ) -> None:
@@ -150,7 +150,7 @@ class Estimates:
         self._unfolding = Unfolding(heuristic.readings, state, objects)
         self.holds = self._unfolding.holds
         self.atom = self._unfolding.atom
-        self._kept = [condition for condition in kept if self.holds(condition)]
+        self._kept = [condition for condition in protected if self.holds(condition)]
         self._usable = mask_of(objects)
         self._matches = heuristic.achievers.matches(state, self._usable)
         self._supporters: dict[GroundAtom, tuple[_Supporter, float]] = {}
@@ -158,18 +158,18 @@ class Estimates:
         self._undone: dict[Action, int] = {}
         self._open: set[_Key] = set()
 
-    def to(self, subgoal: Subgoal) -> float:
+    def estimate(self, subgoal: Subgoal) -> float:
         """The estimated number of actions until a condition holds; infinite if none brings it about."""
         if self.holds(subgoal):
             return 0.0
         costs = (self._cost(subgoal, most) for most in _HORIZONS)
         return next((cost for cost in costs if cost < INFINITE), INFINITE)
 
-    def to_action(self, names: Sequence[str]) -> _Supporter:
+    def estimate_action(self, names: Sequence[str]) -> _Supporter:
         """The cheapest of these actions, with any of the objects."""
         for most in _HORIZONS:
             best = _Supporter(most, None, ())
-            for achiever in self._heuristic.achievers.taking(names):
+            for achiever in self._heuristic.achievers.find_operators(names):
                 best = self._cheapest(
                     achiever, achiever.bindings(self.state, {}, self._usable, self.bindings), best
                 )
@@ -177,12 +177,14 @@ class Estimates:
                 return best
         return _NO_SUPPORTER
 
-    def chosen(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
+    def choose_atoms(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
         """The conditions on single atoms that a condition comes down to by the cheapest choices."""
-        needed = None if isinstance(subgoal.formula, Atom) else self.needed(subgoal)
-        return (subgoal,) if needed is None else tuple([c for part in needed for c in self.chosen(part)])
+        needed = None if isinstance(subgoal.formula, Atom) else self.choose_parts(subgoal)
+        return (
+            (subgoal,) if needed is None else tuple([c for part in needed for c in self.choose_atoms(part)])
+        )
 
-    def needed(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
+    def choose_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
         """The conditions that one is made up of, all of them needed, by the cheapest choices.
 
         None for atoms of stored predicates and functions, and where no choice is known to bring it about.
@@ -193,21 +195,21 @@ class Estimates:
         parts = self._unfolding.parts(subgoal)
         return None if parts is None else self._choice(parts)
 
-    def before(self, subgoal: Subgoal) -> Sequence[Subgoal]:
+    def find_prerequisites(self, subgoal: Subgoal) -> Sequence[Subgoal]:
         """The parts that a condition comes down to, or what the last action on the way to it needs."""
         if isinstance(subgoal.formula, Atom) and subgoal.formula.predicate not in self._heuristic.derived:
-            return self.supporter(self.atom(subgoal.formula, subgoal)).before
-        needed = self.needed(subgoal) or ()
-        return self.before(needed[0]) if len(needed) == 1 else needed
+            return self.find_supporter(self.atom(subgoal.formula, subgoal)).before
+        needed = self.choose_parts(subgoal) or ()
+        return self.find_prerequisites(needed[0]) if len(needed) == 1 else needed
 
-    def alternatives(self, subgoal: Subgoal) -> Sequence[Subgoal]:
+    def find_alternatives(self, subgoal: Subgoal) -> Sequence[Subgoal]:
         """Where one of several conditions is enough, those that cost least; otherwise none."""
         parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.parts(subgoal)
-        costs = [(each, self.to(each)) for each in parts.parts] if isinstance(parts, AnyOf) else []
+        costs = [(each, self.estimate(each)) for each in parts.parts] if isinstance(parts, AnyOf) else []
         least = min((cost for _, cost in costs), default=INFINITE)
         return [each for each, cost in costs if cost == least < INFINITE]
 
-    def supporter(self, atom: GroundAtom, most: float = INFINITE) -> _Supporter:
+    def find_supporter(self, atom: GroundAtom, most: float = INFINITE) -> _Supporter:
         """The cheapest action that makes an atom of a stored predicate true or false for less than ``most``.
 
         What is needed to bring itself about does not count. Where nothing does it at any cost, wide achievers
@@ -255,7 +257,7 @@ class Estimates:
             case Atom(predicate) as atom:
                 ground = self.atom(atom, subgoal)
                 if predicate not in self._heuristic.derived:
-                    return self.supporter(ground, most).cost
+                    return self.find_supporter(ground, most).cost
                 key: _Key = ground
             case Exists() | ForAll() as formula:
                 names = self._heuristic.readings.names(formula)
@@ -317,7 +319,7 @@ class Estimates:
 
     # Choices.
 
-    def _choice(self, parts: Parts) -> Sequence[Subgoal] | None:
+    def _choice(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
         """The conditions that parts come down to, all of which are needed, or None if nothing does it."""
         match parts:
             case AllOf(conditions):
@@ -326,9 +328,9 @@ class Estimates:
                 cheapest = self._cheapest_of(conditions)
                 return None if cheapest is None else (cheapest,)
             case Choose(number, conditions):
-                return exactly(number, conditions, self.to)
+                return choose_exactly(number, conditions, self.estimate)
             case Pairing(number, cells):
-                return in_pairs(number, cells, self.to)
+                return choose_pairs(number, cells, self.estimate)
 
     def _cheapest_of(self, conditions: Sequence[Subgoal]) -> Subgoal | None:
         for condition in conditions:
@@ -354,7 +356,7 @@ class Estimates:
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
 
-    def _cheapest(self, achiever: Achiever, bindings: Iterable[Binding], best: _Supporter) -> _Supporter:
+    def _cheapest(self, achiever: Achiever, bindings: Iterable[FrameBinding], best: _Supporter) -> _Supporter:
         """The best supporter by one effect of an operator, or ``best`` if that is as good."""
         for binding in bindings:
             self._looks.used += 1
@@ -379,7 +381,7 @@ class Estimates:
             return 0
         undone = self._undone.get(action)
         if undone is None:
-            after = self._heuristic.domain.after(self.state, action)
+            after = self._heuristic.domain.apply(self.state, action)
             holds = self._heuristic.readings.holds
             undone = sum(holds(formula, scope, after) != truth for formula, scope, truth in self._kept)
             self._undone[action] = undone

@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias, TypeVar
 import eai.logic.formula as f
 from eai.logic.traversal import children
 from eai.planning.subgoal import GroundAtom
-from eai.world.derived import meaning
+from eai.world.derived import find_definition
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.operator import Operator
 from eai.world.vocabulary import Vocabulary
@@ -23,7 +23,7 @@ _NO_ATOM = f.Atom("")
 _Object = TypeVar("_Object")
 """An object, by its number or by a name."""
 
-ObjectNamed: TypeAlias = "Callable[[f.Constant], int | None]"
+FindObject: TypeAlias = "Callable[[f.Constant], int | None]"
 """Returns the number of the object that a constant names, or None if it may be any object."""
 
 
@@ -45,11 +45,11 @@ class EffectSchema(NamedTuple):
     atom: f.Atom
     variables: tuple[str, ...]
     checks: tuple[f.Formula, ...]
-    given: tuple[f.Formula, ...] = ()
-    read: frozenset[str] = frozenset()
+    conditions: tuple[f.Formula, ...] = ()
+    read_variables: frozenset[str] = frozenset()
 
 
-def taking(operator: Operator) -> EffectSchema:
+def make_operator_schema(operator: Operator) -> EffectSchema:
     """The operator as it is taken for its own sake, whatever it changes."""
     names = tuple(p.name for p in operator.parameters)
     return EffectSchema(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
@@ -57,36 +57,36 @@ def taking(operator: Operator) -> EffectSchema:
 
 def effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
     """All additions and deletions of an operator, in the order in which they are written."""
-    taken = taking(operator)
+    taken = make_operator_schema(operator)
     yield from _schemas(operator.effects, taken)
     for each in operator.tries:
         yield from _schemas(each.effects, taken._replace(checks=(*taken.checks, *each.conditions)))
 
 
-def written(effects: Iterable[Effect]) -> Iterator[str]:
+def written_predicates(effects: Iterable[Effect]) -> Iterator[str]:
     """The predicates that effects change, also those that `effect_schemas` leaves out."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
                 yield atom.predicate
             case When(_, inner, otherwise):
-                yield from written((*inner, *otherwise))
+                yield from written_predicates((*inner, *otherwise))
             case ForEach(_, _, inner) | Let(_, _, inner):
-                yield from written(inner)
+                yield from written_predicates(inner)
 
 
-def changed_by(operator: Operator) -> list[str]:
+def changed_predicates(operator: Operator) -> list[str]:
     """The predicates that an operator changes, by what it tries, too; once for each effect."""
     return [
         name
         for effects in (operator.effects, *(t.effects for t in operator.tries))
-        for name in written(effects)
+        for name in written_predicates(effects)
     ]
 
 
-def unread_by(operator: Operator) -> frozenset[str]:
+def unread_predicates(operator: Operator) -> frozenset[str]:
     """The predicates that an operator changes, where `effect_schemas` leaves out some of its effects."""
-    changed = changed_by(operator)
+    changed = changed_predicates(operator)
     return frozenset(changed if len(changed) > len([*effect_schemas(operator)]) else ())
 
 
@@ -105,38 +105,40 @@ def _schemas(effects: Iterable[Effect], around: EffectSchema) -> Iterator[Effect
                     wider = around._replace(variables=(*around.variables, variable.name))
                     if isinstance(effect, Let):
                         checks = tuple(_of_this_one(c, variable, condition) for c in around.checks)
-                        wider = wider._replace(checks=checks, read=wider.read | {variable.name})
+                        wider = wider._replace(
+                            checks=checks, read_variables=wider.read_variables | {variable.name}
+                        )
                     yield from _schemas(inner, _given(wider, condition))
 
 
-def match(
+def match_atom(
     atom: f.Atom,
     arguments: Sequence[_Object | None],
-    object_named: Callable[[f.Constant], _Object | None],
-    known: Mapping[str, _Object] = MappingProxyType({}),
+    find_object: Callable[[f.Constant], _Object | None],
+    bound: Mapping[str, _Object] = MappingProxyType({}),
 ) -> dict[str, _Object] | None:
     """The objects of variables where the atom of an effect is about these arguments; None if it cannot be.
 
     Args:
         atom: of the effect.
         arguments: objects; None for any.
-        object_named: Returns the object that a constant names, or None if it may be any object.
-        known: the objects of variables that are known before.
+        find_object: returns the object that a constant names, or None if it may be any object.
+        bound: the objects of variables whose value is given.
     """
-    scope = {**known}
+    scope = {**bound}
     for term, argument in zip(atom.arguments, arguments, strict=True):
         if argument is None or term == ANYTHING:
             continue
         if isinstance(term, f.Variable):
             if scope.setdefault(term.name, argument) != argument:
                 return None
-        elif object_named(term) not in (None, argument):
+        elif find_object(term) not in (None, argument):
             return None
     return scope
 
 
 def _given(around: EffectSchema, condition: f.Formula) -> EffectSchema:
-    return around._replace(given=(*around.given, condition))
+    return around._replace(conditions=(*around.conditions, condition))
 
 
 def _of_this_one(check: f.Formula, variable: f.Variable, condition: f.Formula) -> f.Formula:
@@ -167,7 +169,7 @@ def _all(parts: Sequence[f.Formula]) -> f.Formula:
     return parts[0] if len(parts) == 1 else f.And(tuple(parts))
 
 
-class Change(NamedTuple):
+class FactChange(NamedTuple):
     """A fact about a stored predicate that becomes true, or false; None stands for any object."""
 
     predicate: str
@@ -175,14 +177,14 @@ class Change(NamedTuple):
     truth: bool
 
 
-def changes_for(literal: GroundAtom, vocabulary: Vocabulary, object_named: ObjectNamed) -> list[Change]:
+def changes_for(literal: GroundAtom, vocabulary: Vocabulary, find_object: FindObject) -> list[FactChange]:
     """Return the changes that may make a literal true, as far as the definition of its predicate shows.
 
     Objects may have any numbers: ``object_named`` returns the number of the object that a constant names, or
     None if it may be any object. The values of variables that a definition binds are not distinguished. For
     a function, every change of the predicates that it reads counts.
     """
-    return _stored([Change(*literal)], vocabulary, object_named)
+    return _stored([FactChange(*literal)], vocabulary, find_object)
 
 
 def changes_towards(
@@ -190,16 +192,16 @@ def changes_towards(
     scope: Mapping[str, int | None],
     truth: bool,
     vocabulary: Vocabulary,
-    object_named: ObjectNamed,
-) -> list[Change]:
+    find_object: FindObject,
+) -> list[FactChange]:
     """Return the changes that may help a condition to a truth; in ``scope`` None stands for any object."""
-    return _stored(list(_atoms(formula, scope, truth, object_named)), vocabulary, object_named)
+    return _stored(list(_atoms(formula, scope, truth, find_object)), vocabulary, find_object)
 
 
-def _stored(pending: list[Change], vocabulary: Vocabulary, object_named: ObjectNamed) -> list[Change]:
+def _stored(pending: list[FactChange], vocabulary: Vocabulary, object_named: FindObject) -> list[FactChange]:
     """The changes of stored predicates that some changes come down to."""
-    seen: dict[Change, None] = {}
-    found: list[Change] = []
+    seen: dict[FactChange, None] = {}
+    found: list[FactChange] = []
     while pending:
         change = pending.pop()
         if change in seen:
@@ -209,25 +211,25 @@ def _stored(pending: list[Change], vocabulary: Vocabulary, object_named: ObjectN
         if derived is None:
             found.append(change)
             continue
-        definition = meaning(derived)
+        definition = find_definition(derived)
         if definition is not None:
             scope = dict(zip([p.name for p in definition.parameters], change.arguments, strict=True))
             pending += _atoms(definition.definition, scope, change.truth, object_named)
         else:
             for name in derived.reads:
                 anything = (None,) * (vocabulary.arity(name) or 0)
-                pending += [Change(name, anything, truth) for truth in (True, False)]
+                pending += [FactChange(name, anything, truth) for truth in (True, False)]
     return found
 
 
 def _atoms(
-    formula: f.Formula, scope: Mapping[str, int | None], truth: bool, object_named: ObjectNamed
-) -> Iterator[Change]:
+    formula: f.Formula, scope: Mapping[str, int | None], truth: bool, object_named: FindObject
+) -> Iterator[FactChange]:
     """The atoms of a formula, each with the truth that helps the formula to its own."""
     match formula:
         case f.Atom(predicate, terms):
             arguments = [scope.get(t.name) if isinstance(t, f.Variable) else object_named(t) for t in terms]
-            yield Change(predicate, tuple(arguments), truth)
+            yield FactChange(predicate, tuple(arguments), truth)
         case f.Not(operand):
             yield from _atoms(operand, scope, not truth, object_named)
         case f.Implies(premise, conclusion):

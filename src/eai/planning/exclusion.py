@@ -13,9 +13,15 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import predicates_of, walk
-from eai.planning.effect_schema import EffectSchema, changed_by, effect_schemas, match, unread_by
-from eai.planning.subgoal import GroundAtom, object_named
-from eai.world.derived import meaning, stored_sources
+from eai.planning.effect_schema import (
+    EffectSchema,
+    changed_predicates,
+    effect_schemas,
+    match_atom,
+    unread_predicates,
+)
+from eai.planning.subgoal import GroundAtom, find_object
+from eai.world.derived import find_definition, find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
 from eai.world.state import State
@@ -57,12 +63,12 @@ class ExclusionRules:
         self.vocabulary = domain.vocabulary
         self.effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
         self.single = {p.name for p in domain.vocabulary.predicates if p.single}
-        self.changed = {name for o in domain.operators for name in changed_by(o)}
-        self.unread = {name for o in domain.operators for name in unread_by(o)}
+        self.changed = {name for o in domain.operators for name in changed_predicates(o)}
+        self.unread = {name for o in domain.operators for name in unread_predicates(o)}
         self.denying = self._denied_by(domain)
         self.rivals = {p: self.denying.get(p, set()) | ({p} & self.single) for p in self.changed}
 
-    def in_episode(self, initial: State) -> _Exclusion:
+    def exclusion_from(self, initial: State) -> _Exclusion:
         """Return what excludes literals in the episode that begins in a state."""
         return _Exclusion(self, initial)
 
@@ -72,7 +78,7 @@ class ExclusionRules:
         for operator in domain.operators:
             effects = self.effects[operator.name]
             added = {each.atom.predicate for each in effects if each.adds}
-            formulas = [c.condition for c in operator.checks] + [g for e in effects for g in e.given]
+            formulas = [c.condition for c in operator.checks] + [g for e in effects for g in e.conditions]
             denied = {each.atom.predicate for each in effects if not each.adds}
             denied |= _denied(formulas, domain.vocabulary)
             for one in added:
@@ -110,7 +116,7 @@ class _Exclusion:
         """Whether any such fact holds at the start."""
         match fact:
             case _Fact(predicate, (None,)):
-                return bool(self._initial.those(predicate))
+                return bool(self._initial.mask(predicate))
             case _Fact(predicate, (int(source), None)):
                 return bool(self._initial.relation(predicate).row(source))
             case _Fact(predicate, (None, int(target))):
@@ -125,14 +131,14 @@ class _Exclusion:
 
     def match(self, atom: f.Atom, fact: _Fact, known: _Scope) -> dict[str, _Term] | None:
         """The objects of variables where an effect is on such a fact; None if it cannot be."""
-        return match(atom, fact.arguments, self.index, known)
+        return match_atom(atom, fact.arguments, self.index, known)
 
     def deletes(self, effect: EffectSchema, schema: EffectSchema, fact: _Fact, scope: _Scope) -> bool:
         """Whether an effect deletes a fact wherever another one takes place."""
         return (
             not effect.adds
             and effect.atom.predicate == fact.predicate
-            and {*effect.given} <= {*schema.given}
+            and {*effect.conditions} <= {*schema.conditions}
             and all(
                 term == ANYTHING or self.term(term, scope) == argument
                 for term, argument in zip(effect.atom.arguments, fact.arguments, strict=True)
@@ -145,7 +151,7 @@ class _Exclusion:
 
     def index(self, constant: f.Constant) -> int:
         """The object that a constant names."""
-        return object_named(constant, self.scene)
+        return find_object(constant, self.scene)
 
 
 class _Induction:
@@ -234,7 +240,7 @@ class _Induction:
         effects = self.known.rules.effects[schema.operator.name]
         if not any(self.known.deletes(each, schema, held, full) for each in effects):
             asked = [check.condition for check in schema.operator.checks]
-            if _Supposition(self, held).meets([(each, full) for each in (*schema.given, *asked)]):
+            if _Supposition(self, held).meets([(each, full) for each in (*schema.conditions, *asked)]):
                 return False
         return not any(
             self._adds_both(schema, scope, each, other)
@@ -253,7 +259,7 @@ class _Induction:
         own |= {name: scope[name] for name in parameters}
         own |= {name: f"{name}??" for name in second.variables if name not in own}
         asked = [(check.condition, scope) for check in schema.operator.checks]
-        given = [*[(each, scope) for each in schema.given], *[(each, own) for each in second.given]]
+        given = [*[(each, scope) for each in schema.conditions], *[(each, own) for each in second.conditions]]
         return _Supposition(self).meets([*asked, *given])
 
 
@@ -380,7 +386,7 @@ class _Supposition:
 
     def _unfolded(self, predicate: str, arguments: tuple[_Term, ...]) -> tuple[f.Formula, _Scope] | None:
         """The definition of a derived predicate, for these arguments, if it has one."""
-        defined = meaning(self._known.rules.vocabulary.derived_by_name[predicate])
+        defined = find_definition(self._known.rules.vocabulary.derived_by_name[predicate])
         if defined is None:
             return None
         return defined.definition, dict(zip([p.name for p in defined.parameters], arguments, strict=True))
@@ -404,9 +410,9 @@ def _denied(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
                     denied |= {*predicates_of(operand)}
                 case f.Atom(name) if name in vocabulary.derived_by_name and name not in seen:
                     seen.add(name)
-                    defined = meaning(vocabulary.derived_by_name[name])
+                    defined = find_definition(vocabulary.derived_by_name[name])
                     pending += [] if defined is None else [defined.definition]
-    return {*stored_sources(denied, vocabulary)}
+    return {*find_stored_predicates(denied, vocabulary)}
 
 
 def _order(fact: _Fact) -> tuple[str, list[int]]:

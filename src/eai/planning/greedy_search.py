@@ -53,10 +53,10 @@ class GreedySearch:
         """Whether nothing more may be done."""
         return self.effort.is_used_up or self._looks.is_exceeded or self.bindings.is_exceeded
 
-    def estimates(self, node: PlanNode, kept: Sequence[Subgoal] = ()) -> Estimates:
+    def estimates(self, node: PlanNode, protected: Sequence[Subgoal] = ()) -> Estimates:
         """The estimates from a state; what undoes one of the kept conditions costs more."""
         return Estimates(
-            self.heuristic, node.state, self.successors.objects, kept, self._looks, self.bindings
+            self.heuristic, node.state, self.successors.objects, protected, self._looks, self.bindings
         )
 
     def search(
@@ -87,12 +87,12 @@ class GreedySearch:
         preferred = _PreferredOperators(self.heuristic, estimates)
         total = 0.0
         for condition in subgoals:
-            cost = estimates.to(condition)
+            cost = estimates.estimate(condition)
             total += cost
             if 0.0 < cost < INFINITE:
                 preferred.towards(condition)
         for names in self.successors.goals[node.met : taken]:
-            supporter = estimates.to_action(names)
+            supporter = estimates.estimate_action(names)
             total += supporter.cost
             preferred.along(supporter.action, supporter.before)
         return total, tuple(preferred.actions)
@@ -184,7 +184,7 @@ class _PreferredOperators:
 
     def towards(self, goal: Subgoal) -> None:
         """Collect those on the cheapest way to a goal, or on all the cheapest where it has alternatives."""
-        alternatives = self._estimates.alternatives(goal)
+        alternatives = self._estimates.find_alternatives(goal)
         for condition in alternatives:
             self.towards(condition)
         if not alternatives:
@@ -208,12 +208,12 @@ class _PreferredOperators:
             self._seen.add(atom)
             derived = self._heuristic.derived.get(atom.predicate)
             if derived is None:
-                supporter = self._estimates.supporter(atom)
+                supporter = self._estimates.find_supporter(atom)
                 self.along(supporter.action, supporter.before)
                 return
             if not isinstance(derived, Defined):
                 self.actions.update((action, None) for action in self._changing(derived.reads))
-        for part in self._estimates.needed(subgoal) or ():
+        for part in self._estimates.choose_parts(subgoal) or ():
             self._collect(part)
 
     def _changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:

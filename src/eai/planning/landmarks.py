@@ -16,13 +16,13 @@ from operator import or_
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.planning.effect_schema import Change
-from eai.planning.flips import Flips, order
+from eai.planning.conflict_changes import ConflictChanges, change_order
+from eai.planning.effect_schema import FactChange
 from eai.planning.search import Effort
 from eai.planning.subgoal import Subgoal, arguments_of
 from eai.world.action import Action
 from eai.world.condition import Scope
-from eai.world.derived import meaning
+from eai.world.derived import find_definition
 from eai.world.relation import bits
 from eai.world.state import State
 
@@ -63,19 +63,19 @@ class _Relaxation:
     """
 
     def __init__(
-        self, flips: Flips, initial: State, goals: Iterable[Subgoal], steps: Iterable[Action]
+        self, flips: ConflictChanges, initial: State, goals: Iterable[Subgoal], steps: Iterable[Action]
     ) -> None:
         self._flips = flips
         self._initial = initial
         self._actions = [*dict.fromkeys(steps)]
-        self._others = [each for each in self._actions if each not in flips.taking(each.operator)]
+        self._others = [each for each in self._actions if each not in flips.actions_of(each.operator)]
         self._parts: list[tuple[int, ...]] = [(), ()]
         self._missing = [0, 1]
         self._widths = [0, 0]
         self._above: list[list[int]] = [[], []]
         self._numbers: dict[object, int] = {}
         self._formulas: list[f.Formula] = []
-        self._changes: dict[int, Change] = {}
+        self._changes: dict[int, FactChange] = {}
         self._tried: dict[int, int] = {}
         self._needs: dict[Action, list[int]] = {}
         self._makers: dict[int, dict[Action, list[int]]] = {}
@@ -137,7 +137,7 @@ class _Relaxation:
         if found is None:
             makers = [
                 (a, [self._condition(*each, True) for each in given])
-                for a, given in self._flips.makers(change)
+                for a, given in self._flips.group_makers(change)
             ]
             found = self._grouped[number] = [(a, given) for a, given in makers if _FALSE not in given]
         return found
@@ -172,7 +172,7 @@ class _Relaxation:
     def _enter(self, number: int, action: Action) -> bool:
         """Enter the conditions under which an action makes a change, one for each way, if there are any."""
         ways: list[int] = []
-        for conditions in self._flips.ways(action, self._changes[number]):
+        for conditions in self._flips.effect_conditions(action, self._changes[number]):
             own = [self._condition(*each, True) for each in conditions]
             condition = self._all([*self._needed(action), *own])
             if condition != _FALSE:
@@ -186,7 +186,7 @@ class _Relaxation:
         """The conditions under which an action is carried out."""
         found = self._needs.get(action)
         if found is None:
-            needs = self._flips.needs(action)
+            needs = self._flips.preconditions(action)
             found = self._needs[action] = [self._condition(*each, True) for each in needs]
         return found
 
@@ -215,11 +215,11 @@ class _Relaxation:
                     return self._joined(parts, truth, all_needed=isinstance(formula, f.ForAll) == truth)
             case f.Atom():
                 return self._atom(formula, scope, truth)
-        return self._any_change(self._flips.of(formula, scope, self._initial, truth=truth))
+        return self._any_change(self._flips.find_changes(formula, scope, self._initial, truth=truth))
 
     def _joined(self, parts: Sequence[tuple[f.Formula, Scope]], truth: bool, *, all_needed: bool) -> int:
         found: list[int] = []
-        for formula, scope in sorted(parts, key=lambda part: self._flips.depth(part[0])):
+        for formula, scope in sorted(parts, key=lambda part: self._flips.count_read_predicates(part[0])):
             number = self._condition(formula, scope, truth)
             if number == (_FALSE if all_needed else _TRUE):
                 return number
@@ -229,13 +229,13 @@ class _Relaxation:
     def _atom(self, atom: f.Atom, scope: Scope, truth: bool) -> int:
         arguments = arguments_of(atom, scope, self._initial.scene)
         derived = self._flips.derived(atom.predicate)
-        defined = None if derived is None else meaning(derived)
+        defined = None if derived is None else find_definition(derived)
         if defined is None:
-            return self._any_change(self._flips.of(atom, scope, self._initial, truth=truth))
+            return self._any_change(self._flips.find_changes(atom, scope, self._initial, truth=truth))
         key = atom.predicate, arguments, truth
         known = self._numbers.get(key)
         if known is not None and not truth and key in self._open:  # it may cease to be so with itself
-            return self._any_change(self._flips.anything(atom))
+            return self._any_change(self._flips.all_changes(atom))
         if known is None:  # nothing is so because it is so: what is asked for on the way is this condition
             number = self._numbers[key] = self._new((), 1, 0)
             self._open.add(key)
@@ -248,13 +248,13 @@ class _Relaxation:
             self._numbers[key] = known = part if part in (_TRUE, _FALSE) else number
         return known
 
-    def _any_change(self, changes: Iterable[Change]) -> int:
-        return self._any([self._change(change) for change in sorted(changes, key=order)])
+    def _any_change(self, changes: Iterable[FactChange]) -> int:
+        return self._any([self._change(change) for change in sorted(changes, key=change_order)])
 
-    def _change(self, change: Change) -> int:
+    def _change(self, change: FactChange) -> int:
         known = self._numbers.get(change)
         if known is None:
-            makers = self._flips.making(change) or [
+            makers = self._flips.actions_making(change) or [
                 a for a in self._others if self._flips.may_make(a, change)
             ]
             known = self._numbers[change] = self._new((), 1, len(makers)) if makers else _FALSE
@@ -311,7 +311,7 @@ class Landmarks:
 
     def __init__(
         self,
-        flips: Flips,
+        flips: ConflictChanges,
         initial: State,
         goals: Iterable[Subgoal],
         steps: Iterable[Action],
@@ -335,18 +335,18 @@ class Landmarks:
         for action in cut:
             self._hits[action] = self._hits.get(action, 0) | bit
 
-    def hits(self, action: Action | None) -> int:
+    def hit_cuts(self, action: Action | None) -> int:
         """The cuts that an action hits, as a mask."""
         return 0 if action is None else self._hits.get(action, 0)
 
-    def open(self, actions: Iterable[Action]) -> int:
+    def missed_cuts(self, actions: Iterable[Action]) -> int:
         """The cuts that none of some actions hits, as a mask."""
         found = (1 << len(self.cuts)) - 1
         for action in actions:
             found &= ~self._hits.get(action, 0)
         return found
 
-    def lacking(self, mask: int) -> int:
+    def min_actions(self, mask: int) -> int:
         """The fewest actions that hit some cuts."""
         return self._hitting(mask)[0]
 
@@ -359,9 +359,13 @@ class Landmarks:
         """
         if own in self._done or effort.is_used_up:
             return
-        lacked = self.lacking(self.open(own))
-        while own not in self._done and not effort.is_used_up and self.lacking(self.open(own)) == lacked:
-            there, number = {*own, *self._hitting(self.open(own))[1]}, len(self.cuts)
+        lacked = self.min_actions(self.missed_cuts(own))
+        while (
+            own not in self._done
+            and not effort.is_used_up
+            and self.min_actions(self.missed_cuts(own)) == lacked
+        ):
+            there, number = {*own, *self._hitting(self.missed_cuts(own))[1]}, len(self.cuts)
             while not effort.is_used_up:
                 cut = self._relaxation.cut(there)
                 effort.used += 1 + self._relaxation.size // _AT_ONCE

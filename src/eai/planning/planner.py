@@ -54,7 +54,7 @@ class PlanningGoal:
     actions: tuple[tuple[str, ...], ...] = ()
 
 
-def needed_actions(
+def drop_needless_actions(
     domain: Domain,
     initial: State,
     plan: Sequence[Action],
@@ -75,7 +75,7 @@ def needed_actions(
     end = start
     for action in plan:
         end = successors.successor(end, action) or end
-    return successors.without_needless(start, end, reached).plan() if reached(end) else tuple(plan)
+    return successors.remove_needless_actions(start, end, reached).plan() if reached(end) else tuple(plan)
 
 
 class Planner:
@@ -94,7 +94,7 @@ class Planner:
         self.heuristic = AdditiveHeuristic(domain)
         self._allowed: Callable[[State], bool] | None = None
 
-    def through(self, allowed: Callable[[State], bool]) -> Planner:
+    def restrict_states(self, allowed: Callable[[State], bool]) -> Planner:
         """The planner whose plans lead through some states only, which knows what this one does."""
         other = copy(self)
         other._allowed = allowed
@@ -111,7 +111,7 @@ class Planner:
         free variables their objects.
         """
         estimates = Estimates(self.heuristic, state, objects)
-        return estimates.to(Subgoal(condition, scope, True)) < INFINITE
+        return estimates.estimate(Subgoal(condition, scope, True)) < INFINITE
 
     def plan(
         self,
@@ -154,7 +154,7 @@ class Planner:
 
 
 @lru_cache(maxsize=16)
-def planner_of(domain: Domain) -> Planner:
+def get_planner(domain: Domain) -> Planner:
     """The planner of a domain, made once."""
     return Planner(domain)
 
@@ -183,7 +183,7 @@ def _found(search: GreedySearch, start: PlanNode, goal: PlanningGoal, limits: Li
             if found is SearchEnd.UNREACHABLE:
                 return SearchResult(found, states=effort.used)
             node = node if isinstance(found, SearchEnd) else found
-    end = search.successors.without_needless(start, node, is_reached)
+    end = search.successors.remove_needless_actions(start, node, is_reached)
     return SearchResult(SearchEnd.SOLVED, end.plan(), effort.used)
 
 
@@ -253,9 +253,9 @@ class _Agenda:
     def _look_at(self, i: int, node: PlanNode, estimates: Estimates) -> None:
         """Estimate what a goal costs."""
         if i == _NEXT_ACTION:
-            self._costs[i] = estimates.to_action(self._search.successors.goals[node.met]).cost
+            self._costs[i] = estimates.estimate_action(self._search.successors.goals[node.met]).cost
         else:
-            self._costs[i] = estimates.to(self._goals[i])
+            self._costs[i] = estimates.estimate(self._goals[i])
 
     def _achieve(
         self, node: PlanNode, goal: Subgoal, kept: tuple[Subgoal, ...], limits: Limits
@@ -267,7 +267,7 @@ class _Agenda:
                 whole = replace(limits, states=_WHOLE * limits.states)
                 return self._reach(node, (*kept, goal), node.met, whole)
             node = part
-            if self._search.estimates(node).to(goal) == 0.0:
+            if self._search.estimates(node).estimate(goal) == 0.0:
                 return node
 
     def _next_part(
@@ -278,13 +278,13 @@ class _Agenda:
         The nearest comes first; of what a far goal needs the farthest.
         """
         estimates = self._search.estimates(node, kept)
-        parts: Sequence[Subgoal] = estimates.chosen(goal)
-        is_far = len(parts) < 2 and _FAR < estimates.to(goal) < INFINITE
+        parts: Sequence[Subgoal] = estimates.choose_atoms(goal)
+        is_far = len(parts) < 2 and _FAR < estimates.estimate(goal) < INFINITE
         if is_far:
-            parts = estimates.before(goal)
+            parts = estimates.find_prerequisites(goal)
         if len(parts) < 2:
             return None
-        costs = [estimates.to(part) for part in parts]
+        costs = [estimates.estimate(part) for part in parts]
         held = (*kept, *[part for part, cost in zip(parts, costs, strict=True) if cost == 0.0])
         for i in sorted(range(len(parts)), key=lambda i: costs[i], reverse=is_far):
             found = None

@@ -16,9 +16,9 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables, predicates_of
 from eai.planning.search import Effort
-from eai.planning.subgoal import object_named
+from eai.planning.subgoal import find_object
 from eai.world.condition import Scope
-from eai.world.derived import Defined, stored_sources
+from eai.world.derived import Defined, find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.executable import applicability
@@ -32,7 +32,7 @@ _Literal: TypeAlias = tuple[str, tuple[int, ...], bool]
 """A predicate, what it is said of, and whether it is so."""
 
 
-class Possible:
+class PossibleFacts:
     """The facts that may ever be so in an episode of a domain, and those that may ever not.
 
     Args:
@@ -45,8 +45,8 @@ class Possible:
         self.domain = domain
         self._scene = initial.scene
         self.at_start = set(initial.facts())
-        self.so = set(self.at_start)
-        self.not_so: set[Fact] = set()
+        self.possibly_true = set(self.at_start)
+        self.possibly_false: set[Fact] = set()
         self._known: set[_Literal] = set()
         self._asked: dict[_Literal, bool] = {}
         self._denied: set[_Literal] = set()
@@ -54,8 +54,8 @@ class Possible:
         self._effort = Effort(_MAX_LOOKS)
         self._pending = {o.name: list(self._instances_of(o, initial, usable)) for o in domain.operators}
         before = -1
-        while self.known() > before and self.is_complete:
-            before = self.known()
+        while self.count_literals() > before and self.is_complete:
+            before = self.count_literals()
             self._grow()
 
     @property
@@ -63,9 +63,9 @@ class Possible:
         """Whether all actions were looked at; otherwise everything may hold."""
         return not self._effort.is_exceeded
 
-    def known(self) -> int:
+    def count_literals(self) -> int:
         """How much may be so, or not so."""
-        return len(self.so) + len(self.not_so)
+        return len(self.possibly_true) + len(self.possibly_false)
 
     def _instances_of(self, operator: Operator, initial: State, usable: Sequence[int]) -> Iterator[Scope]:
         """The actions by an operator that what never changes permits, as far as they can be listed."""
@@ -80,8 +80,8 @@ class Possible:
     def _is_static(self, check: Check) -> bool:
         """Whether a check reads nothing that changes."""
         vocabulary = self.domain.vocabulary
-        read = stored_sources(predicates_of(check.condition), vocabulary)
-        stored = map(vocabulary.stored, read)
+        read = find_stored_predicates(predicates_of(check.condition), vocabulary)
+        stored = map(vocabulary.find_stored, read)
         return all(predicate is not None and predicate.static for predicate in stored)
 
     def holds(self, formula: f.Formula, scope: Scope, truth: bool = True) -> bool:
@@ -122,7 +122,7 @@ class Possible:
                 yield {**scope, variable.name: index}
 
     def _index(self, term: f.Term, scope: Scope) -> int:
-        return scope[term.name] if isinstance(term, f.Variable) else object_named(term, self._scene)
+        return scope[term.name] if isinstance(term, f.Variable) else find_object(term, self._scene)
 
     def _literal(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
         """Whether a literal may hold; what may once may always."""
@@ -141,7 +141,11 @@ class Possible:
         derived = self.domain.vocabulary.derived_by_name.get(predicate)
         if derived is None:
             fact = Fact(predicate, arguments)
-            return fact in self.so if truth else fact not in self.at_start or fact in self.not_so
+            return (
+                fact in self.possibly_true
+                if truth
+                else fact not in self.at_start or fact in self.possibly_false
+            )
         return self._defined(derived, arguments, truth) if isinstance(derived, Defined) else True
 
     def _defined(self, derived: Defined, arguments: tuple[int, ...], truth: bool) -> bool:
@@ -211,7 +215,7 @@ class Possible:
 
     def add(self, fact: Fact) -> None:
         """A fact may be so from now on."""
-        self.so.add(fact)
+        self.possibly_true.add(fact)
 
     def _delete(self, atom: f.Atom, scope: Scope) -> None:
         wanted = [None if term == ANYTHING else self._index(term, scope) for term in atom.arguments]
@@ -219,7 +223,7 @@ class Possible:
             if predicate == atom.predicate and all(
                 each in (None, own) for each, own in zip(wanted, arguments, strict=True)
             ):
-                self.not_so.add(Fact(predicate, arguments))
+                self.possibly_false.add(Fact(predicate, arguments))
 
 
 @cache
@@ -236,9 +240,9 @@ def _variables(effect: Effect) -> tuple[str, ...]:
     return tuple(sorted(names))
 
 
-def out_of_reach(
+def find_unreachable_goals(
     domain: Domain, initial: State, usable: Sequence[int], goals: Iterable[f.Formula]
 ) -> list[f.Formula]:
     """The goals about one state that are proved never to hold."""
-    possible = Possible(domain, initial, usable)
+    possible = PossibleFacts(domain, initial, usable)
     return [goal for goal in goals if not possible.holds(goal, {})]

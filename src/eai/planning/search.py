@@ -66,7 +66,7 @@ class Effort:
         self.used += number
         return self.used > self.limit
 
-    def at(self, names: Iterable[str]) -> Iterator[str]:
+    def take_within_limit(self, names: Iterable[str]) -> Iterator[str]:
         """Yield names until the limit is exceeded; each counts as one operation."""
         for name in names:
             if self.spend():
@@ -125,9 +125,9 @@ class Node(Generic[S, A]):
 
     def plan(self) -> tuple[A, ...]:
         """Return the actions on the path."""
-        return tuple(chain.from_iterable([node.actions for node in self.way()]))
+        return tuple(chain.from_iterable([node.actions for node in self.path()]))
 
-    def way(self) -> list[Node[S, A]]:
+    def path(self) -> list[Node[S, A]]:
         """Return the nodes on the path, the start first."""
         nodes = []
         node: Node[S, A] | None = self

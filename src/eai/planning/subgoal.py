@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.choice import AllOf, AnyOf, Choose, Pairing
-from eai.world.condition import Readings, Scope
+from eai.world.condition import FormulaEvaluator, Scope
 from eai.world.frame import AGENT, UNBOUND
 from eai.world.relation import bits
 from eai.world.state import Scene, State
@@ -34,7 +34,7 @@ class GroundAtom(NamedTuple):
     truth: bool
 
 
-Parts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | Choose[Subgoal] | Pairing[Subgoal]
+SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | Choose[Subgoal] | Pairing[Subgoal]
 """The parts that a condition comes down to; where parts are chosen, the others shall not be so."""
 
 
@@ -47,7 +47,7 @@ class Unfolding:
         objects: what actions may be about.
     """
 
-    def __init__(self, readings: Readings, state: State, objects: Sequence[int]) -> None:
+    def __init__(self, readings: FormulaEvaluator, state: State, objects: Sequence[int]) -> None:
         self._readings = readings
         self._state = state
         self._objects = objects
@@ -62,7 +62,7 @@ class Unfolding:
         arguments = arguments_of(atom, subgoal.scope, self._state.scene)
         return GroundAtom(atom.predicate, arguments, subgoal.truth)
 
-    def parts(self, subgoal: Subgoal) -> Parts | None:
+    def parts(self, subgoal: Subgoal) -> SubgoalParts | None:
         """The parts of a compound condition; None for an atom and what nothing is known of."""
         formula, scope, truth = subgoal
         match formula:
@@ -133,11 +133,11 @@ class Unfolding:
 def arguments_of(atom: f.Atom, scope: Scope, scene: Scene) -> tuple[int, ...]:
     """The objects that the terms of an atom stand for."""
     return tuple(
-        [scope[t.name] if isinstance(t, f.Variable) else object_named(t, scene) for t in atom.arguments]
+        [scope[t.name] if isinstance(t, f.Variable) else find_object(t, scene) for t in atom.arguments]
     )
 
 
-def object_named(constant: f.Constant, scene: Scene) -> int:
+def find_object(constant: f.Constant, scene: Scene) -> int:
     """Return the object of a scene that a constant names; `UNBOUND` for the agent of a scene without one."""
     if constant == AGENT:
         return UNBOUND if scene.agent is None else scene.agent

@@ -11,7 +11,7 @@ from eai.world.domain import Domain
 from eai.world.operator import Operator
 from eai.world.state import State
 
-ACTION = 10
+ACTION_BINDINGS = 10
 """Number of bindings that an action counts for: what is done with an action takes longer."""
 
 PlanNode: TypeAlias = Node[State, Action]
@@ -57,7 +57,7 @@ class SuccessorGenerator:
         for operator in self._domain.operators:
             yield from applicable_actions(self._domain, operator, node.state, self.objects, bindings)
 
-    def without_needless(
+    def remove_needless_actions(
         self, start: PlanNode, end: PlanNode, reached: Callable[[PlanNode], bool]
     ) -> PlanNode:
         """The end of a plan from the start that still ends as it must, and needs all of its actions.
@@ -65,7 +65,7 @@ class SuccessorGenerator:
         Action elimination (Nakhost and Mueller 2010): each action in turn is left out, and with it those
         after it that are impossible then, until all are needed.
         """
-        way = end.way()[start.depth + 1 :]
+        way = end.path()[start.depth + 1 :]
         position, needed = 0, 0
         while needed < len(way):
             position %= len(way)
@@ -74,7 +74,7 @@ class SuccessorGenerator:
                 for action in later.actions:
                     node = self.successor(node, action) or node
             if reached(node):
-                end, way, needed = node, node.way()[start.depth + 1 :], 0
+                end, way, needed = node, node.path()[start.depth + 1 :], 0
             else:
                 position, needed = position + 1, needed + 1
         return end
@@ -100,7 +100,7 @@ def applicable_actions(
     bindings = bindings or Effort()
     compiled = domain.compiled[operator.name]
     for arguments in domain.applicability[operator.name](state, objects, bindings.spend):
-        if bindings.spend(ACTION):
+        if bindings.spend(ACTION_BINDINGS):
             return
         if not compiled.tries or compiled.is_possible(state, compiled.bind(state, arguments)):
             yield Action(operator.name, arguments)

@@ -13,7 +13,7 @@ from pydantic import ConfigDict, Field
 from eai.abilities.attempt import Usage
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.files import parse_toml
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.results.certainty import Case, Cases, interval_of_ratio
 from eai.results.rate import rate_of
@@ -115,7 +115,7 @@ def per_success(records: Iterable[Record]) -> dict[str, Cases]:
     """
     counted = (record for record in records if record.verdict.excluded is None)
     answers = [(each, each.origin.usage) for each in counted if each.origin and each.origin.usage]
-    found = grouped(pair for record, usage in answers for pair in _amounts(record, usage))
+    found = group_pairs(pair for record, usage in answers for pair in _amounts(record, usage))
     return {name: cases for name, cases in found.items() if len(cases) == len(answers)}
 
 

@@ -22,7 +22,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.feedback import Look
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Verdict
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite
@@ -220,7 +220,7 @@ class SuiteResult:
     def failures(self) -> dict[str, list[str]]:
         """The tasks that have no answer, by the reason why."""
         lacking = [(each.unanswered, each.task_id) for each in self._counted if each.unanswered is not None]
-        return grouped(dict.fromkeys(lacking))
+        return group_pairs(dict.fromkeys(lacking))
 
     @property
     def truncated(self) -> int:
@@ -317,7 +317,7 @@ def averaged_records(
     of_epochs: Iterable[Iterable[Record]], averaged: Callable[[Sequence[Verdict]], Verdict]
 ) -> list[Record]:
     """A record of each task that has the means over its epochs."""
-    by_task = grouped((record.task_id, record) for record in chain.from_iterable(of_epochs))
+    by_task = group_pairs((record.task_id, record) for record in chain.from_iterable(of_epochs))
     return [_mean(of_task, averaged) for of_task in by_task.values()]
 
 
@@ -330,7 +330,7 @@ def _mean(records: Sequence[Record], averaged: Callable[[Sequence[Verdict]], Ver
 def _chosen(obtained: Obtained, ability: Ability) -> dict[str, Answer]:
     """Of each task's answers one that says what most of them say."""
     in_order = sorted(obtained.given.values(), key=attrgetter("epoch"))
-    by_task = grouped((answer.task_id, answer) for answer in in_order)
+    by_task = group_pairs((answer.task_id, answer) for answer in in_order)
     return {i: given[majority([each.text for each in given], ability)] for i, given in by_task.items()}
 
 

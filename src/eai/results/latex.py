@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
 
-from eai.base.files import printable
+from eai.base.files import escape_unprintable
 from eai.results.table import Cell, Column, Estimate, Label, Row, Table
 
 _ESCAPES = {
@@ -54,7 +54,7 @@ def table_latex(table: Table, *, label: str, intervals: bool = True) -> str:
 
 def escaped(text: str) -> str:
     """Text as LaTeX; characters beyond Latin-1 that a plain document cannot set become ``?``."""
-    return "".join(_ESCAPES.get(c) or (c if " " <= c < "\u0100" else "?") for c in printable(text))
+    return "".join(_ESCAPES.get(c) or (c if " " <= c < "\u0100" else "?") for c in escape_unprintable(text))
 
 
 def _parts(rows: Sequence[Row], *, intervals: bool) -> Iterator[list[Row]]:

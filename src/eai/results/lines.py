@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import NONE, NOTHING, ONE
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.results.certainty import Case
 from eai.results.table import Estimate
 from eai.tasks.share import Share
@@ -271,12 +271,12 @@ class SuiteKey(NamedTuple):
 
 def by_suite(lines: Iterable[L]) -> dict[SuiteKey, list[L]]:
     """The lines of each suite, in the order of first mention."""
-    return grouped((SuiteKey(line.protocol, line.domain, line.ability), line) for line in lines)
+    return group_pairs((SuiteKey(line.protocol, line.domain, line.ability), line) for line in lines)
 
 
 def by_model(lines: Sequence[L]) -> dict[str, list[L]]:
     """The lines of each model with its agent; before them those of all together, where there are several."""
-    models = grouped((line.agent, line) for line in lines)
+    models = group_pairs((line.agent, line) for line in lines)
     return models if len(models) < 2 else {TOGETHER: list(lines), **models}
 
 

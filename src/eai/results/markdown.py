@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from eai.base.files import printable
+from eai.base.files import escape_unprintable
 from eai.results.table import Cell, Column, Estimate, Label, Table, short_number, superscript
 
 NOTHING = "–"
@@ -31,7 +31,7 @@ def grid(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
 
 def escaped(text: str) -> str:
     """Text from outside, such that it is only text in a cell or a paragraph."""
-    text = printable(text)
+    text = escape_unprintable(text)
     for character in "\\`*_[]<>|#":
         text = text.replace(character, f"\\{character}")
     return " ".join(text.split())
@@ -82,4 +82,4 @@ def _in_line(cell: Cell) -> str:
             name = escaped(text) if target is None else f"[{escaped(text)}]({target})"
             return f"{name}{f' *({origin})*' if origin else ''}{superscript(cell.notes)}"
         case _:
-            return printable(str(cell)).replace("|", "\\|").replace("\n", " ")
+            return escape_unprintable(str(cell)).replace("|", "\\|").replace("\n", " ")

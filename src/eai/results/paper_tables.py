@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
-from eai.base.files import file_name, parse_toml
-from eai.base.grouping import grouped
+from eai.base.files import parse_toml, to_file_name
+from eai.base.grouping import group_pairs
 from eai.results.coverage import Coverage
 from eai.results.rate import Rate, total
 from eai.tasks.share import Share
@@ -88,7 +88,7 @@ def paper_setting() -> _PaperSetting:
 def paper_table(name: str) -> PaperTable:
     """One of the full tables or of the others, with its notes."""
     table = _read_table(name)
-    return replace(table, notes=grouped((*_written_notes(table), *_contradictions(table))))
+    return replace(table, notes=group_pairs((*_written_notes(table), *_contradictions(table))))
 
 
 @cache
@@ -208,7 +208,7 @@ class _PublishedScores:
 
 def is_null_model(name: str) -> bool:
     """Whether records of this model's name are of a null model, which is no model to compare others with."""
-    return name in {file_name(model) for model in NULL_MODELS}
+    return name in {to_file_name(model) for model in NULL_MODELS}
 
 
 @cache

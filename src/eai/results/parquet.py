@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from eai.base.errors import InputError, needing
+from eai.base.errors import InputError, require_extra
 from eai.base.files import MAX_UNPACKED, UNPACKED_PER_BYTE, require_file
 
 _BATCH_ROWS = 1024
@@ -22,7 +22,7 @@ def parquet() -> Any:
     Raises:
         EaiError: pyarrow is not installed.
     """
-    with needing("analysis", "Parquet needs"):
+    with require_extra("analysis", "Parquet needs"):
         import pyarrow.parquet
     return pyarrow.parquet
 

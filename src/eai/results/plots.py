@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.base.errors import needing
-from eai.base.grouping import grouped
+from eai.base.errors import require_extra
+from eai.base.grouping import group_pairs
 from eai.results.lines import MODEL, SUITE, SuiteKey
 from eai.results.table import Cell, Estimate, Table
 
@@ -93,7 +93,7 @@ def styled() -> Iterator[None]:
     Raises:
         EaiError: matplotlib is not installed.
     """
-    with needing("plots", "plots need"):
+    with require_extra("plots", "plots need"):
         import matplotlib as mpl
     style = resources.files("eai.results") / _STYLE
     with resources.as_file(style) as path, mpl.rc_context(fname=path):
@@ -205,7 +205,7 @@ _DARK = 55.0
 
 def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
     """The rows of a table by suite, as the values of their columns."""
-    return grouped((SuiteKey(*(str(row[name]) for name in SUITE)), row) for row in table.by_name())
+    return group_pairs((SuiteKey(*(str(row[name]) for name in SUITE)), row) for row in table.by_name())
 
 
 def value_of(cell: Cell | None) -> float:

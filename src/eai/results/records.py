@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 from pydantic_core import from_json
 
 from eai.abilities.verdict import Verdict
-from eai.base.errors import InputError, located
+from eai.base.errors import InputError, prefix_errors
 from eai.base.files import files_below, require_file, write_whole
 from eai.base.json_value import Json
 from eai.results.codec import READABLE, experiment_to_json, record_from_json, record_to_json
@@ -58,7 +58,7 @@ def read_records(path: Path) -> Iterator[Record]:
     """
     for number, line in enumerate(_lines(path), 1):
         if line.strip():
-            with located(f"{path}, line {number}"):
+            with prefix_errors(f"{path}, line {number}"):
                 record = _parse(line)
             yield record
 

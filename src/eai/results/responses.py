@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from eai.base.errors import InputError, did_you_mean
-from eai.base.files import content_of, files_below, require_file, write_whole
-from eai.base.grouping import grouped
+from eai.base.files import files_below, read_content, require_file, write_whole
+from eai.base.grouping import group_pairs
 from eai.results.parquet import read_columns
 
 T = TypeVar("T", bound=Hashable)
@@ -100,7 +100,7 @@ class ResponseFile:
         if isinstance(self.responses, _Samples):
             parts: dict[T, Collection[Response]] = {**self.responses.split(key)}
         else:
-            parts = {**grouped((key(response.text), response) for response in self.responses)}
+            parts = {**group_pairs((key(response.text), response) for response in self.responses)}
         return {value: replace(self, responses=part, further=()) for value, part in parts.items()}
 
 
@@ -335,7 +335,7 @@ def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
 
 
 def _read_list(path: Path) -> list[Any]:
-    rows = _parsed(path, content_of(path))
+    rows = _parsed(path, read_content(path))
     if not isinstance(rows, list):
         raise InputError(f'{path}: expected a list of {{"identifier", "llm_output"}}, not {_kind(rows)}')
     return rows

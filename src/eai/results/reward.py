@@ -23,7 +23,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer, exception_text
 from eai.abilities.verdict import ErrorReport, Merit, PlanVerdict, Verdict, gain_of_conditions
-from eai.base.errors import EaiError, InputError, member
+from eai.base.errors import EaiError, InputError, find_member
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
@@ -140,7 +140,7 @@ class Reward:
 
     def __init__(self, suite: Suite, shaping: Shaping | str = Shaping.SUCCESS, *, limit: int = LIMIT) -> None:
         self.suite = _without_planner(suite)
-        self.shaping = member(Shaping, shaping, "shaping")
+        self.shaping = find_member(Shaping, shaping, "shaping")
         if self.shaping is Shaping.REPAIR and suite.ability is not Ability.ACTION_SEQUENCING:
             plans = Ability.ACTION_SEQUENCING.value
             raise InputError(f"the shaping repair is of {plans} only, not of {suite.ability.value}")
@@ -250,7 +250,7 @@ def reward_of(task: TaskReference, shaping: Shaping | str) -> Reward:
         InputError: there is no such suite or shaping.
         DataError: the data cannot be had.
     """
-    return _opened(task.benchmark, task.ability, member(Shaping, shaping, "shaping"))
+    return _opened(task.benchmark, task.ability, find_member(Shaping, shaping, "shaping"))
 
 
 @cache

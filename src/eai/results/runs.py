@@ -15,8 +15,8 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol, place_of
 from eai.base.errors import InputError
-from eai.base.files import content_of, files_below, write_whole
-from eai.base.grouping import grouped
+from eai.base.files import files_below, read_content, write_whole
+from eai.base.grouping import group_pairs
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.protocols import implementation_of
 from eai.benchmarks.registry import registered
@@ -162,7 +162,7 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
     """
     sources: dict[RunKey, Path] = {}
     for path in find_record_files(paths):
-        runs = grouped((_key(record), record) for record in read_records(path))
+        runs = group_pairs((_key(record), record) for record in read_records(path))
         if not runs:
             raise InputError(f"{path}: expected at least one record, found none")
         for key, records in runs.items():
@@ -189,7 +189,7 @@ def write_log_place(folder: Path, log: Path, epoch: int | Mapping[str, int]) -> 
 def _log_beside(records: Path) -> LogPlace | None:
     path = records.with_name(_LOG)
     try:
-        content = json.loads(content_of(path)) if path.exists() else None
+        content = json.loads(read_content(path)) if path.exists() else None
         if content is None:
             return None
         epoch = content["epoch"]

@@ -18,7 +18,7 @@ from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import NONE, PlanVerdict, Shares, Verdict, of_all
 from eai.abilities.verdict import NOTHING as NO_SHARE
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.results.certainty import Case
 from eai.results.rate import NOTHING, Rate, rate_of, total
 from eai.results.record import Record
@@ -59,7 +59,7 @@ def shares_by_task(records: Sequence[Record]) -> dict[str, Shares]:
 
 def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case]]:
     """The cases that the records of a run add to each metric, in order; excluded ones add nothing."""
-    return grouped(
+    return group_pairs(
         (metric, Case(task, name, share))
         for record, shares in _contributed(records, ability)
         for task, name in [(record.task_id, name_of(record))]

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import get_type_hints
 
 from eai.base.errors import InputError
-from eai.base.files import printable, write_whole
+from eai.base.files import escape_unprintable, write_whole
 from eai.base.json_value import Json
 from eai.results.lines import MODEL, SUITE, TOGETHER, Line, SuiteKey
 from eai.results.markdown import rows_markdown
@@ -156,5 +156,5 @@ def _written(value: Plain) -> Plain:
         return str(value).lower()
     if not isinstance(value, str):
         return value
-    text = printable(value)
+    text = escape_unprintable(value)
     return f"'{text}" if _FORMULA.match(text) else text

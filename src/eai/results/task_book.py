@@ -20,7 +20,7 @@ from eai.results.lines import Reason
 from eai.tasks.goal_test import alternatives
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
-from eai.world.condition import Conditions
+from eai.world.condition import ConditionCompiler
 from eai.world.execution import execute
 from eai.world.frame import Frame
 from eai.world.state import State
@@ -87,7 +87,7 @@ class TaskBook:
             return held
         for objects in product(*(self._called(task_id, name) for name in arguments)):
             frame = Frame()
-            truth = Conditions(vocabulary, frame).truth(Atom(predicate, objects), wanted=call.positive)
+            truth = ConditionCompiler(vocabulary, frame).truth(Atom(predicate, objects), wanted=call.positive)
             binding = frame.bind(scene, ())
             held = [before or truth(s, binding.copy()) for before, s in zip(held, states, strict=True)]
         return held

@@ -18,7 +18,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from eai.abilities.attempt import Attempt
 from eai.base.errors import EaiError, InputError
-from eai.base.files import content_of, lines, writing_to
+from eai.base.files import convert_write_errors, number_lines, read_content
 from eai.results.codec import dataclass_to_json
 from eai.results.trials import Answer, Inquiry, Place, described
 from eai.run.job import Job
@@ -43,9 +43,9 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._answers: dict[tuple[str, str, int, int], Answer] = {}
-        content, adapter = content_of(path) if path.exists() else b"", TypeAdapter(Answer)
+        content, adapter = read_content(path) if path.exists() else b"", TypeAdapter(Answer)
         self._size = content.rfind(b"\n") + 1
-        for number, line in lines(content[: self._size]):
+        for number, line in number_lines(content[: self._size]):
             try:
                 self._keep(adapter.validate_json(line))
             except ValidationError as error:
@@ -61,7 +61,7 @@ class Journal:
         Raises:
             InputError: the file cannot be written, or is not there any more.
         """
-        with writing_to(self._path):
+        with convert_write_errors(self._path):
             if not self._size:
                 self._path.parent.mkdir(parents=True, exist_ok=True)
             with self._path.open("r+b" if self._size else "wb") as file:
@@ -78,7 +78,7 @@ class Journal:
             InputError: the file cannot be read or written.
         """
         path, line = self._path.with_name(BEGUN), json.dumps([*place, request_sha256])
-        with writing_to(path):
+        with convert_write_errors(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             with path.open("a+", encoding="utf-8") as file:
                 file.seek(0)

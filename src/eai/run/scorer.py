@@ -35,8 +35,8 @@ from eai.abilities.experiment import RULES_SEPARATOR, Experiment
 from eai.abilities.explanation import Explanation, PartReport, StepReport
 from eai.abilities.protocol import Ability, Protocol, registered_abilities
 from eai.abilities.verdict import Verdict
-from eai.base.files import file_name
-from eai.base.grouping import grouped
+from eai.base.files import to_file_name
+from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -113,7 +113,7 @@ def paper_metrics(ability: str) -> Metric:
     def pooled(scores: list[SampleScore]) -> Value:
         asked = Ability.named(ability)
         ordered = sorted(scores, key=lambda score: int(_metadata(score)["epoch"]))
-        by_task = grouped((str(score.sample_id), score) for score in ordered).values()
+        by_task = group_pairs((str(score.sample_id), score) for score in ordered).values()
         averaged = declaration_of(asked).of_epochs
         if averaged is None:
             verdicts = _verdicts([_chosen(of_task, asked) for of_task in by_task])
@@ -158,7 +158,7 @@ SCORERS = {ability: _register(ability) for ability in registered_abilities()}
 
 
 def _record_of(state: TaskState, suite: Suite) -> Record:
-    model, task_id = file_name(str(state.model)), str(state.sample_id)
+    model, task_id = to_file_name(str(state.model)), str(state.sample_id)
     if state.output.choices:
         text = episode_text(state) if declaration_of(suite.ability).takes_turns else state.output.completion
         answer = Response(task_id, text)

@@ -36,8 +36,8 @@ from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.agents.play import in_setting
 from eai.agents.setting import AGENT, Setting
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
-from eai.base.files import file_name, require_file, writing_to
-from eai.base.grouping import grouped
+from eai.base.files import convert_write_errors, require_file, to_file_name
+from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import suite_name
@@ -310,7 +310,7 @@ def write_scores(path: Path, records: Mapping[Place, Record], source: Source) ->
     for scorer in log.eval.scorers or ():
         scorer.options = {**(scorer.options or {}), **rules}
     recompute_metrics(log)
-    with writing_to(path):
+    with convert_write_errors(path):
         write_eval_log(log, str(path))
 
 
@@ -333,12 +333,12 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
         raise InputError(f"{path}: expected at least one answer, found none")
     answered.sort(key=lambda sample: sample.epoch)
     responses = [Response(str(sample.id), episode_text(sample)) for sample in answered]
-    model = file_name(log.eval.model)
+    model = to_file_name(log.eval.model)
     if declaration_of(suite.ability).of_epochs is not None:
-        epochs = grouped(zip([sample.epoch for sample in answered], responses, strict=True))
+        epochs = group_pairs(zip([sample.epoch for sample in answered], responses, strict=True))
         first, *further = [ResponseFile(model, tuple(each)) for each in epochs.values()]
         return replace(first, further=tuple(further))
-    by_task = grouped((str(sample.id), sample) for sample in answered)
+    by_task = group_pairs((str(sample.id), sample) for sample in answered)
     chosen = [_counted(samples, suite.ability) for samples in by_task.values()]
     return ResponseFile(model, tuple([Response(str(each.id), episode_text(each)) for each in chosen]))
 
@@ -353,7 +353,7 @@ def read_experiment(path: Path, suite: Suite) -> Callable[[Record], Record] | No
     written = next((each.metadata[EXPERIMENT] for each in samples if EXPERIMENT in each.metadata), None)
     if written is None or declaration_of(suite.ability).of_epochs is not None:
         return None
-    by_task = grouped((str(sample.id), sample) for sample in samples if sample.output.choices)
+    by_task = group_pairs((str(sample.id), sample) for sample in samples if sample.output.choices)
     chosen = [_counted(sorted(each, key=lambda s: s.epoch), suite.ability) for each in by_task.values()]
     known: Logged = {str(each.id): (each.metadata, each.epoch, _question_of(each)) for each in chosen}
     return partial(record_in_log, suite, written, known)
@@ -396,7 +396,7 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch | Non
     desk.report()
     log = find_log(job, log_dir) if desk.complete else None
     if log is None:
-        with writing_to(log_dir):
+        with convert_write_errors(log_dir):
             log_dir.mkdir(parents=True, exist_ok=True)
         evaluated = _evaluate(job, _task(job, desk), log_dir)
         if desk.stopped is not None:
@@ -404,7 +404,7 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch | Non
         log = _log_of(job, evaluated)
     return Obtained(
         job.endpoint.model,
-        file_name(job.endpoint.model),
+        to_file_name(job.endpoint.model),
         job.prompts,
         desk.answers,
         desk.failures,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from eai.base.errors import InputError
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.results.runs import Run, read_runs
 from eai.results.tidy import Tables
 from eai.tasks.source import ErrataChoice, Source
@@ -103,4 +103,4 @@ class Records:
 def by_place(runs: Iterator[Run]) -> Mapping[tuple[str, ...], list[Run]]:
     """Runs of one model, domain, ability and protocol together, all sorted."""
     ordered = sorted(runs, key=lambda run: run.key.order)
-    return grouped(((*run.key.suite, run.key.model), run) for run in ordered)
+    return group_pairs(((*run.key.suite, run.key.model), run) for run in ordered)

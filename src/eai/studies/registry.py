@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from eai.base.entry_points import EntryPoint, entry_points_of
+from eai.base.entry_points import EntryPoint, get_entry_points
 from eai.base.errors import InputError, did_you_mean
 from eai.studies.study import Study
 from eai.studies.variation import Variation
@@ -43,7 +43,7 @@ _FIRST = (
 
 @cache
 def _registered() -> Mapping[str, EntryPoint]:
-    return entry_points_of(GROUP, _FIRST)
+    return get_entry_points(GROUP, _FIRST)
 
 
 def study_names() -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from typing import NamedTuple, TypeAlias
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
-from eai.logic.choice import AllOf, AnyOf, Choice, Choose, Leaf, Literal, Pairing
+from eai.logic.choice import AllOf, AnyOf, Choice, Choose, Literal, LiteralChoice, Pairing
 from eai.logic.matching import heaviest_matching
 from eai.logic.trace import positions_in
 
@@ -157,7 +157,7 @@ _Table: TypeAlias = Callable[[_Search], _Sets]
 def _simplified(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _Part:
     """A choice with numbered conditions, without conjunctions in conjunctions."""
     match choice:
-        case Leaf(literal):
+        case LiteralChoice(literal):
             return _number(literal, numbers)
         case AllOf(parts):
             inner = [_simplified(part, numbers) for part in parts]

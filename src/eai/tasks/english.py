@@ -17,7 +17,7 @@ from typing import ClassVar, NamedTuple
 from pydantic import ConfigDict, TypeAdapter
 
 from eai.base.files import parse_toml
-from eai.world.vocabulary import parameters
+from eai.world.vocabulary import parameter_names
 
 FILE = "english.toml"
 
@@ -167,7 +167,9 @@ def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:
     if not arity:
         return (f"it is so that {name}",)
     if arity > 2:
-        return (f"it is so that {name} holds of {', '.join([f'{{{each}}}' for each in parameters(arity)])}",)
+        return (
+            f"it is so that {name} holds of {', '.join([f'{{{each}}}' for each in parameter_names(arity)])}",
+        )
     verb = name if name in _PLURAL else f"is {name}"
     return (f"{{x}} {verb} {{y}}" if arity == 2 else f"{{x}} {verb}",)
 

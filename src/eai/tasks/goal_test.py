@@ -15,9 +15,9 @@ from eai.tasks.best_option import best_option
 from eai.tasks.share import GoalTallies, Share
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
-from eai.world.condition import Conditions
+from eai.world.condition import ConditionCompiler
 from eai.world.domain import Domain
-from eai.world.execution import Trajectory, execute, timeline
+from eai.world.execution import Trajectory, execute, to_trace
 from eai.world.frame import UNBOUND, Frame, Truth
 from eai.world.state import Scene, State
 
@@ -44,7 +44,7 @@ class StateTest:
 
     def __init__(self, formula: Formula, scene: Scene) -> None:
         frame = Frame(ACTION_ARGUMENTS)
-        self.truth: Truth = Conditions(scene.vocabulary, frame).truth(formula)
+        self.truth: Truth = ConditionCompiler(scene.vocabulary, frame).truth(formula)
         self.binding = frame.bind(scene, (UNBOUND, UNBOUND))
 
     def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
@@ -101,7 +101,7 @@ class GoalTest:
         for number in self._met(self._actions, actions) if self._actions else ():
             reached[self._places[number]] = True
         if self._over_time:
-            trace = timeline(course or Trajectory((final,), ()))
+            trace = to_trace(course or Trajectory((final,), ()))
             for place, formula in self._over_time.items():
                 reached[place] = holds(formula, trace)
         return tuple(reached)
@@ -113,7 +113,7 @@ class GoalTest:
 
     def all_over_time(self, course: Trajectory) -> bool:
         """Whether all goals over time hold on a course."""
-        trace = timeline(course)
+        trace = to_trace(course)
         return all(holds(formula, trace) for formula in self._over_time.values())
 
     def all_lasting(self, final: State) -> bool:
@@ -176,7 +176,7 @@ class _Conditions:
                 self._whole.append(number)
         self._best = best_option(choices, len(self._whole) + self._has_actions)
         frame = Frame(())
-        conditions = Conditions(task.scene.vocabulary, frame)
+        conditions = ConditionCompiler(task.scene.vocabulary, frame)
         self._truths = [conditions.truth(atom) for atom in self._best.atoms]
         self._binding = frame.bind(task.scene, ())
         self._known: dict[tuple[int, int], Share] = {}
@@ -205,7 +205,7 @@ def _choice(goal: Goal, scene: Scene) -> Choice | None:
     if goal.is_over_time:
         return None
     try:
-        return ground(goal.formula, scene.named)
+        return ground(goal.formula, scene.names_of_category)
     except InputError:
         return None
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import eai.logic.formula as f
-from eai.base.errors import InputError, did_you_mean, located
+from eai.base.errors import InputError, did_you_mean, prefix_errors
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_in_time
-from eai.logic.signature import takes
-from eai.logic.traversal import bound_by, free_variables, is_state_formula, objects, walk
+from eai.logic.signature import describe_arity
+from eai.logic.traversal import bound_variables, free_variables, is_state_formula, object_names, walk
 from eai.tasks.lexicon import FormulaLexicon, declared_lexicon
 from eai.tasks.task import Task, goal
 from eai.world.domain import Domain
@@ -21,7 +21,7 @@ from eai.world.state import Scene, State
 def lexicon_of_goals(domain: Domain, scene: Scene) -> FormulaLexicon:
     """Return the lexicon of goals: as declared, and actions may stand there without objects."""
     lexicon = declared_lexicon(domain, scene)
-    signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), known={})
+    signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), parsed={})
     return replace(lexicon, signature=signature)
 
 
@@ -44,7 +44,7 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
         for action in actions:
             wanted, found = domain.arities[action.action], len(action.arguments)
             if wanted != found:
-                raise InputError(f"{takes(action.action, wanted, 'object')}, not {found}")
+                raise InputError(f"{describe_arity(action.action, wanted, 'object')}, not {found}")
     elif actions and not _is_choice(formula):
         raise InputError("expected actions without objects, joined by 'or'")
     check_goal(formula, scene)
@@ -60,12 +60,12 @@ def check_goal(formula: f.Formula, scene: Scene) -> None:
     kinds = {thing.category for thing in scene.objects}
     for part in walk(formula):
         if isinstance(part, f.Atom):
-            scene.vocabulary.require(part.predicate, len(part.arguments))
-        for variable in bound_by(part):
+            scene.vocabulary.require_arity(part.predicate, len(part.arguments))
+        for variable in bound_variables(part):
             kind = variable.category
             if kind is not None and kind not in kinds:
                 raise InputError(f"there is no object of the kind {kind}{did_you_mean(kind, kinds)}")
-    for name in objects(formula):
+    for name in object_names(formula):
         if name != AGENT.name or scene.agent is None:
             scene.find(name)
     for name in sorted(free_variables(formula)):
@@ -102,7 +102,7 @@ def make_task(
     scene = initial.scene
     formulas = []
     for number, stated in enumerate(goals, 1):
-        with located(f"task {task_id}, goal {number}"):
+        with prefix_errors(f"task {task_id}, goal {number}"):
             if isinstance(stated, str):
                 formulas.append(read_goal(stated, domain or Domain("", scene.vocabulary, ()), scene))
             else:

@@ -8,10 +8,10 @@ from functools import cached_property
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.logic.ltl import spelt
+from eai.logic.ltl import spell_names
 from eai.logic.rewriting import rewrite
 from eai.logic.signature import Signature
-from eai.logic.traversal import objects, predicates_of
+from eai.logic.traversal import object_names, predicates_of
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
 from eai.world.derived import is_a
@@ -112,7 +112,7 @@ class FormulaLexicon:
 
     def is_unobserved(self, formula: f.Formula) -> bool:
         """Whether a formula has a predicate or an object of which the domain knows nothing."""
-        names = objects(formula) if self.unobserved_objects else ()
+        names = object_names(formula) if self.unobserved_objects else ()
         return any(name in self.unobserved for name in predicates_of(formula)) or any(
             name in self.unobserved_objects for name in names
         )
@@ -187,9 +187,9 @@ def declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
     """Return the lexicon with the names that a domain declares (`spelt`) and those of the scene's objects."""
     vocabulary = domain.vocabulary
     visible = [p.name for p in vocabulary.predicates if p.visible]
-    predicates = spelt([*visible, *(derived.name for derived in vocabulary.derived)])
-    actions = spelt([operator.name for operator in domain.operators])
-    names = spelt([thing.name for thing in scene.objects])
+    predicates = spell_names([*visible, *(derived.name for derived in vocabulary.derived)])
+    actions = spell_names([operator.name for operator in domain.operators])
+    names = spell_names([thing.name for thing in scene.objects])
     objects = {word: scene.index[name] for word, name in names.items()}
     signature = Signature(
         {word: vocabulary.arity(name) for word, name in predicates.items()},

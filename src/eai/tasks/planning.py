@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from eai.planning.planner import Planner, PlanningGoal
-from eai.planning.possible import out_of_reach
+from eai.planning.possible import find_unreachable_goals
 from eai.planning.search import Limits, SearchEnd, SearchResult
 from eai.tasks.goal_test import alternatives
 from eai.tasks.task import GoalKind, Task
@@ -45,4 +45,4 @@ def why_no_plan(end: SearchEnd) -> str:
 def is_impossible(task: Task, domain: Domain) -> bool:
     """Whether it is proved that no plan reaches the goals of a task that are about states at its end."""
     conditions = planning_goal(task).conditions
-    return bool(out_of_reach(domain, task.initial, task.planned_with, conditions))
+    return bool(find_unreachable_goals(domain, task.initial, task.planned_with, conditions))

@@ -12,8 +12,8 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.base.errors import DomainError, InputError, read_all
 from eai.base.files import files_below
-from eai.logic.rewriting import with_terms
-from eai.logic.traversal import with_parts
+from eai.logic.rewriting import map_terms
+from eai.logic.traversal import map_parts
 from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.export import export
 from eai.pddl.files import (
@@ -179,7 +179,7 @@ class _Declared:
         facts = [
             Fact(name, tuple([index[term.name] for term in arguments]))
             for name, arguments in stored
-            if self.domain.vocabulary.stored(name) is not None
+            if self.domain.vocabulary.find_stored(name) is not None
         ]
         names = {word: thing.name for word, thing in spelt.items()}
         return scene.state(facts), lambda formula: self._meaning(formula, names)
@@ -206,14 +206,14 @@ class _Declared:
             case f.Atom(name, arguments):
                 return f.Atom(self.predicates.get(name, name), tuple(map(meant, arguments)))
             case f.Equals():
-                return with_terms(formula, meant)
+                return map_terms(formula, meant)
             case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
                 return replace(formula, variable=self._ranging(variable), body=self._meaning(body, names))
             case f.ForPairs(first, second, body):
                 first, second = self._ranging(first), self._ranging(second)
                 return replace(formula, first=first, second=second, body=self._meaning(body, names))
             case _:
-                return with_parts(formula, lambda part: self._meaning(part, names))
+                return map_parts(formula, lambda part: self._meaning(part, names))
 
     def _ranging(self, variable: f.Variable) -> f.Variable:
         """A quantified variable, by its category; of the root of all types it has none."""

@@ -9,10 +9,10 @@ from itertools import groupby
 
 import eai.logic.formula as f
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.traversal import predicates_of, with_parts
-from eai.planning.effect_schema import written
-from eai.world.condition import Readings
-from eai.world.derived import Defined, Lookup, meaning, stored_sources
+from eai.logic.traversal import map_parts, predicates_of
+from eai.planning.effect_schema import written_predicates
+from eai.world.condition import FormulaEvaluator
+from eai.world.derived import Defined, Lookup, find_definition, find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.fault import FaultKind
@@ -58,9 +58,9 @@ class Rules:
         return frozenset([operator.name for operator in self.operators])
 
     @cached_property
-    def readings(self) -> Readings:
+    def readings(self) -> FormulaEvaluator:
         """Formulas as functions of states."""
-        return Readings(self.domain.vocabulary)
+        return FormulaEvaluator(self.domain.vocabulary)
 
     @cached_property
     def memory(self) -> frozenset[str]:
@@ -77,11 +77,13 @@ class Rules:
     @cached_property
     def written(self) -> Mapping[str, frozenset[str]]:
         """By operator the predicates that it changes and that can be shown."""
-        return {each.name: frozenset(written(each.effects)) - self.memory for each in self.operators}
+        return {
+            each.name: frozenset(written_predicates(each.effects)) - self.memory for each in self.operators
+        }
 
     def predicates(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> frozenset[str]:
         """The stored predicates that operators read or change, or that decide formulas."""
-        decisive = stored_sources(predicates_of(*formulas), self.domain.vocabulary)
+        decisive = find_stored_predicates(predicates_of(*formulas), self.domain.vocabulary)
         return frozenset(decisive).union(*(self._about[name] for name in operators))
 
     @cached_property
@@ -89,7 +91,7 @@ class Rules:
         """The stored predicates that each operator reads or changes."""
         vocabulary = self.domain.vocabulary
         return {
-            name: self.written[name].union(stored_sources(read, vocabulary))
+            name: self.written[name].union(find_stored_predicates(read, vocabulary))
             for name, read in self._reads.items()
         }
 
@@ -138,11 +140,11 @@ class Rules:
         vocabulary = self.domain.vocabulary
         read = predicates_of(*conditions_of(operator))
         derived = [vocabulary.derived_by_name[name] for name in self._derived(read)]
-        undefined = any(meaning(each) is None for each in derived)
+        undefined = any(find_definition(each) is None for each in derived)
         return not (operator.tries or undefined or self._reads_memory(read))
 
     def _reads_memory(self, names: Iterable[str]) -> bool:
-        return not self.memory.isdisjoint(stored_sources(names, self.domain.vocabulary))
+        return not self.memory.isdisjoint(find_stored_predicates(names, self.domain.vocabulary))
 
     def _derived(self, names: Iterable[str]) -> list[str]:
         """The derived predicates among these and in their definitions, each once."""
@@ -154,7 +156,7 @@ class Rules:
             if derived is None or name in found:
                 continue
             found[name] = None
-            defined = meaning(derived)
+            defined = find_definition(derived)
             pending += [] if defined is None else predicates_of(defined.definition)
         return list(found)
 
@@ -203,7 +205,7 @@ class Rules:
     @cached_property
     def _definitions(self) -> Mapping[str, str]:
         """The meaning of each derived predicate that a formula defines."""
-        meanings = [(each, meaning(each)) for each in self.domain.vocabulary.derived]
+        meanings = [(each, find_definition(each)) for each in self.domain.vocabulary.derived]
         return {each.name: _definition(each, defined) for each, defined in meanings if defined is not None}
 
 
@@ -243,4 +245,4 @@ def _simplified(formula: f.Formula) -> f.Formula:
         case f.Not(f.Not(operand)):
             return _simplified(operand)
         case _:
-            return with_parts(formula, _simplified)
+            return map_parts(formula, _simplified)

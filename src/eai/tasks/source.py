@@ -11,11 +11,11 @@ from functools import cache, wraps
 from pathlib import Path
 from typing import TypeAlias, TypeVar
 
-from eai.base.errors import InputError, member
-from eai.base.store import Report, Store, silent
+from eai.base.errors import InputError, find_member
+from eai.base.store import ReportProgress, Store, ignore_progress
 from eai.pddl.planning import PlannerChoice, PlannerTerms
 from eai.tasks.task import Task
-from eai.world.vocabulary import several
+from eai.world.vocabulary import require_tuple
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ def errata_choice(name: ErrataChoice | str) -> ErrataChoice:
     Raises:
         InputError: there is none.
     """
-    return member(ErrataChoice, name, "choice of errata")
+    return find_member(ErrataChoice, name, "choice of errata")
 
 
 def planner_choice(name: PlannerChoice | str) -> PlannerChoice:
@@ -57,7 +57,7 @@ def planner_choice(name: PlannerChoice | str) -> PlannerChoice:
     Raises:
         InputError: there is none.
     """
-    return member(PlannerChoice, name, "planner")
+    return find_member(PlannerChoice, name, "planner")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class Source:
     """The source of tasks: a store (the user's if None), who hears of a download, planner, errata."""
 
     store: Store | None = None
-    report: Report = silent
+    report: ReportProgress = ignore_progress
     planner: PlannerChoice = PlannerChoice.AUTO
     errata: ErrataChoice = ErrataChoice.CURRENT
     terms: PlannerTerms = field(default_factory=PlannerTerms)
@@ -109,7 +109,7 @@ def given(*tasks: Task) -> OpenTasks[Task]:
     Raises:
         InputError: two have one id, or one is no task.
     """
-    several("eai.given", tasks, Task)
+    require_tuple("eai.given", tasks, Task)
     if twice := [name for name, n in Counter(task.id for task in tasks).items() if n > 1]:
         raise InputError(f"two tasks are called {twice[0]}")
     sha256 = _digest([_content(task) for task in tasks])

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, NewType
 
 from eai.logic.formula import Atom, Formula, Occurs
-from eai.logic.traversal import is_state_formula, objects, walk
+from eai.logic.traversal import is_state_formula, object_names, walk
 
 if TYPE_CHECKING:
     from eai.world.action import Action
@@ -155,7 +155,7 @@ class Task:
 
     def named_by(self, goals: Iterable[Goal]) -> set[int]:
         """The objects that some of its goals name, by index."""
-        return {self.scene.index[name] for goal in goals for name in objects(goal.formula)}
+        return {self.scene.index[name] for goal in goals for name in object_names(goal.formula)}
 
     def goals_of(self, kind: GoalKind) -> tuple[Goal, ...]:
         """The goals of one kind, in order."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from eai.base.errors import InputError, located
-from eai.base.files import content_of, lines, write_whole
+from eai.base.errors import InputError, prefix_errors
+from eai.base.files import number_lines, read_content, write_whole
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.start import is_broken
 from eai.tasks.goal_test import GoalTest
@@ -22,7 +22,7 @@ from eai.tasks.source import Finding, TaskSet
 from eai.tasks.task import Task
 from eai.tasks.task_lines import read_line, task_of
 from eai.world.domain import Domain
-from eai.world.execution import Trajectory, describe, execute, timeline
+from eai.world.execution import Trajectory, describe, execute, to_trace
 
 ENDINGS = (".jsonl", ".jsonl.gz")
 """How the names of task files end."""
@@ -64,7 +64,7 @@ class _TaskFiles:
         return TaskSet(self.lines, lambda task_id: self._task(self.lines[task_id], domain), self.sha256)
 
     def _task(self, place: _Line, domain: Domain) -> Task:
-        with located(place):
+        with prefix_errors(place):
             line = read_line(place.content)
             if line.base != self.base:
                 raise InputError(f"base: expected {self.base!r}, as in the first line, found {line.base!r}")
@@ -90,7 +90,7 @@ def open_task_files(path: Path) -> _TaskFiles:
     if not lines:
         raise InputError(f"{path}: expected at least one task")
     first = next(iter(lines.values()))
-    with located(first):
+    with prefix_errors(first):
         base = read_line(first.content).base
     digest = hashlib.sha256(b"\0".join(contents)).hexdigest()
     return _TaskFiles(path.resolve().name.partition(".")[0], base, lines, digest)
@@ -167,7 +167,7 @@ def problems_of(task: Task, domain: Domain) -> Iterator[str]:
 
 def _broken_goals(task: Task) -> Iterator[str]:
     """The goals over time that no plan can reach, because the state at the start breaks them."""
-    start = timeline(Trajectory((task.initial,), ()))
+    start = to_trace(Trajectory((task.initial,), ()))
     for number, goal in enumerate(task.goals):
         if goal.is_over_time and is_broken(goal.formula, start):
             yield f"goals.{number}: no plan reaches it: the start already breaks {print_ltl(goal.formula)}"
@@ -208,7 +208,7 @@ def task_files_in(path: Path) -> list[Path]:
 
 
 def _content(file: Path) -> bytes:
-    content = content_of(file)
+    content = read_content(file)
     try:
         return gzip.decompress(content) if file.suffix == ".gz" else content
     except (OSError, EOFError, zlib.error) as error:
@@ -217,7 +217,7 @@ def _content(file: Path) -> bytes:
 
 def _places(file: Path, content: bytes) -> Iterator[_Line]:
     """The lines that are not blank."""
-    return (_Line(file, number, line) for number, line in lines(content))
+    return (_Line(file, number, line) for number, line in number_lines(content))
 
 
 def _id(place: _Line) -> str:

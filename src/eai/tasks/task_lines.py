@@ -14,12 +14,12 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 import eai.logic.formula as f
-from eai.base.docstrings import meanings
-from eai.base.errors import InputError, located
+from eai.base.docstrings import read_meanings
+from eai.base.errors import InputError, prefix_errors
 from eai.base.json_value import Json
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_in_time
-from eai.logic.signature import takes
+from eai.logic.signature import describe_arity
 from eai.tasks.goal_text import lexicon_of_goals, read_goal
 from eai.tasks.options import misfit
 from eai.tasks.task import Goal, Task, goal
@@ -34,7 +34,7 @@ _Text: TypeAlias = Annotated[str, Field(min_length=1)]
 def _described(schema: dict[str, Any]) -> None:
     """Put the meanings that the docstring tells into the schema of a line."""
     schema["description"] = cleandoc(_TaskLine.__doc__ or "").partition("\n\n")[0]
-    for name, meaning in meanings(_TaskLine.__doc__, "Attributes").items():
+    for name, meaning in read_meanings(_TaskLine.__doc__, "Attributes").items():
         schema["properties"][name]["description"] = meaning
 
 
@@ -158,7 +158,7 @@ def _hazards(line: _TaskLine, goals: Sequence[Goal]) -> Sequence[str]:
 
 def _initial(line: _TaskLine, scene: Scene) -> State:
     stated = [(name, entry) for name, entries in line.facts.items() for entry in entries]
-    with located("facts"):
+    with prefix_errors("facts"):
         return scene.state((name, [entry] if isinstance(entry, str) else entry) for name, entry in stated)
 
 
@@ -170,7 +170,7 @@ def _index(name: str, index: Mapping[str, int], place: str) -> int:
 
 def _goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
     for number, text in enumerate(line.goals):
-        with located(f"goals.{number}"):
+        with prefix_errors(f"goals.{number}"):
             yield read_goal(text, domain, scene)
 
 
@@ -180,7 +180,7 @@ def _plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
         if arity is None:
             raise InputError(f"plan.{number}: expected an operator of the domain, found {operator!r}")
         if arity != len(names):
-            raise InputError(f"plan.{number}: {takes(operator, arity, 'object')}, not {len(names)}")
+            raise InputError(f"plan.{number}: {describe_arity(operator, arity, 'object')}, not {len(names)}")
         yield Action(operator, tuple([_index(name, scene.index, f"plan.{number}") for name in names]))
 
 

@@ -13,10 +13,10 @@ from eai.tasks.rules import Rules, how_to_read, titled
 from eai.tasks.task import Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
-from eai.world.listing import Listing, listing
+from eai.world.listing import FactListing, make_listing
 from eai.world.operator import Check, Operator
 from eai.world.state import Fact
-from eai.world.vocabulary import Predicate, parameters
+from eai.world.vocabulary import Predicate, parameter_names
 
 ObjectName: TypeAlias = Callable[[Task, int], str]
 """The name of an object of a task in a prompt."""
@@ -72,7 +72,7 @@ class Wording:
     def vocabulary(self) -> str:
         """The predicates that can be said of objects, one with its parameters a line."""
         return _lines(
-            f"{self._name(name)}({', '.join(parameters(self._arity(name)))})"
+            f"{self._name(name)}({', '.join(parameter_names(self._arity(name)))})"
             for name in (*self.predicates, *self.static)
         )
 
@@ -127,19 +127,19 @@ class Wording:
         return _lines(dict.fromkeys([self.fact(task, fact) for fact in facts]))
 
     @cached_property
-    def listings(self) -> tuple[Listing, ...]:
+    def listings(self) -> tuple[FactListing, ...]:
         """The listing of the facts of each predicate that goals are made of, in order."""
         return self._listings(self.predicates)
 
     @cached_property
-    def told(self) -> tuple[Listing, ...]:
+    def told(self) -> tuple[FactListing, ...]:
         """The listing of the facts of each predicate that states are told with."""
         return (*self.listings, *self._listings(self.static))
 
-    def _listings(self, names: Iterable[str]) -> tuple[Listing, ...]:
+    def _listings(self, names: Iterable[str]) -> tuple[FactListing, ...]:
         """Where rules are told exactly, they are about one object that stands in two places, too."""
         repeated = self.rules is not None
-        return tuple([listing(self.domain.vocabulary, name, repeated=repeated) for name in names])
+        return tuple([make_listing(self.domain.vocabulary, name, repeated=repeated) for name in names])
 
     def fact(self, task: Task, fact: Fact) -> str:
         """A fact about objects of a task."""

@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from eai.world.derived import Computed, Defined, Lookup, is_a
     from eai.world.domain import Domain, Simulator
     from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
-    from eai.world.episode import Episode, Luck, Slip
+    from eai.world.episode import Episode, Slip, SlipSampler
     from eai.world.execution import Step, Trajectory, attempt, describe, execute
     from eai.world.fault import FaultKind
     from eai.world.frame import AGENT
-    from eai.world.history import Past, each_held_before, was_possible_before
-    from eai.world.operator import Check, Operator, Role, Try, additional, affordance, in_paper_order, missing
-    from eai.world.state import Change, Fact, Scene, State, WorldObject, change
+    from eai.world.history import History, conditions_held_before, was_possible_before
+    from eai.world.operator import Check, Operator, Role, Try, additional, affordance, missing, sort_checks
+    from eai.world.state import Fact, Scene, State, StateChange, WorldObject, compare_states
     from eai.world.vocabulary import Predicate, Vocabulary
 
 _MODULES = (
@@ -67,7 +67,6 @@ __all__ = [
     "Add",
     "And",
     "Atom",
-    "Change",
     "Check",
     "Computed",
     "Constant",
@@ -86,20 +85,21 @@ __all__ = [
     "ForEach",
     "ForPairs",
     "Formula",
+    "History",
     "Implies",
     "Let",
     "Lookup",
-    "Luck",
     "Not",
     "Operator",
     "Or",
-    "Past",
     "Predicate",
     "Role",
     "Scene",
     "Simulator",
     "Slip",
+    "SlipSampler",
     "State",
+    "StateChange",
     "Step",
     "Trajectory",
     "Try",
@@ -111,14 +111,14 @@ __all__ = [
     "affordance",
     "attempt",
     "both_ways",
-    "change",
     "check",
+    "compare_states",
+    "conditions_held_before",
     "describe",
-    "each_held_before",
     "execute",
-    "in_paper_order",
     "is_a",
     "missing",
+    "sort_checks",
     "was_possible_before",
 ]
 

@@ -17,8 +17,8 @@ import eai.logic.formula as f
 from eai.base.errors import DomainError
 from eai.logic.matching import maximum_matching
 from eai.logic.traversal import free_variables
-from eai.world.derived import Computed, Defined, Lookup, evaluated_as
-from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
+from eai.world.derived import Computed, Defined, Lookup, to_evaluated_form
+from eai.world.frame import UNBOUND, Extension, Frame, FrameBinding, Truth
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
@@ -27,10 +27,10 @@ Scope: TypeAlias = Mapping[str, int]
 """Object indices by the names of the variables that stand for them."""
 
 
-def all_of(parts: Sequence[Truth]) -> Truth:
+def conjunction(parts: Sequence[Truth]) -> Truth:
     """Whether every part holds; they are asked in order."""
 
-    def truth(state: State, binding: Binding) -> bool:
+    def truth(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as all() over a generator
             if not part(state, binding):
                 return False
@@ -39,10 +39,10 @@ def all_of(parts: Sequence[Truth]) -> Truth:
     return truth
 
 
-def any_of(parts: Sequence[Truth]) -> Truth:
+def disjunction(parts: Sequence[Truth]) -> Truth:
     """Whether some part holds; they are asked in order."""
 
-    def truth(state: State, binding: Binding) -> bool:
+    def truth(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as any() over a generator
             if part(state, binding):
                 return True
@@ -64,7 +64,7 @@ def complement(part: Extension) -> Extension:
 def intersection(parts: Sequence[Extension]) -> Extension:
     """The objects in all of the parts; each is asked about what is in those before it."""
 
-    def extension(state: State, binding: Binding, among: int) -> int:
+    def extension(state: State, binding: FrameBinding, among: int) -> int:
         for part in parts:
             among = part(state, binding, among)
             if not among:
@@ -77,7 +77,7 @@ def intersection(parts: Sequence[Extension]) -> Extension:
 def union(parts: Sequence[Extension]) -> Extension:
     """The objects in any of the parts; each is asked about what is in none before it."""
 
-    def extension(state: State, binding: Binding, among: int) -> int:
+    def extension(state: State, binding: FrameBinding, among: int) -> int:
         mask = 0
         for part in parts:
             mask |= part(state, binding, among & ~mask)
@@ -86,11 +86,11 @@ def union(parts: Sequence[Extension]) -> Extension:
     return extension
 
 
-_Values: TypeAlias = Callable[[State, Binding], int]
+_Values: TypeAlias = Callable[[State, FrameBinding], int]
 """The mask of all objects that something is true of."""
 
 
-class Conditions:
+class ConditionCompiler:
     """A compiler of state formulas over one vocabulary into functions that share one frame.
 
     Raises:
@@ -118,7 +118,7 @@ class Conditions:
                 return self.truth(operand, scope, wanted=not wanted)
             case f.And(operands) | f.Or(operands):
                 parts = [self.truth(operand, scope, wanted=wanted) for operand in operands]
-                return all_of(parts) if isinstance(formula, f.And) is wanted else any_of(parts)
+                return conjunction(parts) if isinstance(formula, f.And) is wanted else disjunction(parts)
             case f.Implies(premise, conclusion):
                 return self.truth(f.Or((f.Not(premise), conclusion)), scope, wanted=wanted)
             case f.Exists(variable, body):
@@ -172,7 +172,7 @@ class Conditions:
         left = self.extension(f.And(alone), inner, within)
         matching = self.extension(f.And(tuple([part for part in parts if part not in alone])), slot, within)
 
-        def extension(state: State, binding: Binding, among: int) -> int:
+        def extension(state: State, binding: FrameBinding, among: int) -> int:
             mask = 0
             for i in bits(left(state, binding, state.scene.category(variable.category))):
                 binding[inner] = i
@@ -195,7 +195,7 @@ class Conditions:
         """The extension of any formula: put every object into the slot and look."""
         truth = self.truth(formula, scope)
 
-        def extension(state: State, binding: Binding, among: int) -> int:
+        def extension(state: State, binding: FrameBinding, among: int) -> int:
             mask = 0
             for i in bits(among):
                 binding[slot] = i
@@ -212,7 +212,7 @@ class Conditions:
         slot = self._frame.new_slot()
         partners = self._values(second, formula.body, {**scope, first.name: slot})
 
-        def truth(state: State, binding: Binding) -> bool:
+        def truth(state: State, binding: FrameBinding) -> bool:
             left = list(bits(state.scene.category(first.category)))
             right = {y: j for j, y in enumerate(bits(state.scene.category(second.category)))}
             adjacency = []
@@ -263,7 +263,7 @@ class Conditions:
     def _evaluated(self, predicate: str) -> DerivedPredicate | None:
         """A derived predicate in the form in which it is evaluated; None if it is stored."""
         derived = self._vocabulary.derived_by_name.get(predicate)
-        return None if derived is None else evaluated_as(derived)
+        return None if derived is None else to_evaluated_form(derived)
 
     @contextmanager
     def _unfolding(self, derived: Defined) -> Iterator[None]:
@@ -277,7 +277,7 @@ class Conditions:
             self._unfolded.pop()
 
     def _slots(self, atom: f.Atom, scope: Mapping[str, int]) -> tuple[int, ...]:
-        self._vocabulary.require(atom.predicate, len(atom.arguments))
+        self._vocabulary.require_arity(atom.predicate, len(atom.arguments))
         return tuple(self._frame.slot_of(term, scope) for term in atom.arguments)
 
 
@@ -319,7 +319,7 @@ def _stored_extension(vocabulary: Vocabulary, predicate: str, slots: tuple[int, 
         kept, place = vocabulary.tuple_slots[predicate], slots.index(slot)
         others = slots[:place] + slots[place + 1 :]
         return lambda state, binding, among: (
-            state.tuples[kept].matching(place, tuple([binding[s] for s in others])) & among
+            state.tuples[kept].find_completions(place, tuple([binding[s] for s in others])) & among
         )
     relation = vocabulary.binary_slots[predicate]
     source, target = slots
@@ -328,7 +328,7 @@ def _stored_extension(vocabulary: Vocabulary, predicate: str, slots: tuple[int, 
     return lambda state, binding, among: state.binary[relation].column(binding[target]) & among
 
 
-class Readings:
+class FormulaEvaluator:
     """The compiled formulas of one vocabulary. They are distinguished by identity, so that none is hashed."""
 
     def __init__(self, vocabulary: Vocabulary) -> None:
@@ -350,7 +350,7 @@ class Readings:
         if found is None:
             names = tuple(sorted(free_variables(formula)))
             frame = Frame([f.Variable(name) for name in names])
-            truth = Conditions(self._vocabulary, frame).truth(formula)
+            truth = ConditionCompiler(self._vocabulary, frame).truth(formula)
             found = self._truths[id(formula)] = (formula, names, frame, truth)
         return found
 
@@ -361,7 +361,7 @@ class Readings:
         if found is None:
             names = tuple(sorted(free_variables(body) - {variable.name}))
             frame = Frame([f.Variable(name) for name in (*names, variable.name)])
-            conditions = Conditions(self._vocabulary, frame)
+            conditions = ConditionCompiler(self._vocabulary, frame)
             extension = conditions.extension(body, len(names) + 1, frame.scope)
             found = self._extensions[key] = (body, names, frame, extension)
         _, names, frame, extension = found

@@ -25,11 +25,11 @@ from eai.logic.ltl_printer import print_ltl
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, When
-from eai.world.execution import attempt, describe, scope_of
+from eai.world.execution import argument_indices, attempt, describe
 from eai.world.fault import FaultKind
-from eai.world.history import Past
+from eai.world.history import History
 from eai.world.operator import Operator
-from eai.world.state import State, change
+from eai.world.state import State, compare_states
 from eai.world.vocabulary import Vocabulary
 
 
@@ -68,7 +68,7 @@ def _walk(
     simulator, twin = domain.begin(initial), domain.begin(initial)
     if lost := set(initial.facts()).difference(simulator.state.facts()):
         yield f"{domain.name}: the simulator begins without {min(lost).predicate} of the initial state"
-    past = Past(simulator.state)
+    past = History(simulator.state)
     for _ in range(steps):
         action = _random_action(domain.operators, initial, rng)
         before = _fingerprint(past.state)
@@ -87,7 +87,7 @@ def _walk(
             yield f"{action.operator}: the simulator's state is not that which its outcome tells"
         if isinstance(after, State):
             yield from _simulated(domain, past.state, action, outcome, after, follow)
-            past = past.then(after)
+            past = past.extended(after)
 
 
 def _simulated(
@@ -95,15 +95,15 @@ def _simulated(
 ) -> Iterator[str]:
     """The laws that a simulator has broken in carrying an action out."""
     for effect in _brought_about(domain, before, action, declared):
-        if not domain.holds(effect, after, scope_of(action, domain)):
+        if not domain.holds(effect, after, argument_indices(action, domain)):
             yield f"{action.operator}: carried out without bringing about {print_ltl(effect)}"
-    for name in sorted(change(declared, after).predicates & follow):
+    for name in sorted(compare_states(declared, after).predicates & follow):
         yield f"{action.operator}: the simulator decides {name}, which is to follow the declaration"
 
 
 def _brought_about(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
     """The intended effects of an action that hold after it and did not before."""
-    arguments = scope_of(action, domain)
+    arguments = argument_indices(action, domain)
     for effect in _intended(domain.compiled[action.operator].operator.effects, domain.vocabulary):
         if domain.holds(effect, after, arguments) and not domain.holds(effect, before, arguments):
             yield effect
@@ -114,7 +114,7 @@ def _fingerprint(state: State) -> int:
     return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
 
-def _fault(domain: Domain, past: Past, action: Action, fault: Fault) -> Iterator[str]:
+def _fault(domain: Domain, past: History, action: Action, fault: Fault) -> Iterator[str]:
     if not describe(fault, domain, action, past.state.scene):
         yield f"{action.operator}: a failure has no reason"
     if (fault.kind is FaultKind.WRONG_ORDER) != (fault.earlier is not None):
@@ -127,7 +127,7 @@ def _fault(domain: Domain, past: Past, action: Action, fault: Fault) -> Iterator
 
 def _needed(domain: Domain, before: State, action: Action) -> Iterator[str]:
     """The changes that an action which counts as an additional step would still make."""
-    after = domain.after(before, action)
+    after = domain.apply(before, action)
     for effect in _brought_about(domain, before, action, after):
         yield f"{action.operator}: an additional step that would bring about {print_ltl(effect)}"
 
@@ -136,7 +136,7 @@ def _intended(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[For
     """The changes that effects make in any case and can be seen: of two alternatives, one or the other."""
 
     def can_be_seen(atom: Atom) -> bool:
-        predicate = vocabulary.stored(atom.predicate)
+        predicate = vocabulary.find_stored(atom.predicate)
         return predicate is not None and predicate.visible
 
     for effect in effects:

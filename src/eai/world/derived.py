@@ -13,12 +13,12 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.logic.traversal import predicates_of
 from eai.world.state import State
-from eai.world.vocabulary import DerivedPredicate, Vocabulary, atom
+from eai.world.vocabulary import DerivedPredicate, Vocabulary, make_atom
 
-Values: TypeAlias = Callable[[State, tuple[int, ...]], int]
+LookupFunction: TypeAlias = Callable[[State, tuple[int, ...]], int]
 """Gives the mask of the objects that make a predicate true as last argument, from the other arguments."""
 
-Test: TypeAlias = Callable[[State, tuple[int, ...]], bool]
+TestFunction: TypeAlias = Callable[[State, tuple[int, ...]], bool]
 """Whether a predicate holds of objects in a state."""
 
 
@@ -33,7 +33,7 @@ class Defined:
     name: str
     parameters: tuple[f.Variable, ...]
     definition: f.Formula
-    values: Values | None = None
+    values: LookupFunction | None = None
 
     @property
     def arity(self) -> int:
@@ -47,7 +47,7 @@ class Defined:
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:
         """The atom of this predicate with these terms."""
-        return atom(self.name, self.arity, terms)
+        return make_atom(self.name, self.arity, terms)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,13 +59,13 @@ class Computed:
 
     name: str
     arity: int
-    test: Test
+    test: TestFunction
     reads: tuple[str, ...]
     meaning: Defined | None = None
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:
         """The atom of this predicate with these terms."""
-        return atom(self.name, self.arity, terms)
+        return make_atom(self.name, self.arity, terms)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,16 +81,16 @@ class Lookup:
 
     name: str
     arity: int
-    values: Values
+    values: LookupFunction
     reads: tuple[str, ...]
     meaning: Defined | None = None
     single: bool = False
     open_in_meaning: str = ""
-    inverse: Values | None = None
+    inverse: LookupFunction | None = None
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:
         """The atom of this predicate with these terms."""
-        return atom(self.name, self.arity, terms)
+        return make_atom(self.name, self.arity, terms)
 
 
 def is_a(term: f.Term, *categories: str) -> f.Formula:
@@ -100,14 +100,14 @@ def is_a(term: f.Term, *categories: str) -> f.Formula:
     return memberships[0] if len(memberships) == 1 else f.Or(memberships)
 
 
-def evaluated_as(derived: DerivedPredicate) -> DerivedPredicate:
+def to_evaluated_form(derived: DerivedPredicate) -> DerivedPredicate:
     """The form in which a derived predicate is evaluated: that with a function where it has one."""
     if isinstance(derived, Defined) and derived.values is not None:
         return Lookup(derived.name, derived.arity, derived.values, ())
     return derived
 
 
-def meaning(derived: DerivedPredicate) -> Defined | None:
+def find_definition(derived: DerivedPredicate) -> Defined | None:
     """The definition by a formula that says the same as a derived predicate, if there is one."""
     match derived:
         case Defined():
@@ -118,7 +118,7 @@ def meaning(derived: DerivedPredicate) -> Defined | None:
             return None
 
 
-def stored_sources(predicates: Iterable[str], vocabulary: Vocabulary) -> list[str]:
+def find_stored_predicates(predicates: Iterable[str], vocabulary: Vocabulary) -> list[str]:
     """The stored predicates that predicates come down to, each once."""
     reached = list(dict.fromkeys(predicates))
     for name in reached:  # which grows

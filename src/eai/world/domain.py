@@ -7,19 +7,19 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol, TypeAlias
 
-from eai.base.errors import DomainError, located
+from eai.base.errors import DomainError, prefix_errors
 from eai.logic.formula import FALSE, TRUE, Formula, Variable
 from eai.world.action import Action, Fault
-from eai.world.condition import Conditions
-from eai.world.executable import Arguments, CompiledOperator, applicability
+from eai.world.condition import ConditionCompiler
+from eai.world.executable import CompiledOperator, FindArguments, applicability
 from eai.world.fault import FaultKind
 from eai.world.frame import UNBOUND, Frame
-from eai.world.history import HistoryRule, each_held_before
+from eai.world.history import HistoryRule, conditions_held_before
 from eai.world.operator import Operator
 from eai.world.state import State
-from eai.world.vocabulary import Predicate, Vocabulary, several
+from eai.world.vocabulary import Predicate, Vocabulary, require_tuple
 
-PRECEDENCE = (
+FAULT_PRECEDENCE = (
     FaultKind.UNCATEGORISED,
     FaultKind.ADDITIONAL_STEP,
     FaultKind.AFFORDANCE,
@@ -56,7 +56,7 @@ class Simulator(Protocol):
         """
 
 
-Begin: TypeAlias = Callable[[State], Simulator]
+BeginEpisode: TypeAlias = Callable[[State], Simulator]
 """Begins an episode in a state: equal states make equal worlds. It raises InputError where it cannot."""
 
 
@@ -72,7 +72,7 @@ class _Declared:
         return declared
 
 
-def as_declared(initial: State) -> Simulator:
+def begin_as_declared(initial: State) -> Simulator:
     """Begin an episode in which actions have their declared effects, and no others."""
     return _Declared(initial)
 
@@ -102,27 +102,27 @@ class Domain:
     name: str
     vocabulary: Vocabulary
     operators: tuple[Operator, ...]
-    history_rule: HistoryRule = each_held_before
-    precedence: tuple[FaultKind, ...] = PRECEDENCE
+    history_rule: HistoryRule = conditions_held_before
+    precedence: tuple[FaultKind, ...] = FAULT_PRECEDENCE
     visible: Formula | None = None
     landmarks: Formula | None = None
     egocentric: tuple[Predicate, ...] = ()
-    begin: Begin = as_declared
+    begin: BeginEpisode = begin_as_declared
 
     def __post_init__(self) -> None:
-        several("operators", self.operators, Operator)
+        require_tuple("operators", self.operators, Operator)
         names = [operator.name for operator in self.operators]
         for name in names:
             if names.count(name) > 1:
                 raise DomainError(f"operator {name} is declared twice")
         for derived in self.vocabulary.derived:
             parameters = tuple([Variable(f"p{i}") for i in range(derived.arity)])
-            with located(f"derived predicate {derived.name}", DomainError):
-                Conditions(self.vocabulary, Frame(parameters)).truth(derived(*parameters))
-        with located("visible", DomainError):
-            _ = self.seen
-        with located("landmarks", DomainError):
-            _ = self.known_of
+            with prefix_errors(f"derived predicate {derived.name}", DomainError):
+                ConditionCompiler(self.vocabulary, Frame(parameters)).truth(derived(*parameters))
+        with prefix_errors("visible", DomainError):
+            _ = self.find_visible
+        with prefix_errors("landmarks", DomainError):
+            _ = self.find_landmarks
         _ = self.compiled
 
     @cached_property
@@ -135,12 +135,12 @@ class Domain:
         """The operators by name, ready to run."""
         compiled: dict[str, CompiledOperator] = {}
         for operator in self.operators:
-            with located(f"operator {operator.name}", DomainError):
+            with prefix_errors(f"operator {operator.name}", DomainError):
                 compiled[operator.name] = CompiledOperator(operator, self.vocabulary)
         return compiled
 
     @cached_property
-    def applicability(self) -> Mapping[str, Arguments]:
+    def applicability(self) -> Mapping[str, FindArguments]:
         """With which objects no check of an operator fails, by its name."""
         return {operator.name: applicability(operator, self.vocabulary) for operator in self.operators}
 
@@ -149,36 +149,36 @@ class Domain:
         compiled = self.compiled.get(name)
         return None if compiled is None else compiled.operator
 
-    def after(self, state: State, action: Action) -> State:
+    def apply(self, state: State, action: Action) -> State:
         """The state after an action that is possible, without diagnosis; of others nothing is promised."""
         operator = self.compiled[action.operator]
         return operator.apply(state, operator.bind(state, action.arguments))
 
-    def with_operators(self, *changed: Operator, without: Sequence[str] = ()) -> Domain:
+    def replace_operators(self, *changed: Operator, without: Sequence[str] = ()) -> Domain:
         """The domain in which these operators replace those of their name, and some are left out."""
         by_name = {operator.name: operator for operator in changed}
         kept = tuple(by_name.pop(o.name, o) for o in self.operators if o.name not in without)
         return replace(self, operators=(*kept, *by_name.values()))
 
     @cached_property
-    def seen(self) -> Callable[[State, int], int]:
+    def find_visible(self) -> Callable[[State, int], int]:
         """The visible ones among some objects in a state, both as masks."""
         return self._among(self.visible or TRUE)
 
     @cached_property
-    def known_of(self) -> Callable[[State, int], int]:
+    def find_landmarks(self) -> Callable[[State, int], int]:
         """The ones among some objects that are known of from the start, which is a state; both as masks."""
         return self._among(self.landmarks or FALSE)
 
     def _among(self, formula: Formula) -> Callable[[State, int], int]:
         """Of some objects those that make a formula about ``x`` true in a state; both as masks."""
         frame = Frame((Variable("x"),))
-        found = Conditions(self.vocabulary, frame).extension(formula, frame.scope["x"], frame.scope)
+        found = ConditionCompiler(self.vocabulary, frame).extension(formula, frame.scope["x"], frame.scope)
         return lambda state, among: found(state, frame.bind(state.scene, (UNBOUND,)), among)
 
     def holds(self, formula: Formula, state: State, arguments: Mapping[str, int] | None = None) -> bool:
         """Whether a state formula holds; ``arguments`` gives its free variables their objects."""
         arguments = arguments or {}
         frame = Frame(tuple(Variable(name) for name in arguments))
-        truth = Conditions(self.vocabulary, frame).truth(formula)
+        truth = ConditionCompiler(self.vocabulary, frame).truth(formula)
         return truth(state, frame.bind(state.scene, tuple(arguments.values())))

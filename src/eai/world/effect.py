@@ -14,8 +14,8 @@ from typing_extensions import assert_never
 
 from eai.base.errors import DomainError
 from eai.logic.formula import Atom, Formula, Variable
-from eai.world.condition import Conditions
-from eai.world.frame import UNBOUND, Binding, Frame
+from eai.world.condition import ConditionCompiler
+from eai.world.frame import UNBOUND, Frame, FrameBinding
 from eai.world.relation import bits
 from eai.world.state import Draft, State
 from eai.world.vocabulary import Vocabulary
@@ -67,7 +67,7 @@ class Let:
 
 Effect: TypeAlias = Add | Delete | When | ForEach | Let
 
-Apply: TypeAlias = Callable[[State, Draft, Binding], None]
+Apply: TypeAlias = Callable[[State, Draft, FrameBinding], None]
 
 
 def both_ways(effect: type[Add] | type[Delete], atom: Atom) -> tuple[Effect, Effect]:
@@ -76,7 +76,7 @@ def both_ways(effect: type[Add] | type[Delete], atom: Atom) -> tuple[Effect, Eff
     return effect(atom), effect(Atom(atom.predicate, (right, left)))
 
 
-class Effects:
+class EffectCompiler:
     """A compiler of effects over one vocabulary, sharing a frame with the conditions of the operator.
 
     Raises:
@@ -86,14 +86,14 @@ class Effects:
     def __init__(self, vocabulary: Vocabulary, frame: Frame) -> None:
         self._vocabulary = vocabulary
         self._frame = frame
-        self._conditions = Conditions(vocabulary, frame)
+        self._conditions = ConditionCompiler(vocabulary, frame)
 
     def sequence(self, effects: Iterable[Effect], scope: Mapping[str, int] | None = None) -> Apply:
         """All effects, one after the other."""
         scope = self._frame.scope if scope is None else scope
         steps = tuple([self._effect(effect, scope) for effect in effects])
 
-        def apply(before: State, draft: Draft, binding: Binding) -> None:
+        def apply(before: State, draft: Draft, binding: FrameBinding) -> None:
             for step in steps:
                 step(before, draft, binding)
 
@@ -117,7 +117,7 @@ class Effects:
         then = self.sequence(effect.effects, scope)
         otherwise = self.sequence(effect.otherwise, scope) if effect.otherwise else None
 
-        def apply(before: State, draft: Draft, binding: Binding) -> None:
+        def apply(before: State, draft: Draft, binding: FrameBinding) -> None:
             if truth(before, binding):
                 then(before, draft, binding)
             elif otherwise is not None:
@@ -131,7 +131,7 @@ class Effects:
         candidates = self._conditions.extension(effect.condition, slot, inner)
         then = self.sequence(effect.effects, inner)
 
-        def apply(before: State, draft: Draft, binding: Binding) -> None:
+        def apply(before: State, draft: Draft, binding: FrameBinding) -> None:
             mask = candidates(before, binding, before.scene.everything)
             if mask:
                 binding[slot] = (mask & -mask).bit_length() - 1
@@ -146,7 +146,7 @@ class Effects:
         matching = self._conditions.extension(effect.condition, slot, inner)
         steps = tuple([self._effect(each, inner) for each in effect.effects])
 
-        def apply(before: State, draft: Draft, binding: Binding) -> None:
+        def apply(before: State, draft: Draft, binding: FrameBinding) -> None:
             mask = matching(before, binding, before.scene.everything)
             if mask:
                 matched = list(bits(mask))
@@ -191,8 +191,8 @@ class Effects:
         )
 
     def _slot_of_predicate(self, atom: Atom) -> int:
-        self._vocabulary.require(atom.predicate, len(atom.arguments))
-        predicate = self._vocabulary.stored(atom.predicate)
+        self._vocabulary.require_arity(atom.predicate, len(atom.arguments))
+        predicate = self._vocabulary.find_stored(atom.predicate)
         if predicate is None:
             raise DomainError(f"an effect changes {atom.predicate}, which is not a stored predicate")
         if predicate.static:

@@ -12,7 +12,7 @@ from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.execution import Step, Trajectory, attempt
 from eai.world.fault import FaultKind, Notice
-from eai.world.history import Past
+from eai.world.history import History
 from eai.world.state import State
 
 
@@ -25,14 +25,14 @@ Outcome: TypeAlias = State | Fault | Slip
 """The outcome of an action: the state after it, the diagnosis of its failure, or a slip."""
 
 
-Known: TypeAlias = "dict[Action, tuple[State | Fault, Known]]"
+KnownOutcomes: TypeAlias = "dict[Action, tuple[State | Fault, KnownOutcomes]]"
 """The outcome of each action that was tried in a state, and what is known of the state after it.
 
 Episodes that begin alike may share it: then a step is worked out once for all that took the same way there.
 """
 
 
-class Luck:
+class SlipSampler:
     """The draws for one task and epoch: one for each possible action, none for an impossible one.
 
     So two policies meet the same luck at the same executed step. Episodes that share it continue its draws
@@ -54,7 +54,7 @@ class Luck:
         stream = hashlib.sha256(f"{seed} {task_id} {epoch}".encode()).digest()
         self._random = random.Random(stream)  # noqa: S311 - chance, not secrets
 
-    def strikes(self) -> bool:
+    def slips(self) -> bool:
         """Whether the next possible action slips."""
         return self._random.random() < self._probability
 
@@ -74,13 +74,17 @@ class Episode:
     """
 
     def __init__(
-        self, domain: Domain, initial: State, luck: Luck | None = None, known: Known | None = None
+        self,
+        domain: Domain,
+        initial: State,
+        slip_sampler: SlipSampler | None = None,
+        known_outcomes: KnownOutcomes | None = None,
     ) -> None:
         self.domain = domain
-        self._luck = luck
-        self._known = {} if known is None else known
+        self._luck = slip_sampler
+        self._known = {} if known_outcomes is None else known_outcomes
         self._simulator = domain.begin(initial)
-        self._past = Past(self._simulator.state)
+        self._past = History(self._simulator.state)
         self._steps: list[Step] = []
 
     @property
@@ -93,7 +97,7 @@ class Episode:
         """All that has happened so far."""
         return Trajectory(self._past.states, tuple(self._steps))
 
-    def since(self, start: int) -> Trajectory:
+    def trajectory_from(self, start: int) -> Trajectory:
         """The steps from one on, as a trajectory of its own; what it lacks may be before that.
 
         Args:
@@ -110,8 +114,8 @@ class Episode:
             known = self._known[action] = (attempt(self.domain, self._past, action), {})
         tried, then = known
         if isinstance(tried, State):
-            if self._luck is not None and self._luck.strikes():
-                return self.slip(action)
+            if self._luck is not None and self._luck.slips():
+                return self.record_slip(action)
             declared, tried = tried, self._simulator.act(action, tried)
             if tried is not declared:
                 then = {}
@@ -119,11 +123,11 @@ class Episode:
             self._steps.append(Step(action, tried))
             return tried
         self._known = then
-        self._past = self._past.then(tried)
+        self._past = self._past.extended(tried)
         self._steps.append(Step(action, None))
         return tried
 
-    def slip(self, action: Action) -> Slip:
+    def record_slip(self, action: Action) -> Slip:
         """Let an action slip that was not tried: nothing changes."""
         self._steps.append(Step(action, None, slipped=True))
         return Slip()

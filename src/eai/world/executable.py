@@ -11,9 +11,9 @@ from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import And, Formula
 from eai.logic.traversal import free_variables
-from eai.world.condition import Conditions
-from eai.world.effect import Apply, Effects
-from eai.world.frame import UNBOUND, Binding, Frame, Truth
+from eai.world.condition import ConditionCompiler
+from eai.world.effect import Apply, EffectCompiler
+from eai.world.frame import UNBOUND, Frame, FrameBinding, Truth
 from eai.world.operator import Check, Operator
 from eai.world.relation import mask_of
 from eai.world.state import Draft, State
@@ -70,8 +70,8 @@ class CompiledOperator:
     def __init__(self, operator: Operator, vocabulary: Vocabulary) -> None:
         self.operator = operator
         self._frame = Frame(operator.parameters)
-        conditions = Conditions(vocabulary, self._frame)
-        effects = Effects(vocabulary, self._frame)
+        conditions = ConditionCompiler(vocabulary, self._frame)
+        effects = EffectCompiler(vocabulary, self._frame)
         self.checks = _compiled(operator.checks, conditions)
         passes = conditions.truth(And(tuple(check.condition for check in operator.checks)))
         self.is_possible: Truth = passes
@@ -89,56 +89,58 @@ class CompiledOperator:
         )
         self._apply: Apply | None = effects.sequence(operator.effects) if operator.effects else None
 
-    def bind(self, state: State, arguments: Sequence[int]) -> Binding:
+    def bind(self, state: State, arguments: Sequence[int]) -> FrameBinding:
         """The binding of the operator's variables for these arguments."""
         return self._frame.bind(state.scene, arguments)
 
-    def failures(self, state: State, binding: Binding) -> tuple[Failure, ...]:
+    def failures(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
         """All that is wrong: the first check that fails, or that of every try; empty if it is possible."""
-        failed = first_failing(self.checks, state, binding)
+        failed = find_failing_check(self.checks, state, binding)
         if failed is not None:
             return (Failure(failed, self.checks, self._arguments(binding)),)
         return self._failed_tries(state, binding)
 
-    def apply(self, state: State, binding: Binding) -> State:
+    def apply(self, state: State, binding: FrameBinding) -> State:
         """The state after the action, whatever the operator's own checks say."""
         if self._apply is None and not self.tries:
             return state
         draft = Draft(state)
         for each in self.tries:
-            if each.is_made(state, binding) and first_failing(each.checks, state, binding) is None:
+            if each.is_made(state, binding) and find_failing_check(each.checks, state, binding) is None:
                 each.apply(state, draft, binding)
         if self._apply is not None:
             self._apply(state, draft, binding)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary), draft.tuples)
 
-    def left_undone(self, before: State, after: State, binding: Binding) -> tuple[_Undone, ...]:
+    def find_failed_tries(self, before: State, after: State, binding: FrameBinding) -> tuple[_Undone, ...]:
         """The tries that fail: each try that was made before, and would be made again after."""
         undone = []
         for each, compiled in zip(self.operator.tries, self.tries, strict=True):
             if compiled.is_made(before, binding) and compiled.is_made(after, binding):
-                failed = first_failing(compiled.checks, before, binding)
+                failed = find_failing_check(compiled.checks, before, binding)
                 if failed is not None:
                     undone.append(_Undone(each.condition, failed.check))
         return tuple(undone)
 
-    def _failed_tries(self, state: State, binding: Binding) -> tuple[Failure, ...]:
+    def _failed_tries(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
         """The failure of each try that is made; empty if one succeeds or none is made."""
         failures = []
         for each in self.tries:
             if each.is_made(state, binding):
-                failed = first_failing(each.checks, state, binding)
+                failed = find_failing_check(each.checks, state, binding)
                 if failed is None:
                     return ()
                 failures.append(Failure(failed, each.checks, self._arguments(binding)))
         return tuple(failures)
 
-    def _arguments(self, binding: Binding) -> tuple[int, ...]:
+    def _arguments(self, binding: FrameBinding) -> tuple[int, ...]:
         """The arguments that a binding was made for."""
         return tuple(binding[1 : 1 + self.operator.arity])
 
 
-def first_failing(checks: Sequence[_CompiledCheck], state: State, binding: Binding) -> _CompiledCheck | None:
+def find_failing_check(
+    checks: Sequence[_CompiledCheck], state: State, binding: FrameBinding
+) -> _CompiledCheck | None:
     """The first of the checks that fails in the state, or None."""
     for check in checks:
         if not check.holds(state, binding):
@@ -146,7 +148,7 @@ def first_failing(checks: Sequence[_CompiledCheck], state: State, binding: Bindi
     return None
 
 
-def _compiled(checks: Sequence[Check], conditions: Conditions) -> tuple[_CompiledCheck, ...]:
+def _compiled(checks: Sequence[Check], conditions: ConditionCompiler) -> tuple[_CompiledCheck, ...]:
     found = []
     for check in checks:
         sought = (check.condition,) if check.sought is None else check.sought
@@ -158,14 +160,14 @@ def _compiled(checks: Sequence[Check], conditions: Conditions) -> tuple[_Compile
 Spend: TypeAlias = Callable[[], bool]
 """Counts one binding of a variable, and returns whether there were too many."""
 
-Arguments: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
+FindArguments: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
 """The arguments among some objects with which no check fails, in the order of `itertools.product`.
 
 They end early when too many values of parameters were looked at.
 """
 
 
-def applicability(operator: Operator, vocabulary: Vocabulary) -> Arguments:
+def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
     """Return a function that finds the arguments with which no check of an operator fails.
 
     A check of one parameter is read once for all objects. A check of several parameters is read as soon as
@@ -181,7 +183,7 @@ def applicability(operator: Operator, vocabulary: Vocabulary) -> Arguments:
         asked = (alone if len(places) == 1 else together)[places[-1]] if places else closed
         asked.append(check.condition)
     frame = Frame(operator.parameters)
-    conditions = Conditions(vocabulary, frame)
+    conditions = ConditionCompiler(vocabulary, frame)
     first = conditions.truth(And(tuple(closed)))
     own, joint = [
         [conditions.extension(And(tuple(asked)), slot, frame.scope) for slot, asked in enumerate(parts, 1)]
@@ -189,7 +191,12 @@ def applicability(operator: Operator, vocabulary: Vocabulary) -> Arguments:
     ]
 
     def complete(
-        state: State, binding: Binding, slot: int, objects: Sequence[int], among: Sequence[int], spend: Spend
+        state: State,
+        binding: FrameBinding,
+        slot: int,
+        objects: Sequence[int],
+        among: Sequence[int],
+        spend: Spend,
     ) -> Iterator[tuple[int, ...]]:
         """Yield the arguments that begin with those of a binding before a slot."""
         if slot > len(names):

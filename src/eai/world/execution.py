@@ -9,12 +9,12 @@ from typing import NamedTuple
 from eai.logic.formula import Atom, Variable
 from eai.logic.trace import Trace
 from eai.world.action import Action, Fault
-from eai.world.condition import Readings
+from eai.world.condition import FormulaEvaluator
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
-from eai.world.frame import Binding
-from eai.world.history import Past
+from eai.world.frame import FrameBinding
+from eai.world.history import History
 from eai.world.operator import Check
 from eai.world.state import Scene, State
 
@@ -61,7 +61,7 @@ class Trajectory:
         """The actions that were executed."""
         return tuple(step.action for step in self.steps if step.executed)
 
-    def up_to(self, executed: int) -> Trajectory:
+    def prefix(self, executed: int) -> Trajectory:
         """The steps taken when so many actions were executed."""
         steps = [step for step in self.steps if step.executed][:executed]
         return Trajectory(self.states[: executed + 1], tuple(steps))
@@ -77,12 +77,12 @@ def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajector
 
     Every action must name an operator of the domain and have as many arguments as it has parameters.
     """
-    past = Past(initial)
+    past = History(initial)
     steps: list[Step] = []
     for action in plan:
         outcome = attempt(domain, past, action)
         if isinstance(outcome, State):
-            past = past.then(outcome)
+            past = past.extended(outcome)
             steps.append(Step(action, None))
             continue
         steps.append(Step(action, outcome))
@@ -91,17 +91,17 @@ def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajector
     return Trajectory(past.states, tuple(steps))
 
 
-def attempt(domain: Domain, past: Past, action: Action) -> State | Fault:
+def attempt(domain: Domain, history: History, action: Action) -> State | Fault:
     """Try one action in the last state of a past: the state after it, or the diagnosis of its failure."""
     operator = domain.compiled[action.operator]
-    state = past.state
+    state = history.state
     binding = operator.bind(state, action.arguments)
     if operator.is_possible(state, binding):
         return operator.apply(state, binding)
-    return _diagnose(domain, past, operator, binding)
+    return _diagnose(domain, history, operator, binding)
 
 
-def _diagnose(domain: Domain, past: Past, operator: CompiledOperator, binding: Binding) -> Fault:
+def _diagnose(domain: Domain, past: History, operator: CompiledOperator, binding: FrameBinding) -> Fault:
     """The fault that counts of all; one that the history rule finds in the past is a wrong order besides."""
     kinds: dict[FaultKind, Check] = {}
     earlier = None
@@ -119,32 +119,34 @@ def _diagnose(domain: Domain, past: Past, operator: CompiledOperator, binding: B
 
 def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:
     """The reason of a fault in words, with the names of the objects."""
-    return fault.check.reason.format_map(names_of(action, domain, scene))
+    return fault.check.reason.format_map(argument_names(action, domain, scene))
 
 
 def witnesses_of(check: Check, domain: Domain, action: Action, state: State) -> tuple[str, ...]:
     """The names of what the reason of a check speaks of without a name, in the state in which it failed."""
     if check.witness is None:
         return ()
-    scope = scope_of(action, domain)
-    found = Readings(domain.vocabulary).witnesses(check.witness.variable, check.witness.body, scope, state)
+    scope = argument_indices(action, domain)
+    found = FormulaEvaluator(domain.vocabulary).witnesses(
+        check.witness.variable, check.witness.body, scope, state
+    )
     return tuple([state.scene.objects[i].name for i in found])
 
 
-def names_of(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
+def argument_names(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
     """The names of the objects of an action, by the parameters that they stand for."""
-    return {name: scene.objects[index].name for name, index in scope_of(action, domain).items()}
+    return {name: scene.objects[index].name for name, index in argument_indices(action, domain).items()}
 
 
-def scope_of(action: Action, domain: Domain) -> dict[str, int]:
+def argument_indices(action: Action, domain: Domain) -> dict[str, int]:
     """The objects of an action, by index, by the parameters that they stand for."""
     return domain.compiled[action.operator].operator.scope(action.arguments)
 
 
-def timeline(trajectory: Trajectory) -> Trace:
+def to_trace(trajectory: Trajectory) -> Trace:
     """The states of a trajectory and the actions between them, as temporal formulas ask for them, by name."""
     scene = trajectory.states[0].scene
-    readings, atoms = Readings(scene.vocabulary), dict[str, Atom]()
+    readings, atoms = FormulaEvaluator(scene.vocabulary), dict[str, Atom]()
     actions = [(a.operator, tuple([scene.objects[i].name for i in a.arguments])) for a in trajectory.executed]
     return Trace([_Seen(state, readings, atoms) for state in trajectory.states], actions)
 
@@ -154,7 +156,7 @@ class _Seen:
 
     __slots__ = ("_atoms", "_readings", "_state")
 
-    def __init__(self, state: State, readings: Readings, atoms: dict[str, Atom]) -> None:
+    def __init__(self, state: State, readings: FormulaEvaluator, atoms: dict[str, Atom]) -> None:
         self._state, self._readings, self._atoms = state, readings, atoms
 
     def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
@@ -163,7 +165,7 @@ class _Seen:
         if vocabulary.arity(predicate) != len(arguments) or any(name not in index for name in arguments):
             return False
         things = [index[name] for name in arguments]
-        if vocabulary.stored(predicate) is not None:
+        if vocabulary.find_stored(predicate) is not None:
             return self._state.has(predicate, *things)
         names = [f"argument {i}" for i in range(len(things))]
         if predicate not in self._atoms:
@@ -173,4 +175,4 @@ class _Seen:
 
     def objects(self, category: str | None) -> Sequence[str]:
         """The objects of a category, in the order of the scene."""
-        return self._state.scene.named(category)
+        return self._state.scene.names_of_category(category)

@@ -24,7 +24,7 @@ class FaultKind(str, Enum):
     SLIP = "slip"
 
 
-NOT_CARRIED_OUT = frozenset({FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER})
+NOT_EXECUTED = frozenset({FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER})
 """The kinds of error for which nothing of an answer is carried out, so that its goals say nothing."""
 
 Notice: TypeAlias = Literal["detected", "silent"]

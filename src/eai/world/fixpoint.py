@@ -9,7 +9,7 @@ import eai.logic.formula as f
 from eai.base.errors import DomainError
 from eai.logic.traversal import children, predicates_of
 from eai.world.derived import Computed, Defined, Lookup
-from eai.world.listing import Listing, listing
+from eai.world.listing import FactListing, make_listing
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
 
@@ -17,7 +17,9 @@ _KEPT = 1024
 """For how many states the relations are remembered."""
 
 
-def recursive(circle: Sequence[Defined], vocabulary: Callable[[], Vocabulary]) -> Sequence[DerivedPredicate]:
+def define_recursively(
+    circle: Sequence[Defined], vocabulary: Callable[[], Vocabulary]
+) -> Sequence[DerivedPredicate]:
     """Predicates that are defined by each other, or one that is defined by itself.
 
     Args:
@@ -57,7 +59,7 @@ class _Recursion:
 
     def _mask(self, name: str, state: State, arguments: tuple[int, ...]) -> int:
         least = self._least(state)
-        return least.relation(name).row(arguments[0]) if arguments else least.those(name)
+        return least.relation(name).row(arguments[0]) if arguments else least.mask(name)
 
     def _has(self, name: str, state: State, arguments: tuple[int, ...]) -> bool:
         return self._least(state).has(name, *arguments)
@@ -76,9 +78,9 @@ class _Recursion:
         return Vocabulary((*whole.predicates, *self._own.predicates), (*others, *next_ones))
 
     @cached_property
-    def _listings(self) -> Sequence[tuple[str, Listing]]:
+    def _listings(self) -> Sequence[tuple[str, FactListing]]:
         names = [each.name for each in self._circle]
-        return [(name, listing(self._vocabulary, f"{name} ", repeated=True)) for name in names]
+        return [(name, make_listing(self._vocabulary, f"{name} ", repeated=True)) for name in names]
 
     def _extended(self, scene: Scene) -> tuple[Scene, Scene]:
         """The scene in the whole vocabulary, and for the circle alone."""

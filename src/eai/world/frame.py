@@ -9,12 +9,12 @@ from eai.base.errors import DomainError
 from eai.logic.formula import Constant, Term, Variable
 from eai.world.state import Scene, State
 
-Binding: TypeAlias = list[int]
+FrameBinding: TypeAlias = list[int]
 """Object indices by slot; slot 0 is the agent."""
 
-Truth: TypeAlias = Callable[[State, Binding], bool]
+Truth: TypeAlias = Callable[[State, FrameBinding], bool]
 
-Extension: TypeAlias = Callable[[State, Binding, int], int]
+Extension: TypeAlias = Callable[[State, FrameBinding, int], int]
 """Of some objects (a mask) those that make a formula true; no others are looked at."""
 
 AGENT = Constant("agent")
@@ -54,7 +54,7 @@ class Frame:
             raise DomainError(f"variable {term.name} is not bound")
         return scope[term.name]
 
-    def bind(self, scene: Scene, arguments: Sequence[int]) -> Binding:
+    def bind(self, scene: Scene, arguments: Sequence[int]) -> FrameBinding:
         """A binding for these arguments, one a parameter; other slots are unbound but the constants'."""
         binding = [UNBOUND if scene.agent is None else scene.agent, *arguments, *self._others]
         if self._constants:

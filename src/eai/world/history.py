@@ -9,14 +9,14 @@ from collections.abc import Callable, Hashable
 from functools import partial
 from typing import TypeAlias
 
-from eai.world.condition import all_of
-from eai.world.executable import Failure, first_failing
+from eai.world.condition import conjunction
+from eai.world.executable import Failure, find_failing_check
 from eai.world.fault import FaultKind
-from eai.world.frame import Binding, Truth
+from eai.world.frame import FrameBinding, Truth
 from eai.world.state import State
 
 
-class Past:
+class History:
     """A state with all those before it.
 
     Trajectories that begin alike share their beginning, so that going on costs the same however long they
@@ -34,34 +34,34 @@ class Past:
 
     __slots__ = ("_latest", "before", "number", "state")
 
-    def __init__(self, state: State, before: Past | None = None) -> None:
+    def __init__(self, state: State, before: History | None = None) -> None:
         self.state = state
         self.before = before
         self.number: int = 0 if before is None else before.number + 1
         self._latest: dict[Hashable, int | None] = {}
 
-    def then(self, state: State) -> Past:
+    def extended(self, state: State) -> History:
         """The past after one more state."""
-        return Past(state, self)
+        return History(state, self)
 
     @property
     def states(self) -> tuple[State, ...]:
         """All states, from the initial one on."""
         found = []
-        moment: Past | None = self
+        moment: History | None = self
         while moment is not None:
             found.append(moment.state)
             moment = moment.before
         return tuple(reversed(found))
 
-    def latest(self, question: Hashable, test: Callable[[State], bool]) -> int | None:
+    def last_where(self, question: Hashable, test: Callable[[State], bool]) -> int | None:
         """The number of the latest state that passes a test, or None.
 
         Args:
             question: stands for the test: where it is the same, so is what the test says of any state.
             test: looks at a state.
         """
-        moment: Past | None = self
+        moment: History | None = self
         found = None
         while moment is not None:
             if question in moment._latest:
@@ -75,7 +75,7 @@ class Past:
         return found
 
 
-HistoryRule: TypeAlias = Callable[[Failure, Binding, Past], int | None]
+HistoryRule: TypeAlias = Callable[[Failure, FrameBinding, History], int | None]
 """Judges a failed check against the past: the number of the earlier state that makes it a wrong order.
 
 Its last argument is the trajectory so far: the initial state, then the state after each executed step. None
@@ -83,7 +83,7 @@ means that the step which should have prepared the action was never taken.
 """
 
 
-def each_held_before(failure: Failure, binding: Binding, past: Past) -> int | None:
+def conditions_held_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
     """A history rule: all that a missing step's check seeks held at some time, not necessarily at once.
 
     Returns the latest state by which all of it had been seen.
@@ -93,27 +93,27 @@ def each_held_before(failure: Failure, binding: Binding, past: Past) -> int | No
     latest = 0
     for number, sought in enumerate(failure.check.sought):
         question = (failure.check, number, failure.arguments)
-        found = past.latest(question, partial(_in_state, sought, binding))
+        found = history.last_where(question, partial(_in_state, sought, binding))
         if found is None:
             return None
         latest = max(latest, found)
     return latest
 
 
-def _in_state(truth: Truth, binding: Binding, state: State) -> bool:
+def _in_state(truth: Truth, binding: FrameBinding, state: State) -> bool:
     return truth(state, binding)
 
 
-def was_possible_before(failure: Failure, binding: Binding, past: Past) -> int | None:
+def was_possible_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
     """A history rule: in a state before the last one no check failed, and all that this check seeks held.
 
     Returns the latest such state.
     """
-    if past.before is None:
+    if history.before is None:
         return None
-    had_it = all_of(failure.check.sought)
+    had_it = conjunction(failure.check.sought)
 
     def sufficed(state: State) -> bool:
-        return had_it(state, binding) and first_failing(failure.checks, state, binding) is None
+        return had_it(state, binding) and find_failing_check(failure.checks, state, binding) is None
 
-    return past.before.latest((failure.check, failure.arguments), sufficed)
+    return history.before.last_where((failure.check, failure.arguments), sufficed)

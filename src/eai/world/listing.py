@@ -11,8 +11,8 @@ from typing import TypeAlias
 
 from eai.base.errors import DomainError
 from eai.logic.formula import Variable
-from eai.world.condition import Conditions
-from eai.world.derived import stored_sources
+from eai.world.condition import ConditionCompiler
+from eai.world.derived import find_stored_predicates
 from eai.world.frame import UNBOUND, Extension, Frame, Truth
 from eai.world.relation import bits, mask_of
 from eai.world.state import Fact, State
@@ -29,7 +29,7 @@ _ANY = -1
 
 
 @dataclass(frozen=True, slots=True)
-class Listing:
+class FactListing:
     """The facts of one predicate.
 
     Attributes:
@@ -64,7 +64,7 @@ class Listing:
         return [Fact(self.predicate, arguments) for arguments in self._holding(state, objects, chosen)]
 
 
-def listing(vocabulary: Vocabulary, predicate: str, *, repeated: bool = False) -> Listing:
+def make_listing(vocabulary: Vocabulary, predicate: str, *, repeated: bool = False) -> FactListing:
     """The listing of a predicate.
 
     Args:
@@ -75,21 +75,21 @@ def listing(vocabulary: Vocabulary, predicate: str, *, repeated: bool = False) -
     Raises:
         DomainError: it is not declared.
     """
-    sources = tuple(stored_sources((predicate,), vocabulary))
-    return Listing(predicate, sources, repeated, _holding(vocabulary, predicate, repeated))
+    sources = tuple(find_stored_predicates((predicate,), vocabulary))
+    return FactListing(predicate, sources, repeated, _holding(vocabulary, predicate, repeated))
 
 
 def _holding(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _Holding:
-    if vocabulary.stored(predicate) is not None and vocabulary.arity(predicate) == 2:
+    if vocabulary.find_stored(predicate) is not None and vocabulary.arity(predicate) == 2:
         return partial(_related, predicate, repeated)
     if predicate in vocabulary.tuple_slots:
         return partial(_among, predicate, repeated)
-    declared = vocabulary.stored(predicate) or vocabulary.derived_by_name.get(predicate)
+    declared = vocabulary.find_stored(predicate) or vocabulary.derived_by_name.get(predicate)
     if declared is None:
         raise DomainError(f"predicate {predicate} is not declared")
     variables = tuple(Variable(f"x{i}") for i in range(declared.arity))
     frame = Frame(variables)
-    conditions = Conditions(vocabulary, frame)
+    conditions = ConditionCompiler(vocabulary, frame)
     if declared.arity == 2:
         values = conditions.extension(declared(*variables), frame.scope["x1"], frame.scope)
         return partial(_paired, values, frame, repeated)

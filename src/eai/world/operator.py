@@ -12,7 +12,7 @@ from eai.base.errors import DomainError, did_you_mean
 from eai.logic.formula import Exists, Formula, Variable
 from eai.world.effect import Effect, ForEach, Let, When
 from eai.world.fault import FaultKind
-from eai.world.vocabulary import several
+from eai.world.vocabulary import require_tuple
 
 _PARAMETER = re.compile(r"{(\w+)}")
 _WORD = re.compile(r"\w+")
@@ -54,7 +54,7 @@ class Check:
             object.__setattr__(self, "id", "_".join(words).lower())
 
     @property
-    def concerned(self) -> tuple[str, ...]:
+    def mentioned_parameters(self) -> tuple[str, ...]:
         """The parameters whose objects the reason speaks of, in the order of its words."""
         return _concerned(self.reason)
 
@@ -146,15 +146,15 @@ class Operator:
     def __post_init__(self) -> None:
         place = f"operator {self.name}"
         parts = ((self.checks, self.effects), *((each.checks, each.effects) for each in self.tries))
-        several(f"{place}, parameters", self.parameters, Variable)
+        require_tuple(f"{place}, parameters", self.parameters, Variable)
         for checks, effects in parts:
-            several(f"{place}, checks", checks, Check)
-            several(f"{place}, effects", effects, Effect)
+            require_tuple(f"{place}, checks", checks, Check)
+            require_tuple(f"{place}, effects", effects, Effect)
         names = [parameter.name for parameter in self.parameters]
         for name in names:
             if names.count(name) > 1:
                 raise DomainError(f"{place}: two parameters are called {name}")
-        for name in (name for checks, _ in parts for each in checks for name in each.concerned):
+        for name in (name for checks, _ in parts for each in checks for name in each.mentioned_parameters):
             if name not in names:
                 raise DomainError(
                     f"{place}: a reason speaks of {name}, no parameter{did_you_mean(name, names)}"
@@ -188,7 +188,7 @@ def _conditions(effects: Iterable[Effect]) -> Iterator[Formula]:
             yield from _conditions(effect.otherwise)
 
 
-def in_paper_order(operator: Operator) -> Operator:
+def sort_checks(operator: Operator) -> Operator:
     """The operator with its checks in the order of the paper: affordance, additional step, missing step.
 
     Checks of one kind keep their order.

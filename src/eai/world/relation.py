@@ -35,7 +35,7 @@ class Matrix:
         self.targets = targets or reduce(or_, filter(None, self.rows), 0)
 
     @classmethod
-    def of_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> Matrix:
+    def from_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> Matrix:
         """The matrix over ``size`` objects that holds exactly these pairs."""
         rows, columns = [0] * size, [0] * size
         for source, target in pairs:
@@ -156,7 +156,7 @@ class Relation:
     def __len__(self) -> int:
         return sum(self.row(source).bit_count() for source in range(len(self._base.rows)))
 
-    def changed_sources(self, other: Relation) -> list[int]:
+    def find_changed_sources(self, other: Relation) -> list[int]:
         """The sources that have other targets in the other relation, ascending; both must have one base."""
         changed = self._row_keys | other._row_keys
         for target in self._columns.keys() | other._columns.keys():
@@ -200,7 +200,7 @@ class TupleSet:
         self.members = frozenset(members)
         self._by_others: dict[int, dict[tuple[int, ...], int]] = {}
 
-    def matching(self, place: int, others: tuple[int, ...]) -> int:
+    def find_completions(self, place: int, others: tuple[int, ...]) -> int:
         """The mask of the objects that make a member with all other arguments, in order."""
         known = self._by_others.get(place)
         if known is None:

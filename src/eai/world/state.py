@@ -14,9 +14,9 @@ from typing import NamedTuple, TypeAlias
 
 from eai.base.errors import InputError, did_you_mean
 from eai.logic.formula import Atom
-from eai.logic.ltl import parse, spelt
+from eai.logic.ltl import parse, spell_names
 from eai.world.relation import Matrix, Relation, TupleSet, bits
-from eai.world.vocabulary import Vocabulary, several
+from eai.world.vocabulary import Vocabulary, require_tuple
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class Scene:
         self.vocabulary = vocabulary
         objects = starmap(WorldObject, objects.items()) if isinstance(objects, Mapping) else objects
         self.objects = tuple(objects)
-        several("objects", self.objects, WorldObject)
+        require_tuple("objects", self.objects, WorldObject)
         self.index = {thing.name: i for i, thing in enumerate(self.objects)}
         if len(self.index) < len(self.objects):
             name = next(each.name for i, each in enumerate(self.objects) if self.index[each.name] != i)
@@ -82,22 +82,22 @@ class Scene:
         """The names of the objects in a mask, by index."""
         return tuple(self.objects[i].name for i in bits(mask))
 
-    def named(self, category: str | None) -> tuple[str, ...]:
+    def names_of_category(self, category: str | None) -> tuple[str, ...]:
         """The names of the objects of a category, in the scene's order; of all if it is None."""
         return self.names(self.category(category))
 
-    def find(self, named: int | str) -> int:
+    def find(self, name: int | str) -> int:
         """The index of an object by its name, which may be spelt as in formulas.
 
         Raises:
             InputError: there is no such object.
         """
-        found = self.index.get(named) if isinstance(named, str) else named
-        if isinstance(named, str) and found is None:
-            found = self.index.get(spelt(self.index).get(named, ""))
+        found = self.index.get(name) if isinstance(name, str) else name
+        if isinstance(name, str) and found is None:
+            found = self.index.get(spell_names(self.index).get(name, ""))
         if found is None or not 0 <= found < len(self.objects):
-            hint = did_you_mean(named, self.index) if isinstance(named, str) else ""
-            raise InputError(f"there is no object {named}{hint}")
+            hint = did_you_mean(name, self.index) if isinstance(name, str) else ""
+            raise InputError(f"there is no object {name}{hint}")
         return found
 
     def fact(self, stated: StatedFact) -> Fact:
@@ -112,8 +112,8 @@ class Scene:
         name, arguments = said
         if isinstance(arguments, str) or not isinstance(arguments, Sequence):
             raise InputError(f"{name}: expected a tuple of objects; of one it is written with a comma, (x,)")
-        self.vocabulary.require(name, len(arguments))
-        if self.vocabulary.stored(name) is None:
+        self.vocabulary.require_arity(name, len(arguments))
+        if self.vocabulary.find_stored(name) is None:
             raise InputError(f"{name} is derived from other facts; a state has none of it")
         return Fact(name, tuple([self.find(each) for each in arguments]))
 
@@ -139,7 +139,7 @@ class Scene:
             else:
                 pairs[predicate].append((arguments[0], arguments[1]))
         size = len(self.objects)
-        binary = tuple(Relation(Matrix.of_pairs(size, p)) for p in pairs.values())
+        binary = tuple(Relation(Matrix.from_pairs(size, p)) for p in pairs.values())
         return State(self, tuple(unary), binary, tuple(map(TupleSet, tuples.values())))
 
 
@@ -194,7 +194,7 @@ class State:
             return arguments in self.tuple_set(predicate).members
         return bool(self.unary[slot] >> (arguments[0] if arguments else 0) & 1)
 
-    def those(self, predicate: str) -> int:
+    def mask(self, predicate: str) -> int:
         """The mask of all objects with a unary predicate."""
         return self.unary[self.scene.vocabulary.unary_slots[predicate]]
 
@@ -219,7 +219,7 @@ class State:
         for name, slot in vocabulary.tuple_slots.items():
             yield from [Fact(name, each) for each in sorted(self.tuples[slot].members)]
 
-    def with_exactly(self, facts: Iterable[StatedFact]) -> State:
+    def replace_facts(self, facts: Iterable[StatedFact]) -> State:
         """The state of the same episode in which exactly these facts about stored predicates hold.
 
         Raises:
@@ -247,7 +247,7 @@ class State:
         return self._hash
 
 
-class Change(NamedTuple):
+class StateChange(NamedTuple):
     """The facts that one state has and another lacks, and the other way round."""
 
     added: tuple[Fact, ...]
@@ -259,7 +259,7 @@ class Change(NamedTuple):
         return {fact.predicate for fact in self.added} | {fact.predicate for fact in self.removed}
 
 
-def change(before: State, after: State) -> Change:
+def compare_states(before: State, after: State) -> StateChange:
     """The facts that became true and those that became false, in the order of `State.facts`.
 
     Both states must be of one episode.
@@ -275,7 +275,7 @@ def change(before: State, after: State) -> Change:
             removed += [Fact(name, (i,) if arity else ()) for i in bits(old & ~new)]
     for name, slot in vocabulary.binary_slots.items():
         earlier, later = before.binary[slot], after.binary[slot]
-        for x in () if earlier is later else earlier.changed_sources(later):
+        for x in () if earlier is later else earlier.find_changed_sources(later):
             old, new = earlier.row(x), later.row(x)
             added += [Fact(name, (x, y)) for y in bits(new & ~old)]
             removed += [Fact(name, (x, y)) for y in bits(old & ~new)]
@@ -283,7 +283,7 @@ def change(before: State, after: State) -> Change:
         had, has = before.tuples[slot].members, after.tuples[slot].members
         added += [Fact(name, each) for each in sorted(has - had)]
         removed += [Fact(name, each) for each in sorted(had - has)]
-    return Change(tuple(added), tuple(removed))
+    return StateChange(tuple(added), tuple(removed))
 
 
 class Draft:

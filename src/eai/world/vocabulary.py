@@ -12,7 +12,7 @@ from typing import Protocol, get_args, runtime_checkable
 
 from eai.base.errors import DomainError, did_you_mean
 from eai.logic.formula import Atom, Constant, Term
-from eai.logic.signature import either, takes
+from eai.logic.signature import describe_arity, join_with_or
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class Predicate:
 
     def __call__(self, *terms: Term | str) -> Atom:
         """The atom of this predicate with these terms; a text is the name of an object."""
-        return atom(self.name, self.arity, terms)
+        return make_atom(self.name, self.arity, terms)
 
 
 @runtime_checkable
@@ -78,8 +78,8 @@ class Vocabulary:
     _stored: Mapping[str, Predicate] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        several("predicates", self.predicates, Predicate)
-        several("derived predicates", self.derived, DerivedPredicate)
+        require_tuple("predicates", self.predicates, Predicate)
+        require_tuple("derived predicates", self.derived, DerivedPredicate)
         names = [p.name for p in self.predicates] + [d.name for d in self.derived]
         for name in names:
             if names.count(name) > 1:
@@ -101,16 +101,16 @@ class Vocabulary:
         """The slots of stored predicates of so many arguments, by name."""
         return self.unary_slots if arity < 2 else self.binary_slots if arity == 2 else self.tuple_slots
 
-    def stored(self, name: str) -> Predicate | None:
+    def find_stored(self, name: str) -> Predicate | None:
         """The stored predicate of this name, or None."""
         return self._stored.get(name)
 
     def arity(self, name: str) -> int | None:
         """The arity of a stored or derived predicate, or None if there is none of this name."""
-        found = self.stored(name) or self.derived_by_name.get(name)
+        found = self.find_stored(name) or self.derived_by_name.get(name)
         return None if found is None else found.arity
 
-    def require(self, name: str, number: int) -> None:
+    def require_arity(self, name: str, number: int) -> None:
         """Check that a predicate of this name takes so many arguments.
 
         Raises:
@@ -121,10 +121,10 @@ class Vocabulary:
             hint = did_you_mean(name, (*self._stored, *self.derived_by_name))
             raise DomainError(f"predicate {name} is not declared{hint}")
         if arity != number:
-            raise DomainError(f"{takes(name, arity, 'argument')}, not {number}")
+            raise DomainError(f"{describe_arity(name, arity, 'argument')}, not {number}")
 
 
-def several(place: str, values: object, kind: type | UnionType) -> None:
+def require_tuple(place: str, values: object, kind: type | UnionType) -> None:
     """Check that a part of a declaration is a tuple of some kind of value.
 
     Raises:
@@ -132,7 +132,7 @@ def several(place: str, values: object, kind: type | UnionType) -> None:
     """
     if isinstance(values, kind):
         raise DomainError(f"{place}: expected a tuple; of one it is written with a comma, (x,)")
-    expected = either([each.__name__ for each in get_args(kind) or (kind,)])
+    expected = join_with_or([each.__name__ for each in get_args(kind) or (kind,)])
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise DomainError(f"{place}: expected a tuple of {expected}, found {type(values).__name__}")
     one_of_each_type = {type(value): value for value in values}  # a scene has hundreds of objects
@@ -141,17 +141,17 @@ def several(place: str, values: object, kind: type | UnionType) -> None:
             raise DomainError(f"{place}: expected {expected}, found {type(value).__name__}")
 
 
-def parameters(arity: int) -> tuple[str, ...]:
+def parameter_names(arity: int) -> tuple[str, ...]:
     """Names of so many parameters: x, y and z; numbered where there are more."""
     return tuple("xyz"[:arity]) if arity <= len("xyz") else tuple([f"x{i}" for i in range(1, arity + 1)])
 
 
-def atom(name: str, arity: int, terms: Sequence[Term | str]) -> Atom:
+def make_atom(name: str, arity: int, terms: Sequence[Term | str]) -> Atom:
     """The atom of a predicate with these terms.
 
     Raises:
         DomainError: there are more or fewer than its arity.
     """
     if len(terms) != arity:
-        raise DomainError(f"{takes(name, arity, 'argument')}, not {len(terms)}")
+        raise DomainError(f"{describe_arity(name, arity, 'argument')}, not {len(terms)}")
     return Atom(name, tuple([Constant(term) if isinstance(term, str) else term for term in terms]))

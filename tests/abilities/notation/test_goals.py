@@ -14,7 +14,7 @@ from eai.abilities.notation.goals import (
 )
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Atom, Formula
-from eai.logic.signature import term
+from eai.logic.signature import to_term
 from eai.tasks.task import GoalKind
 from logic.bddl_text import print_condition
 
@@ -93,7 +93,7 @@ def literal(entry: object, variables: frozenset[str]) -> Formula | None:
     """A list of words."""
     match entry:
         case [str(predicate), *names] if all(isinstance(name, str) for name in names):
-            return Atom(predicate, tuple(term(str(name), variables) for name in names))
+            return Atom(predicate, tuple(to_term(str(name), variables) for name in names))
         case _:
             return None
 

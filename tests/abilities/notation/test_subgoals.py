@@ -9,7 +9,7 @@ from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Atom, Constant, Not, Variable
-from eai.logic.ltl import spelt
+from eai.logic.ltl import spell_names
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -40,7 +40,7 @@ def test_each_action_is_written_as_what_it_makes_true_about_its_objects_or_else_
 
 def test_what_is_impossible_is_left_out_and_what_changes_nothing_stands_for_itself() -> None:
     wave = Operator("WAVE-AT", (toy.X,), (), ())
-    notation = SubgoalNotation(toy.DOMAIN.with_operators(wave))
+    notation = SubgoalNotation(toy.DOMAIN.replace_operators(wave))
     assert notation.write(TASK, steps("DROP red", "WAVE-AT red")) == ("WAVE_AT(red)",)
 
 
@@ -55,7 +55,7 @@ def test_subgoals_are_joined_and_read() -> None:
 
 def test_names_without_arguments_need_no_brackets() -> None:
     rest = Operator("REST", (), (), ())
-    notation = SubgoalNotation(toy.DOMAIN.with_operators(rest))
+    notation = SubgoalNotation(toy.DOMAIN.replace_operators(rest))
     assert notation.read('{"output": ["REST", "", "now"]}') == WrittenSubgoals(
         ("REST()", "now"), ("brackets",)
     )
@@ -76,24 +76,24 @@ def test_names_without_arguments_need_no_brackets() -> None:
 )
 def test_names_that_take_no_objects_need_no_brackets_beside_others(written: str, read: str | None) -> None:
     rest = Operator("REST", (), (), ())
-    found = SubgoalNotation(toy.DOMAIN.with_operators(rest)).read(json.dumps({"output": [written]}))
+    found = SubgoalNotation(toy.DOMAIN.replace_operators(rest)).read(json.dumps({"output": [written]}))
     assert found == WrittenSubgoals((read or written,), () if read is None else ("brackets",))
 
 
 def test_a_text_that_is_no_formula_is_kept_to_be_refused() -> None:
-    notation = SubgoalNotation(toy.DOMAIN.with_operators(Operator("REST", (), (), ())))
+    notation = SubgoalNotation(toy.DOMAIN.replace_operators(Operator("REST", (), (), ())))
     assert notation.read('{"output": ["go and REST now"]}') == WrittenSubgoals(("go and REST now",))
 
 
 def test_names_are_spelt_as_formulas_can_have_them() -> None:
-    assert spelt(["a-b", "a_b", "sofa.12", "t-shirt.3", "3d"]) == {
+    assert spell_names(["a-b", "a_b", "sofa.12", "t-shirt.3", "3d"]) == {
         "a_b": "a-b",
         "a_b_": "a_b",
         "sofa.12": "sofa.12",
         "t_shirt.3": "t-shirt.3",
         "_3d": "3d",
     }
-    assert list(spelt(["a1", "_", "_a"])) == ["a1", "_", "_a"]
+    assert list(spell_names(["a1", "_", "_a"])) == ["a1", "_", "_a"]
 
 
 def test_a_domain_with_other_names_is_scored_by_the_spelling_of_its_own() -> None:

@@ -73,7 +73,7 @@ def test_several_shortest_sequences_are_all_found() -> None:
     elsewhere = "the robot is elsewhere"
     ring = Operator("RING", (toy.X,), (missing(here, elsewhere),), (Add(toy.lit(toy.X)),))
     shout = Operator("SHOUT", (toy.X,), (missing(here, elsewhere),), (Add(toy.lit(toy.X)),))
-    domain = toy.DOMAIN.with_operators(ring, shout)
+    domain = toy.DOMAIN.replace_operators(ring, shout)
     assert plans("lit hall", refinement=Refinement(domain)) == ["RING hall"], "they lead to one state"
     wanted = literal("lit hall")
     distinguished = Refinement(domain).plans(
@@ -149,7 +149,7 @@ BLESS = Operator(
 def test_in_vain_the_attempt_that_lacks_least_is_told(
     operators: tuple[Operator, ...], literals: list[str], attempt: str
 ) -> None:
-    refinement = Refinement(toy.DOMAIN.with_operators(*operators))
+    refinement = Refinement(toy.DOMAIN.replace_operators(*operators))
     assert plans(*literals, refinement=refinement) == [attempt]
 
 
@@ -157,7 +157,7 @@ def test_the_attempt_that_is_told_is_the_direct_one() -> None:
     """To drop what is held meets a part, but is no way to stow it."""
     checks = (missing(toy.holding(toy.X), "{x} is not held"), missing(toy.at(toy.X, toy.X), "it is shut"))
     stow = Operator("STOW", (toy.X,), checks, (Add(toy.lit(toy.X)), Delete(toy.holding(toy.X))))
-    refinement = Refinement(toy.DOMAIN.with_operators(stow))
+    refinement = Refinement(toy.DOMAIN.replace_operators(stow))
     wanted = [literal("lit red"), literal("not holding red")]
     holds = StateTest(And(tuple(map(formula, wanted))), SCENE)
     lift = toy.DOMAIN.compiled["LIFT"]
@@ -192,7 +192,7 @@ DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (De
 def test_of_what_holds_already_the_actions_are_told_that_say_they_are_not_needed(
     literals: list[str], needless: str | None
 ) -> None:
-    refinement = Refinement(toy.DOMAIN.with_operators(LAY, STEP, DIM))
+    refinement = Refinement(toy.DOMAIN.replace_operators(LAY, STEP, DIM))
     found = refinement.needless([literal(text) for text in literals], TASK.initial)
     assert (None if found is None else written(Found([found]))) == (None if needless is None else [needless])
 
@@ -211,7 +211,7 @@ def test_the_effort_of_a_search_is_told() -> None:
 
 def test_nothing_longer_than_what_is_found_is_looked_for() -> None:
     nod = Operator("NOD", (toy.X,), (), (Add(toy.at(toy.X, AGENT)),), role=Role.MOVEMENT)
-    refinement = Refinement(toy.DOMAIN.with_operators(nod))
+    refinement = Refinement(toy.DOMAIN.replace_operators(nod))
     there = refinement.plans([literal("at robot shed")], lambda _: True, SCENE, TASK.relevant)
     found = there(TASK.initial)
     assert written(found) == ["GO shed"]

@@ -58,7 +58,7 @@ CLIMB = w.Operator(
     ],
 )
 def test_what_may_bring_a_literal_about(predicate: str, names: tuple[str, ...], expected: list[str]) -> None:
-    repertoire, scene = Repertoire(toy.DOMAIN.with_operators(PUSH, CLIMB)), toy.initial().scene
+    repertoire, scene = Repertoire(toy.DOMAIN.replace_operators(PUSH, CLIMB)), toy.initial().scene
     literal = GroundAtom(predicate, tuple([scene.index[name] for name in names]), True)
     wanted = repertoire.wanted([literal], scene)
     found = [" ".join([a.operator, *(scene.objects[i].name for i in a.arguments)]) for a in wanted]

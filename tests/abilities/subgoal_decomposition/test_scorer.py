@@ -150,14 +150,14 @@ DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (De
     ],
 )
 def test_what_is_carried_out(subgoals: list[str], steps: str, additional_steps: int) -> None:
-    scorer = SubgoalDecomposition(TASK, toy.DOMAIN.with_operators(DIM))
+    scorer = SubgoalDecomposition(TASK, toy.DOMAIN.replace_operators(DIM))
     assert scorer.score(answer(*subgoals)).additional_steps == additional_steps
     assert ", ".join([step.action for step in scorer.explain(answer(*subgoals)).steps]) == steps
 
 
 def test_what_holds_after_an_action_is_not_brought_about_again() -> None:
     """Brought about before, PRESS would undo it: only the other order is carried out."""
-    scorer = SubgoalDecomposition(TASK, toy.DOMAIN.with_operators(LIGHT))
+    scorer = SubgoalDecomposition(TASK, toy.DOMAIN.replace_operators(LIGHT))
     text = answer("PRESS(lamp) and lit(lamp)")
     assert [step.action for step in scorer.explain(text).steps] == ["GO(shed)", "PRESS(lamp)"]
     assert scorer.score(text).additional_steps == 0

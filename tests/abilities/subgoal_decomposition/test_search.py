@@ -20,7 +20,7 @@ from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction
 from eai.tasks.goal_test import StateTest
 from eai.world.action import Action
-from eai.world.execution import Step, Trajectory, execute, timeline
+from eai.world.execution import Step, Trajectory, execute, to_trace
 from eai.world.fault import FaultKind
 from eai.world.operator import missing
 from eai.world.state import Scene, State, WorldObject
@@ -308,7 +308,7 @@ def assert_progress_agrees(formula: Formula, trajectory: Trajectory) -> None:
     met = 0
     for state, action in zip(trajectory.states, trajectory.executed, strict=False):
         met = progress.advance(met, state, action)
-    assert progress.reached(met, trajectory.final) == semantics.holds(formula, timeline(trajectory))
+    assert progress.reached(met, trajectory.final) == semantics.holds(formula, to_trace(trajectory))
 
 
 @settings(deadline=None)

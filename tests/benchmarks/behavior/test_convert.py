@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from eai.base.errors import DataError
-from eai.base.store import Store, silent
+from eai.base.store import Store, ignore_progress
 from eai.benchmarks.behavior.convert import convert_tasks
 from eai.benchmarks.behavior.records import OPTIONS_MEMBER, TASKS_MEMBER, read_records
 from eai.logic.formula import And, operands
@@ -126,4 +126,4 @@ def test_a_task_is_put_together_from_both_archives(tmp_path: Any) -> None:
 )  # fmt: skip
 def test_files_that_contradict_each_other_are_told(wheel_: Files, bddl_: Files, problem: str) -> None:
     with pytest.raises(DataError, match=problem):
-        convert_tasks(wheel_, bddl_, silent)
+        convert_tasks(wheel_, bddl_, ignore_progress)

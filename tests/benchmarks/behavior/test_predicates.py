@@ -13,7 +13,7 @@ from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.logic.formula import Atom, Constant
 from eai.world.action import Action
 from eai.world.execution import attempt, execute
-from eai.world.history import Past
+from eai.world.history import History
 from eai.world.relation import bits
 from eai.world.state import State
 
@@ -30,13 +30,13 @@ def walk(seed: int, steps: int = 60) -> list[State]:
     """States on a random walk."""
     choice = random.Random(seed)
     state = make_task().initial
-    past = Past(state)
+    past = History(state)
     for _ in range(steps):
         operator = choice.choice(DOMAIN.operators)
         arguments = tuple(choice.randrange(len(state.scene.objects)) for _ in operator.parameters)
         outcome = attempt(DOMAIN, past, Action(operator.name, arguments))
         if isinstance(outcome, State):
-            past = past.then(outcome)
+            past = past.extended(outcome)
     return list(past.states)
 
 
@@ -85,7 +85,7 @@ def test_a_circle_of_supports_is_walked_once() -> None:
     assert not DOMAIN.holds(
         Atom("floor_below", (Constant("plate_2"), Constant("room_floor_garage_0"))), state
     )
-    past = Past(state)
+    past = History(state)
     for operator in DOMAIN.operators:
         for things in product(everything, repeat=operator.arity):
             attempt(DOMAIN, past, Action(operator.name, things))

@@ -204,7 +204,7 @@ def test_the_robot_goes_to_what_it_acts_on(domain: Domain) -> None:
 def test_a_substance_is_seen_with_what_it_is_on_or_openly_in(domain: Domain) -> None:
     def sight(*more: str) -> set[str]:
         initial = state(*more)
-        return {name for name, i in initial.scene.index.items() if domain.seen(initial, 1 << i)}
+        return {name for name, i in initial.scene.index.items() if domain.find_visible(initial, 1 << i)}
 
     assert {"plate", "flour"} <= sight()
     assert "stain" not in sight()

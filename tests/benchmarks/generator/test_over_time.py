@@ -29,7 +29,7 @@ from eai.tasks.source import Source
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.execution import Step, Trajectory, execute
-from eai.world.listing import Listing
+from eai.world.listing import FactListing
 from eai.world.state import State
 from logic.naive import Facts, Naive
 
@@ -90,7 +90,7 @@ def test_a_naive_twin_judges_random_courses_alike(like: str) -> None:
 
 
 def naively(
-    task: Task, states: tuple[State, ...], actions: list[Action], listings: tuple[Listing, ...]
+    task: Task, states: tuple[State, ...], actions: list[Action], listings: tuple[FactListing, ...]
 ) -> bool:
     things = task.scene.objects
     categories = tuple((thing.name, thing.category) for thing in things)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from benchmarks.graphs import ORDERED, PlainGraph, final_graph, initial_graph
 from benchmarks.synthetic import PROGRAMS, SCENE, TASKS, MadeTask, Triple, bundle, files, graph, node
 from eai.base.errors import DataError
-from eai.base.store import Store, silent
+from eai.base.store import Store, ignore_progress
 from eai.benchmarks.virtualhome.convert import convert_tasks
 from eai.benchmarks.virtualhome.records import (
     VirtualHome,
@@ -19,7 +19,7 @@ from eai.benchmarks.virtualhome.records import (
 
 
 def converted(tasks: tuple[MadeTask, ...], folder: Path) -> VirtualHome:
-    members = convert_tasks(bundle(files(tasks)), silent)
+    members = convert_tasks(bundle(files(tasks)), ignore_progress)
     return VirtualHome.of(Store(folder).write("virtualhome", {}, members))
 
 
@@ -105,7 +105,7 @@ def test_a_script_of_another_form_is_told(old: bytes, new: bytes, reason: str) -
     path = f"{PROGRAMS}executable_programs/{SCENE}1_1.txt"
     contents[path] = contents[path].replace(old, new)
     with pytest.raises(DataError, match=reason):
-        convert_tasks(bundle(contents), silent)
+        convert_tasks(bundle(contents), ignore_progress)
 
 
 IDS = st.integers(1, 4)

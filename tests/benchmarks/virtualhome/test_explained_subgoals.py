@@ -12,7 +12,7 @@ from eai.logic.traversal import walk
 from eai.tasks.goal_test import StateTest
 from eai.world.action import Action
 from eai.world.execution import attempt
-from eai.world.history import Past
+from eai.world.history import History
 from eai.world.state import State
 from oracle import Oracle
 from subgoal_scorers import virtualhome_subgoals
@@ -48,7 +48,7 @@ def states_by_step(scorer: SubgoalDecomposition, explanation: Explanation) -> di
         if step.outcome == EXECUTED:
             name, _, names = step.action.removesuffix(")").partition("(")
             objects = tuple(scorer.task.scene.index[each] for each in names.split(", ") if each)
-            state = attempt(scorer.domain, Past(state), Action(name, objects))
+            state = attempt(scorer.domain, History(state), Action(name, objects))
             assert isinstance(state, State)
             states[number] = state
     return states

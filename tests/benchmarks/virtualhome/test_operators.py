@@ -8,8 +8,8 @@ from eai.world.action import Fault
 from eai.world.domain import Domain
 from eai.world.execution import attempt
 from eai.world.fault import FaultKind
-from eai.world.history import Past
-from eai.world.state import State, change
+from eai.world.history import History
+from eai.world.state import State, compare_states
 
 STRICT = virtualhome.as_meant()
 
@@ -37,7 +37,7 @@ def domain() -> Domain:
 
 def fault_of(domain: Domain, facts: tuple[str, ...], action: str) -> FaultKind | None:
     scene = flat.scene()
-    outcome = attempt(domain, Past(flat.state(*facts, over=scene)), flat.action(action, scene))
+    outcome = attempt(domain, History(flat.state(*facts, over=scene)), flat.action(action, scene))
     return outcome.kind if isinstance(outcome, Fault) else None
 
 
@@ -45,9 +45,9 @@ def after(domain: Domain, facts: tuple[str, ...], action: str) -> tuple[set[str]
     """What an action adds and removes."""
     scene = flat.scene()
     before = flat.state(*facts, over=scene)
-    outcome = attempt(domain, Past(before), flat.action(action, scene))
+    outcome = attempt(domain, History(before), flat.action(action, scene))
     assert isinstance(outcome, State), outcome
-    difference = change(before, outcome)
+    difference = compare_states(before, outcome)
     return flat.told(difference.added, scene), flat.told(difference.removed, scene)
 
 
@@ -211,11 +211,11 @@ FILLED = (
 
 def test_what_is_in_a_thing_goes_with_it_and_a_bed_does_not() -> None:
     scene = flat.scene()
-    past = Past(flat.state(*FILLED, "INSIDE knife.15 milk.11", over=scene))
+    past = History(flat.state(*FILLED, "INSIDE knife.15 milk.11", over=scene))
     for step in ("WALK cup.13", "GRAB cup.13", "WALK book.16", "PUTBACK cup.13 bed.20", "WALK fridge.10"):
         outcome = attempt(STRICT, past, flat.action(step, scene))
         assert isinstance(outcome, State)
-        past = past.then(outcome)
+        past = past.extended(outcome)
     told = flat.told(past.state.facts(), scene)
     kept = {"INSIDE milk.11 cup.13", "ONTOP bread.14 cup.13", "INSIDE knife.15 milk.11"}
     moved = {"ONTOP cup.13 bed.20"}
@@ -223,7 +223,7 @@ def test_what_is_in_a_thing_goes_with_it_and_a_bed_does_not() -> None:
     assert told >= kept | moved
     assert told.isdisjoint({"ONTOP bed.20 cup.13", "INSIDE milk.11 kitchen.1"})
     assert isinstance(attempt(STRICT, past, flat.action("WALK cup.13", scene)), State)
-    near = past.then(attempt(STRICT, past, flat.action("WALK cup.13", scene)))  # type: ignore[arg-type]
+    near = past.extended(attempt(STRICT, past, flat.action("WALK cup.13", scene)))  # type: ignore[arg-type]
     assert isinstance(attempt(STRICT, near, flat.action("GRAB milk.11", scene)), State)
 
 

@@ -11,7 +11,7 @@ from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant, Formula
 from eai.world.domain import Domain
 from eai.world.execution import attempt
-from eai.world.history import Past
+from eai.world.history import History
 from eai.world.state import Scene, State, WorldObject
 
 STRICT = virtualhome.as_meant()
@@ -45,7 +45,7 @@ def _scene() -> Scene:
 def holds_after(domain: Domain, place: str, *facts: str) -> bool:
     """Whether a grabbed cup is remembered to have stood on a place."""
     scene = _scene()
-    state = attempt(domain, Past(flat.state(*facts, over=scene)), flat.action("GRAB cup.13", scene))
+    state = attempt(domain, History(flat.state(*facts, over=scene)), flat.action("GRAB cup.13", scene))
     assert isinstance(state, State)
     return domain.holds(looked_up("TAKEN_FROM_TOP_OF", "cup.13", place), state)
 

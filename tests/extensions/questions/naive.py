@@ -13,7 +13,7 @@ from itertools import product
 
 from eai.extensions.questions.question import Form, Kind, Question
 from eai.logic.formula import Formula
-from eai.world.condition import Conditions
+from eai.world.condition import ConditionCompiler
 from eai.world.domain import Domain
 from eai.world.frame import Frame
 from eai.world.state import Fact, Scene, State, WorldObject
@@ -72,7 +72,7 @@ class World:
             return holds(self._state(facts), facts, formula, {})
         except TypeError:  # a pairing, which plain sets do not know
             frame = Frame()
-            truth = Conditions(self.domain.vocabulary, frame).truth(formula)
+            truth = ConditionCompiler(self.domain.vocabulary, frame).truth(formula)
             return truth(self._state(facts), frame.bind(self.scene, ()))
 
     def fact(self, text: str) -> Fact:

@@ -297,10 +297,10 @@ def test_distances_with_all_and_without_one_action(lamps: Benchmark) -> None:
     ways = exhaust(world, world.states[0], [TO_LAMP_1, TO_LAMP_2, PRESS_1, PRESS_2], 100)
     assert ways is not None
 
-    both_lit = [n for n, state in enumerate(ways.states) if state.those("lit").bit_count() == 2]
+    both_lit = [n for n, state in enumerate(ways.states) if state.mask("lit").bit_count() == 2]
     assert ways.depths[both_lit[0]] == 4
     fewer = [ways.within([other for other in range(4) if other != n]) for n in range(4)]
-    assert not any(state.those("lit").bit_count() == 2 for each in fewer for state in each.states)
+    assert not any(state.mask("lit").bit_count() == 2 for each in fewer for state in each.states)
     left = ways.distances_to(both_lit)
     assert left[0] == 4
     assert {left[n] for n in both_lit} == {0}

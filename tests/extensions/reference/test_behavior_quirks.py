@@ -101,7 +101,9 @@ def test_options_are_those_that_the_reference_keeps(behavior_tasks: BehaviorTask
         names = {thing.name: thing.instance for thing in task.record.objects}
         found = [
             [[_as_list(literal, names) for literal in option] for option in options]
-            for options in (truncated_options(goal.formula, task.scene.named) for goal in task.goals)
+            for options in (
+                truncated_options(goal.formula, task.scene.names_of_category) for goal in task.goals
+            )
         ]
         assert found == kept[task_id]
 

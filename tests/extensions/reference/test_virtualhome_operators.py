@@ -31,7 +31,7 @@ from eai.world.action import Fault
 from eai.world.domain import Domain
 from eai.world.execution import attempt
 from eai.world.fault import FaultKind
-from eai.world.history import Past
+from eai.world.history import History
 from eai.world.state import State
 
 SHARED = (
@@ -146,12 +146,12 @@ def test_quirk_what_the_reference_cannot_execute(
 def test_quirk_sought_is_not_the_condition(plan: list[str], strict: FaultKind, reference: FaultKind) -> None:
     for domain, kind in ((STRICT, strict), (REFERENCE, reference)):
         scene = flat.scene()
-        past = Past(flat.state(over=scene))
+        past = History(flat.state(over=scene))
         outcome: State | Fault | None = None
         for step in plan:
             outcome = attempt(domain, past, flat.action(step, scene))
             if isinstance(outcome, State):
-                past = past.then(outcome)
+                past = past.extended(outcome)
         assert isinstance(outcome, Fault)
         assert outcome.kind is kind, domain
 

@@ -15,8 +15,8 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.planning.planner import Planner
-from eai.planning.repair.edits import Plan, PlanEdit
-from eai.planning.repair.search import Mender
+from eai.planning.repair.edits import PlanEdit, PlanSteps
+from eai.planning.repair.search import Repairer
 from eai.planning.search import Effort, SearchResult
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.goal_test import GoalTest
@@ -56,7 +56,7 @@ def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
     return found
 
 
-def succeeds(domain: Domain, task: Task, plan: Plan) -> bool:
+def succeeds(domain: Domain, task: Task, plan: PlanSteps) -> bool:
     """Whether a plan succeeds, by the engine that scores it."""
     if None in plan:
         return False
@@ -75,7 +75,7 @@ def one_edit(
             yield from (((*plan[:i], action, *plan[i + 1 :])) for action in actions)
 
 
-def by_brute_force(domain: Domain, task: Task, plan: Plan, actions: Sequence[Action]) -> int:
+def by_brute_force(domain: Domain, task: Task, plan: PlanSteps, actions: Sequence[Action]) -> int:
     plans, seen = {tuple(plan)}, {tuple(plan)}
     for distance in range(FAR):
         if any(succeeds(domain, task, each) for each in plans):
@@ -86,12 +86,12 @@ def by_brute_force(domain: Domain, task: Task, plan: Plan, actions: Sequence[Act
     return FAR
 
 
-def edited(plan: Plan, edits: Sequence[PlanEdit]) -> tuple[Action | None, ...]:
+def edited(plan: PlanSteps, edits: Sequence[PlanEdit]) -> tuple[Action | None, ...]:
     """A plan with some edits made."""
     steps: list[Action | None] = []
     for i, step in enumerate((*plan, None)):
-        steps += [e.action for e in edits if e.gone is None and e.step == i]
-        replaced = [e for e in edits if e.gone == i]
+        steps += [e.action for e in edits if e.removed is None and e.step == i]
+        replaced = [e for e in edits if e.removed == i]
         steps += [e.action for e in replaced if e.action] if replaced else [step] * (i < len(plan))
     return tuple(steps)
 
@@ -113,17 +113,17 @@ def draw(name: str, random: Random) -> tuple[ActionSequencing, tuple[Action | No
     return scorer, faulty, actions
 
 
-def restricted(scorer: ActionSequencing, plan: Plan, actions: Sequence[Action]) -> Mender:
+def restricted(scorer: ActionSequencing, plan: PlanSteps, actions: Sequence[Action]) -> Repairer:
     """What mends with a few actions only."""
     task = scorer.task
     named = [i for step in (*plan, *actions) if step is not None for i in step.arguments]
-    mender = Mender(
+    mender = Repairer(
         planner(scorer.domain),
         task.initial,
         planning_goal(task),
         tuple(dict.fromkeys([*task.relevant, *named])),
     )
-    mender.flips.taking = lambda name: tuple([a for a in actions if a.operator == name])  # type: ignore[method-assign]
+    mender.conflict_changes.actions_of = lambda name: tuple([a for a in actions if a.operator == name])  # type: ignore[method-assign]
     return mender
 
 
@@ -135,12 +135,12 @@ def test_fewest_edits_are_those_of_brute_force(name: str, number: int) -> None:
     cases = (draw(name, random) for _ in count())
     for scorer, plan, actions in islice((case for case in cases if len(case[1]) <= 5), number):
         mender = restricted(scorer, plan, actions)
-        at_least, _ = mender.mend(plan, Effort(30_000))
+        at_least, _ = mender.repair(plan, Effort(30_000))
         expected = by_brute_force(scorer.domain, scorer.task, plan, actions)
         assert min(at_least, FAR) == expected, (scorer.task.id, plan, actions)
         seen.add(expected)
         if expected == 1:
-            told = {edited(plan, [each]) for each in mender.singles(plan)}
+            told = {edited(plan, [each]) for each in mender.single_edits(plan)}
             for each in one_edit(plan, actions):
                 if succeeds(scorer.domain, scorer.task, each) and each not in told:
                     shorter = {(*each[:i], *each[i + 1 :]) for i in range(len(each))}
@@ -153,7 +153,7 @@ def test_what_is_told_succeeds_and_bounds_tighten_with_effort(name: str) -> None
     random = Random(9)
     for _ in range(examples(30)):
         scorer, plan, _ = draw(name, random)
-        mender = Mender(
+        mender = Repairer(
             planner(scorer.domain),
             scorer.task.initial,
             planning_goal(scorer.task),
@@ -162,7 +162,7 @@ def test_what_is_told_succeeds_and_bounds_tighten_with_effort(name: str) -> None
         at_least, at_most = 0, float("inf")
         for limit in (1, 100, 1_000, 10_000):
             before = at_least
-            at_least, edits = mender.mend(plan, Effort(limit))
+            at_least, edits = mender.repair(plan, Effort(limit))
             assert before <= at_least <= at_most
             assert edits is not None or at_most == float("inf")
             if edits is not None:
@@ -171,7 +171,7 @@ def test_what_is_told_succeeds_and_bounds_tighten_with_effort(name: str) -> None
                 assert succeeds(scorer.domain, scorer.task, edited(plan, edits))
         assert at_most < float("inf")
         if at_least == at_most == 1:
-            singles = [*mender.singles(plan)]
+            singles = [*mender.single_edits(plan)]
             assert singles
             assert all(succeeds(scorer.domain, scorer.task, edited(plan, [each])) for each in singles)
 
@@ -186,8 +186,8 @@ def test_a_plan_from_the_start_is_looked_for_once(monkeypatch: pytest.MonkeyPatc
         return plan(*given)
 
     monkeypatch.setattr(Planner, "plan", counted)
-    mender = Mender(planner(scorer.domain), task.initial, planning_goal(task), task.relevant)
-    mender.mend((), Effort(1))
+    mender = Repairer(planner(scorer.domain), task.initial, planning_goal(task), task.relevant)
+    mender.repair((), Effort(1))
     assert len(calls) == 2, "from where the plan leads, and from the start"
-    mender.mend((), Effort(1))
+    mender.repair((), Effort(1))
     assert len(calls) == 3

@@ -74,10 +74,10 @@ def with_other_rules(domain: Domain) -> Iterator[tuple[str, Domain]]:
     """The domain with an operator that lacks a check, or an effect."""
     for operator in domain.operators:
         for i in range(len(operator.checks)):
-            yield f"{operator.name}, check {i}", domain.with_operators(without_check(operator, i))
+            yield f"{operator.name}, check {i}", domain.replace_operators(without_check(operator, i))
         for i in range(len(operator.effects)):
             effects = operator.effects[:i] + operator.effects[i + 1 :]
-            yield f"{operator.name}, effect {i}", domain.with_operators(replace(operator, effects=effects))
+            yield f"{operator.name}, effect {i}", domain.replace_operators(replace(operator, effects=effects))
 
 
 def without_check(operator: Operator, place: int) -> Operator:

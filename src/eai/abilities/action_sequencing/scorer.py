@@ -18,8 +18,8 @@ from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import Share
 from eai.tasks.task import Task
 from eai.world.action import Action
-from eai.world.domain import Domain, as_declared
-from eai.world.episode import Episode, Known
+from eai.world.domain import Domain, begin_as_declared
+from eai.world.episode import Episode, KnownOutcomes
 from eai.world.fault import FaultKind
 from eai.world.state import State
 
@@ -66,7 +66,7 @@ class ActionSequencing(PlanScorer):
         self.excluded = task.left_out
         self._object = notation.objects(task)
         self._known: dict[WrittenStep, Action] = {}
-        self._outcomes: Known = {}
+        self._outcomes: KnownOutcomes = {}
         self._tried = 0
 
     def assess(self, text: str) -> Assessment:
@@ -78,7 +78,7 @@ class ActionSequencing(PlanScorer):
     @property
     def _is_plain(self) -> bool:
         """Whether plans are carried out and goals tested as repairs take it."""
-        if self.domain.begin is not as_declared:
+        if self.domain.begin is not begin_as_declared:
             return False
         return type(self) is ActionSequencing and type(self.goals) is GoalTest
 
@@ -208,7 +208,7 @@ class ActionSequencing(PlanScorer):
 
     def _execute(self, actions: tuple[Action, ...]) -> Course:
         """The course of a plan from the initial state, where every action works."""
-        episode = Episode(self.domain, self.task.initial, known=self._outcomes)
+        episode = Episode(self.domain, self.task.initial, known_outcomes=self._outcomes)
         episode.run(actions)
         trajectory = episode.trajectory
         self._tried += len(trajectory.steps)

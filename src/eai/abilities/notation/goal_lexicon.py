@@ -17,11 +17,11 @@ from math import prod
 
 from eai.abilities.notation.goals import GoalNotation, WrittenGoal
 from eai.abilities.verdict import Unreadable
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.logic.choice import Literal, choice_options
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Term
-from eai.logic.signature import term
-from eai.logic.traversal import objects, walk
+from eai.logic.signature import to_term
+from eai.logic.traversal import object_names, walk
 from eai.tasks.task import Goal, GoalKind, Task, goal
 from eai.world.domain import Domain
 
@@ -173,7 +173,7 @@ class _Meaning:
         self._predicates = notation.words(domain)
         self._vocabulary, self._actions = domain.vocabulary, domain.arities
         names, things = notation.names(task), task.scene.objects
-        self._named = grouped((names[index], things[index].name) for index in reversed(task.relevant))
+        self._named = group_pairs((names[index], things[index].name) for index in reversed(task.relevant))
         self._known = {thing for things in self._named.values() for thing in things}
         self._times: Counter[WrittenGoal] = Counter()
 
@@ -181,7 +181,7 @@ class _Meaning:
         """The meaning of a goal below quantifiers that bind these variables; None if it is ill-formed."""
         if not self._lexicon.is_well_formed(said):
             return None
-        terms = tuple([term(name, variables) for name in self._objects(said, variables)])
+        terms = tuple([to_term(name, variables) for name in self._objects(said, variables)])
         if said.is_action:
             return Occurs(said.predicate, terms)
         atom = Atom(self._predicates.get((said.predicate, len(terms)), said.predicate), terms)
@@ -195,7 +195,7 @@ class _Meaning:
                     yield name
                 case Occurs(name) if name not in self._actions:
                     yield name
-        yield from (name for name in objects(formula) if name not in self._known)
+        yield from (name for name in object_names(formula) if name not in self._known)
 
     def _objects(self, said: WrittenGoal, variables: frozenset[str]) -> tuple[str, ...]:
         """The objects that a goal is meant of; what is no object's name stays."""

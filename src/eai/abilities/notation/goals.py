@@ -316,7 +316,11 @@ class GoalNotation(ABC):
             InputError: a goal leaves no finite choice of conditions (see `choice.ground`).
         """
         return tuple(
-            Alternatives(goal.kind.value, formula_text(goal.formula), ground(goal.formula, task.scene.named))
+            Alternatives(
+                goal.kind.value,
+                formula_text(goal.formula),
+                ground(goal.formula, task.scene.names_of_category),
+            )
             for goal in task.goals
         )
 

@@ -28,8 +28,8 @@ from eai.abilities.notation.plan_form import (
 )
 from eai.abilities.notation.plan_lines import read_lines
 from eai.abilities.verdict import UNKNOWN_ACTION, ErrorReport, Unreadable
-from eai.base.grouping import grouped
-from eai.logic.signature import takes
+from eai.base.grouping import group_pairs
+from eai.logic.signature import describe_arity
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -71,7 +71,7 @@ def resolve(
             detail = f"{word}: {stranger} {name}"
             return ErrorReport(FaultKind.HALLUCINATION, number, detail, "unknown_object", (str(name),))
         if misapplied is None and len(objects) != arity:
-            detail = f"{takes(operator, arity, 'object')}, not {len(objects)}"
+            detail = f"{describe_arity(operator, arity, 'object')}, not {len(objects)}"
             misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail, "wrong_arity")
         actions.append(Action(operator, objects))
     return misapplied or tuple(actions)
@@ -205,7 +205,7 @@ class JsonPlans(PlanNotation):
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
         """An object around the list, as a list alone cannot be enforced."""
-        names = grouped((operator.arity, operator.name) for operator in domain.operators)
+        names = group_pairs((operator.arity, operator.name) for operator in domain.operators)
         steps = [closed({"action": text(names[n]), "object": _objects(n, words)}) for n in sorted(names)]
         return closed({"plan": listed(either(steps))})
 

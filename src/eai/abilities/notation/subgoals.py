@@ -12,7 +12,7 @@ from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.answer_text import AnswerForm, Pairs, holds_strings, read_json
 from eai.abilities.verdict import Span, Unreadable
 from eai.logic.formula import And, Atom, Constant, Formula
-from eai.logic.ltl import spelt
+from eai.logic.ltl import spell_names
 from eai.logic.ltl_printer import print_ltl
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.lexicon import FormulaLexicon, declared_lexicon
@@ -20,8 +20,8 @@ from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import attempt
-from eai.world.history import Past
-from eai.world.state import Fact, Scene, State, change
+from eai.world.history import History
+from eai.world.state import Fact, Scene, State, compare_states
 
 _TOKEN = re.compile(r"[\w\-]+(?:\.\d+)?|[^\w\s]")
 _NAME = re.compile(r"\w")
@@ -75,7 +75,7 @@ class SubgoalNotation:
         """The subgoals in an answer, or why there are none."""
         alone = [p.name for p in self.domain.vocabulary.predicates if p.arity == 0]
         alone += [operator.name for operator in self.domain.operators if operator.arity == 0]
-        return read_output(text, frozenset(spelt(alone)))
+        return read_output(text, frozenset(spell_names(alone)))
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
         """The subgoals that stand for a plan: for each action what it makes true about its objects.
@@ -90,7 +90,7 @@ class SubgoalNotation:
         for action in plan:
             if action.operator not in self.domain.compiled:
                 continue
-            after = attempt(self.domain, Past(state), action)
+            after = attempt(self.domain, History(state), action)
             if isinstance(after, State):
                 formula = self._standing_for(action, state, after, lexicon)
                 subgoals += [] if formula is None else [print_ltl(formula)]
@@ -104,7 +104,7 @@ class SubgoalNotation:
         about = {*action.arguments} - {before.scene.agent}
         named = lexicon.names_action(action.operator)
         if about or not named:
-            changes = change(before, after)
+            changes = compare_states(before, after)
             for facts, truth in ((changes.added, True), (changes.removed, False)):
                 own: dict[
                     tuple[str, frozenset[int]], Fact
@@ -122,7 +122,7 @@ class SubgoalNotation:
         self, fact: Fact, truth: bool, before: State, after: State, lexicon: FormulaLexicon
     ) -> Formula | None:
         """A change of a fact as subgoals say it: by its predicate, or by one that changes with it."""
-        stored = self.domain.vocabulary.stored(fact.predicate)
+        stored = self.domain.vocabulary.find_stored(fact.predicate)
         if stored is None or not stored.visible or len({*fact.arguments}) < len(fact.arguments):
             return None
         terms = tuple([Constant(before.scene.objects[i].name) for i in fact.arguments])

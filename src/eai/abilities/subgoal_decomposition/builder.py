@@ -42,7 +42,7 @@ from eai.base.errors import InputError, ParseError
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import negation_normal, substitute
-from eai.logic.traversal import children, is_state_formula, quantified, walk
+from eai.logic.traversal import children, is_state_formula, quantify, walk
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.goal_test import StateTest
 from eai.tasks.lexicon import FormulaLexicon
@@ -210,7 +210,7 @@ class Programs:
         self._distinguished = distinguished
         self.extent = _Extent(task)
         self.brings_about = refinement.brings_about
-        self._exclusion = cache(lambda: refinement.exclusion_rules().in_episode(task.initial))
+        self._exclusion = cache(lambda: refinement.exclusion_rules().exclusion_from(task.initial))
         self.required = lru_cache(_REMEMBERED)(self._required)
         self.needless = lru_cache(_REMEMBERED)(self._needless)
         self.plans = lru_cache(_REMEMBERED)(self._plans)
@@ -333,7 +333,7 @@ class _Builder:
         if not names:
             return subgoal
         subgoal = substitute(subgoal, {name: f.Variable(name.name) for name in names})
-        return quantified(f.Exists, [f.Variable(each.name, each.name) for each in names], subgoal)
+        return quantify(f.Exists, [f.Variable(each.name, each.name) for each in names], subgoal)
 
     def subgoal(self, formula: f.Formula, number: int, then: int) -> int:
         """Put a part of the subgoal of this number in front of instruction ``then``; returns the first one.

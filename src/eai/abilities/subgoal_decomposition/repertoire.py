@@ -16,26 +16,26 @@ from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.traversal import free_variables, predicates_of
-from eai.planning.achievers import Achiever, completed
+from eai.planning.achievers import Achiever, complete_bindings
 from eai.planning.effect_schema import (
-    Change,
     EffectSchema,
-    changed_by,
+    FactChange,
+    changed_predicates,
     changes_for,
     effect_schemas,
-    match,
-    taking,
+    make_operator_schema,
+    match_atom,
 )
 from eai.planning.role import role_of
 from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
-from eai.world.condition import Conditions, all_of
-from eai.world.derived import stored_sources
+from eai.world.condition import ConditionCompiler, conjunction
+from eai.world.derived import find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
-from eai.world.frame import AGENT, UNBOUND, Binding, Frame, Truth
+from eai.world.frame import AGENT, UNBOUND, Frame, FrameBinding, Truth
 from eai.world.operator import Check, Operator, Role
 from eai.world.relation import mask_of
 from eai.world.state import Scene, State
@@ -109,10 +109,10 @@ class Repertoire:
     def __init__(self, domain: Domain) -> None:
         self._domain = domain
         self._effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
-        self._writes = {o.name: frozenset(changed_by(o)) for o in domain.operators}
+        self._writes = {o.name: frozenset(changed_predicates(o)) for o in domain.operators}
         self._checks = {o.name: self._sources(_deciding_conditions(o)) for o in domain.operators}
         self._asks = {
-            name: self._checks[name] | self._sources([f for effect in effects for f in effect.given])
+            name: self._checks[name] | self._sources([f for effect in effects for f in effect.conditions])
             for name, effects in self._effects.items()
         }
         self.movement = _without_doubles([o for o in domain.operators if role_of(o) is Role.MOVEMENT])
@@ -127,7 +127,7 @@ class Repertoire:
         self._ways_of = cache(self._find_ways)
         self._compiled = cache(self._compile)
         self._taking = cache(
-            lambda name: Achiever(taking(self.known[name].operator.operator), domain.vocabulary)
+            lambda name: Achiever(make_operator_schema(self.known[name].operator.operator), domain.vocabulary)
         )
 
     def _tools(self, operator: Operator) -> set[Variable]:
@@ -158,7 +158,7 @@ class Repertoire:
     def _compile(self, predicate: str, arity: int, truth: bool) -> tuple[Frame, Truth]:
         variables = tuple([Variable(f"argument {i}") for i in range(arity)])
         frame, atom = Frame(variables), Atom(predicate, variables)
-        return frame, Conditions(self._domain.vocabulary, frame).truth(atom if truth else Not(atom))
+        return frame, ConditionCompiler(self._domain.vocabulary, frame).truth(atom if truth else Not(atom))
 
     def wanted(
         self,
@@ -213,7 +213,7 @@ class Repertoire:
         scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
         usable = mask_of(objects)
         partial, effort = taken.partial(state.scene, scope, fixed=True), Effort(Limits().bindings)
-        found = completed(state, partial, usable, effort)
+        found = complete_bindings(state, partial, usable, effort)
         return [taken.arguments(binding) for binding in islice(found, _MOST_WAYS)]
 
     def _find_ways(self, shape: GroundAtom) -> Sequence[_Way]:
@@ -248,10 +248,10 @@ class Repertoire:
         mended = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
         kinds = [self._kind(check, can) for check, can in zip(operator.checks, moved, strict=False)]
         checks = list(zip(compiled.checks, kinds, strict=True))
-        fixed, common, rest = [all_of([c.holds for c, k in checks if k is kind]) for kind in _Kind]
+        fixed, common, rest = [conjunction([c.holds for c, k in checks if k is kind]) for kind in _Kind]
         rest = compiled.is_possible if operator.tries else rest
         kept = zip(compiled.checks, kinds, mended, strict=False)
-        unmoved = all_of([check.holds for check, kind, can in kept if kind is _Kind.REST and not can])
+        unmoved = conjunction([check.holds for check, kind, can in kept if kind is _Kind.REST and not can])
         return _Known(compiled, role_of(operator), tuple(moved), tuple(mended), fixed, common, rest, unmoved)
 
     def _kind(self, check: Check, moved: bool) -> _Kind:
@@ -276,7 +276,7 @@ class Repertoire:
 
     def _sources(self, formulas: Iterable[Formula]) -> frozenset[str]:
         """The stored predicates that formulas come down to."""
-        return frozenset(stored_sources(predicates_of(*formulas), self._domain.vocabulary))
+        return frozenset(find_stored_predicates(predicates_of(*formulas), self._domain.vocabulary))
 
 
 def _different(given: Sequence[int | None], objects: Sequence[int]) -> Iterator[tuple[int, ...]]:
@@ -296,11 +296,11 @@ def named_in(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...
     return tuple(dict.fromkeys([i for each in arguments for i in each if i != scene.agent]))
 
 
-def _scope(effect: EffectSchema, change: Change) -> dict[str, int] | None:
+def _scope(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
     """The parameters' objects where an effect makes a change; None if it does not."""
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
-    return match(effect.atom, change.arguments, _number_named)
+    return match_atom(effect.atom, change.arguments, _number_named)
 
 
 def _number_named(constant: Constant) -> int | None:
@@ -337,7 +337,7 @@ class Ground(NamedTuple):
 
     action: Action
     known: _Known
-    binding: Binding
+    binding: FrameBinding
     possible: dict[State, bool]
     results: dict[State, State]
     parts: int = 0

@@ -42,7 +42,7 @@ from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.execution import Step, Trajectory, attempt
 from eai.world.fault import FaultKind
-from eai.world.history import Past
+from eai.world.history import History
 from eai.world.operator import Check
 from eai.world.state import Scene, State
 
@@ -153,7 +153,7 @@ class Branch(NamedTuple):
         refined: for how many subgoals actions have been executed.
     """
 
-    past: Past
+    past: History
     tried: _Tried | None = None
     errors: int = 0
     met: int = 0
@@ -295,7 +295,7 @@ def search(
         goal: what is to be reached.
         limits: how much the search may do.
     """
-    return _Search(domain, program, goal, limits).run(Branch(Past(initial)))
+    return _Search(domain, program, goal, limits).run(Branch(History(initial)))
 
 
 class _Search:
@@ -405,7 +405,7 @@ class _Search:
                 executed += 1
                 refined += executed == 1
                 met = self._goal.advance(met, past.state, action)
-                past, tried = past.then(outcome), _Tried(Step(action, None), tried)
+                past, tried = past.extended(outcome), _Tried(Step(action, None), tried)
                 continue
             errors += 1
             tried = _Tried(Step(action, outcome), tried)
@@ -433,7 +433,7 @@ class _Search:
             self._effort.used += instruction.effort
             return self._is_exhausted() or instruction.holds(state)
 
-        return branch.past.latest(instruction.holds, held)
+        return branch.past.last_where(instruction.holds, held)
 
     def _finish(self, branch: Branch, among: list[Branch]) -> None:
         """A branch has come to its end, as one of its kind."""

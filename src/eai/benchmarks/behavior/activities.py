@@ -16,14 +16,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.convert import AGENT_CATEGORY
 from eai.benchmarks.behavior.evidence import load_evidence
 from eai.benchmarks.behavior.records import STATE_OF_ABILITY, BehaviorObject, BehaviorRecord
 from eai.benchmarks.behavior.tasks import RELATIONS, BehaviorTask, build_task
-from eai.logic.rewriting import rename_objects, with_terms
-from eai.logic.traversal import objects, predicates_of
+from eai.logic.rewriting import map_terms, rename_objects
+from eai.logic.traversal import object_names, predicates_of
 from eai.pddl.model import PddlProblem, TypedName
 from eai.pddl.writer import write_problem
 from eai.tasks.problem_world import Meaning, ProblemWorld, header_of
@@ -42,7 +42,7 @@ def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
     """How BDDL problems of activities are read, given the tasks of the data set: they may name its rooms."""
     records = [task.record for task in tasks.values()]
     things = [thing for record in records for thing in record.objects]
-    kinds = grouped((thing.category, (thing.model, thing.synset, thing.abilities)) for thing in things)
+    kinds = group_pairs((thing.category, (thing.model, thing.synset, thing.abilities)) for thing in things)
     arities = {**dict.fromkeys(STATE_OF_ABILITY.values(), 1), **dict.fromkeys((*RELATIONS, _ROOM), 2)}
     facts = [atom for record in records for atom in record.problem.initial]
     rooms = {atom.arguments[1].name: "room" for atom in facts if atom.predicate == _ROOM}
@@ -127,17 +127,17 @@ def build_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlPro
     """The problem of reaching some ground conditions about the instances of a problem file."""
     problem = record.problem
     categories = {each.name: each.type for each in problem.objects}
-    needed = {name for goal in goals for name in objects(goal)}
+    needed = {name for goal in goals for name in object_names(goal)}
     helping = {category for name in predicates_of(*goals) for category in _HELPERS.get(name, ())}
     needed |= {name for name, category in categories.items() if category in helping}
 
     def select_facts(facts: Iterable[f.Atom]) -> list[f.Atom]:
         """The facts about what is asked for, without those about rooms."""
-        about = ((fact, {*objects(fact)}) for fact in facts)
+        about = ((fact, {*object_names(fact)}) for fact in facts)
         return [fact for fact, names in about if names & needed and names <= categories.keys()]
 
     initial, denied = select_facts(problem.initial), select_facts(problem.denied)
-    mentioned = needed.union(*map(objects, (*initial, *denied)))
+    mentioned = needed.union(*map(object_names, (*initial, *denied)))
     initial += [f.Atom(_SAME, (f.Constant(name), f.Constant(name))) for name in sorted(mentioned)]
     pddl = {name: name.replace(".", "_") for name in categories}
     mentioned |= {name for name in categories if name.startswith(AGENT_CATEGORY)}
@@ -151,7 +151,7 @@ def build_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlPro
         name=record.activity,
         domain=problem.domain,
         objects=tuple(declared),
-        initial=tuple([with_terms(fact, lambda term: f.Constant(pddl[term.name])) for fact in initial]),
-        denied=tuple([with_terms(fact, lambda term: f.Constant(pddl[term.name])) for fact in denied]),
+        initial=tuple([map_terms(fact, lambda term: f.Constant(pddl[term.name])) for fact in initial]),
+        denied=tuple([map_terms(fact, lambda term: f.Constant(pddl[term.name])) for fact in denied]),
         goal=f.And(tuple(rename_objects(goal, pddl) for goal in goals)),
     )

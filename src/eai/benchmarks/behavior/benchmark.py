@@ -16,7 +16,7 @@ from functools import partial
 from eai.abilities.notation.goals import parts_of
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.behavior.activities import open_activities, problem_text
 from eai.benchmarks.behavior.domain import as_meant
 from eai.benchmarks.behavior.notation import PLANS, BehaviorGoals, BehaviorSubgoals
@@ -155,7 +155,7 @@ def wording(ability: Ability) -> Wording:
 
 def _describe_halves(name: ObjectName, task: Task) -> str:
     """Return a line for each object that can be sliced, with its halves."""
-    halves = grouped((whole, part) for part, whole in task.initial.relation(part_of.name).pairs())
+    halves = group_pairs((whole, part) for part, whole in task.initial.relation(part_of.name).pairs())
     return "\n".join(
         f"SLICE makes {' and '.join([name(task, part) for part in parts])} of {name(task, whole)}."
         for whole, parts in halves.items()

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from eai.base.errors import DataError, ParseError
 from eai.base.source import Bundle
-from eai.base.store import Report
+from eai.base.store import ReportProgress
 from eai.benchmarks.behavior.records import FLOOR, OPTIONS_MEMBER, STATE_OF_ABILITY, TASKS_MEMBER
 from eai.pddl.bddl import parse_problem
 from eai.pddl.model import PddlProblem
@@ -38,7 +38,7 @@ class _TaxonomyEntry(NamedTuple):
     abilities: tuple[str, ...]
 
 
-def convert_tasks(wheel: Bundle, bddl: Bundle, report: Report) -> dict[str, bytes]:
+def convert_tasks(wheel: Bundle, bddl: Bundle, report: ReportProgress) -> dict[str, bytes]:
     """The members of the pack `behavior`.
 
     Raises:

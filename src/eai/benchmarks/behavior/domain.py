@@ -9,13 +9,13 @@ from eai.benchmarks.behavior.operators import add_movement, make_operators
 from eai.benchmarks.behavior.predicates import VOCABULARY, X, held, is_sliced, part, shut_in
 from eai.world.domain import Domain
 from eai.world.history import was_possible_before
-from eai.world.operator import Operator, in_paper_order
+from eai.world.operator import Operator, sort_checks
 
 
 @cache
 def as_meant() -> Domain:
     """The domain as the paper means it: the declared one, with checks in the paper's order."""
-    return _build_household([add_movement(in_paper_order(operator)) for operator in make_operators()])
+    return _build_household([add_movement(sort_checks(operator)) for operator in make_operators()])
 
 
 def as_declared() -> Domain:

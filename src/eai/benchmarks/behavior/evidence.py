@@ -10,7 +10,7 @@ from importlib import resources
 from typing import TypeAlias
 
 from eai.base.files import parse_toml
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 
 _FILE = "evidence.toml"
 
@@ -74,8 +74,8 @@ def load_evidence() -> UnpublishedFacts:
     return UnpublishedFacts(
         initially_open=frozenset(table["initially_open"]["categories"]),
         standing=frozenset(table["stands_on_floor"]["categories"]),
-        added=grouped((entry["task"], tuple(entry["fact"])) for entry in added),
-        removed=grouped((entry["task"], (entry["predicate"], entry["object"])) for entry in removed),
+        added=group_pairs((entry["task"], tuple(entry["fact"])) for entry in added),
+        removed=group_pairs((entry["task"], (entry["predicate"], entry["object"])) for entry in removed),
         listed_relations_only=frozenset(table["listed_relations_only"]["tasks"]),
         volumes=_Volumes(volume["default"], volume["part"], volume["of_category"], of_object),
         sha256=hashlib.sha256(content).hexdigest(),

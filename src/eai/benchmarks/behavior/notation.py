@@ -22,7 +22,7 @@ from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.records import GoalCondition, GroundOption
 from eai.benchmarks.behavior.tasks import BehaviorTask
-from eai.logic.choice import AllOf, AnyOf, Choice, Leaf, Literal
+from eai.logic.choice import AllOf, AnyOf, Choice, Literal, LiteralChoice
 from eai.logic.formula import Atom, Constant, Not
 from eai.logic.signature import Signature
 from eai.tasks.lexicon import FormulaLexicon
@@ -219,8 +219,8 @@ class BehaviorGoals(JsonGoals):
         names = {instance: name for name, instance in _map_instances(task).items()}
 
         @cache  # most conditions stand in many options of a goal
-        def leaf(condition: GoalCondition) -> Leaf:
-            return Leaf(_to_literal(condition, names))
+        def leaf(condition: GoalCondition) -> LiteralChoice:
+            return LiteralChoice(_to_literal(condition, names))
 
         def choice(options: tuple[GroundOption, ...]) -> Choice:
             return AnyOf(tuple([AllOf(tuple(map(leaf, option))) for option in options]))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import eai.logic.formula as f
 from eai.benchmarks import support
-from eai.world.derived import Defined, Lookup, Values
+from eai.world.derived import Defined, Lookup, LookupFunction
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
@@ -17,7 +17,7 @@ from eai.world.vocabulary import Predicate, Vocabulary
 _SUPPORTS = ("lies_in", "lies_on")
 
 
-def make_target_lookup(relation: str) -> Values:
+def make_target_lookup(relation: str) -> LookupFunction:
     """All that an object stands in a stored relation to."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
@@ -26,12 +26,12 @@ def make_target_lookup(relation: str) -> Values:
     return values
 
 
-def combine_halves(values: Values) -> Values:
+def combine_halves(values: LookupFunction) -> LookupFunction:
     """The relation as goals see it: an object that has been sliced is where both its parts are."""
 
     def find_common_values(state: State, arguments: tuple[int, ...]) -> int:
         (x,) = arguments
-        parts = state.relation("part_of").column(x) if state.those("is_sliced") >> x & 1 else 0
+        parts = state.relation("part_of").column(x) if state.mask("is_sliced") >> x & 1 else 0
         if not parts:
             return values(state, arguments)
         common = state.scene.everything

@@ -60,7 +60,7 @@ class SceneReader:
 
     def _find_things(self, predicate: Predicate) -> list[str]:
         """The things of which a predicate holds."""
-        return [self._names[i] for i in bits(self._state.those(predicate.name))]
+        return [self._names[i] for i in bits(self._state.mask(predicate.name))]
 
     def _find_targets(self, predicate: Predicate, name: str) -> list[str]:
         """The things to which a thing stands in a relation."""

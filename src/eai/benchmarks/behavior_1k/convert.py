@@ -14,7 +14,7 @@ from typing import Any
 
 from eai.base.errors import DataError
 from eai.base.source import Bundle
-from eai.base.store import Report
+from eai.base.store import ReportProgress
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, RULES
 
 _DEFINITION = re.compile(r"bddl/activity_definitions/(\w+)/problem0\.bddl")
@@ -38,7 +38,7 @@ _TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temp
 """Abilities with the temperature from which on they show, and that of kinds which name none."""
 
 
-def convert_tasks(files: Bundle, report: Report) -> dict[str, bytes]:
+def convert_tasks(files: Bundle, report: ReportProgress) -> dict[str, bytes]:
     """The members of the pack `behavior_1k`, of which there is no progress to report.
 
     Raises:

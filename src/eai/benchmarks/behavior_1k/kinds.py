@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import TypeAdapter
 
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 
 PACK = "behavior_1k"
 """Name of the pack with these activities and annotations."""
@@ -108,7 +108,7 @@ class _KindRules:
     @cached_property
     def makings(self) -> Mapping[str, Sequence[Making]]:
         """All ways to make each kind."""
-        return grouped(self._yield_makings())
+        return group_pairs(self._yield_makings())
 
     def _yield_makings(self) -> Iterator[tuple[str, Making]]:
         for whole, (half, _) in self.slice.items():

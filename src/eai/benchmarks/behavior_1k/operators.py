@@ -18,7 +18,7 @@ from eai.logic.formula import Equals, Exists, Formula, Implies, Variable
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
 from eai.world.history import was_possible_before
-from eai.world.operator import Check, Operator, Role, additional, affordance, in_paper_order, missing
+from eai.world.operator import Check, Operator, Role, additional, affordance, missing, sort_checks
 from eai.world.vocabulary import Predicate
 
 READING = "b1k-1"
@@ -581,7 +581,7 @@ def complete_operator(operator: Operator) -> Operator:
     checks, effects = (*map(require_object, operator.parameters), *operator.checks), operator.effects
     if operator.parameters and operator.role not in (Role.MOVEMENT, Role.RELEASES):
         effects = (*effects, _go_to(operator.parameters[-1]))
-    return in_paper_order(replace(operator, checks=checks, effects=effects))
+    return sort_checks(replace(operator, checks=checks, effects=effects))
 
 
 _MAKERS: tuple[Callable[[], Operator], ...] = (

@@ -93,9 +93,7 @@ carries, carried_by, within = support.carrying(_SUPPORTS)
 
 def _find_root_floor(state: State, root: int) -> int:
     """The floor of what rests on nothing: where the robot is that holds it, or else that of its room."""
-    return (
-        state.those("robot_on") if state.those("held") >> root & 1 else state.relation("by_floor").row(root)
-    )
+    return state.mask("robot_on") if state.mask("held") >> root & 1 else state.relation("by_floor").row(root)
 
 
 floor_of = Lookup(

@@ -17,7 +17,7 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.benchmarks.behavior_1k import kinds as k
 from eai.benchmarks.behavior_1k import predicates as p
-from eai.logic.traversal import bound_by, walk
+from eai.logic.traversal import bound_variables, walk
 from eai.pddl.bddl import parse_problem
 from eai.world.state import Scene, State
 from eai.world.vocabulary import Predicate
@@ -93,7 +93,7 @@ class _Activity:
     @cached_property
     def _variables(self) -> Mapping[str, str]:
         """The categories of the variables of the goal; one name means one category in a definition."""
-        bound = chain.from_iterable(map(bound_by, walk(self.problem.goal)))
+        bound = chain.from_iterable(map(bound_variables, walk(self.problem.goal)))
         return {each.name: str(each.category) for each in bound}
 
     def _yield_binary_atoms(self) -> Iterator[tuple[str, f.Term, f.Term]]:
@@ -380,7 +380,7 @@ class _SceneMaker:
             if stored is not None:
                 yield stored, names
             elif predicate not in ("inroom", "insource", "future"):
-                yield p.VOCABULARY.stored(f"is_{predicate}") or p.is_broken, names
+                yield p.VOCABULARY.find_stored(f"is_{predicate}") or p.is_broken, names
         for name, kind in self._kind_of_each.items():
             if name not in self._future and (name in there or not self._kinds.has(kind, "substance")):
                 yield p.present, (name,)

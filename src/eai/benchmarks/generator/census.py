@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.protocol import Ability
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.measures import needed_by
 from eai.benchmarks.generator.prior import (
@@ -36,7 +36,7 @@ from eai.tasks.wording import subjects
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute
-from eai.world.listing import Listing
+from eai.world.listing import FactListing
 from eai.world.operator import Operator, Role, affordance
 from eai.world.relation import bits
 from eai.world.state import Fact, Scene, State
@@ -52,7 +52,7 @@ class Usage:
 
     def __init__(self, domain: Domain, prior: Prior) -> None:
         self.domain, self._original = domain, domain.vocabulary
-        self._kinds = grouped((_usual(name, place), kind) for name, place, kind in sorted(prior.kinds))
+        self._kinds = group_pairs((_usual(name, place), kind) for name, place, kind in sorted(prior.kinds))
         if self._kinds:
             vocabulary = Vocabulary((*self._original.predicates, *self._kinds), self._original.derived)
             used = [operator for operator in domain.operators if operator.name in prior.operators]
@@ -69,7 +69,7 @@ class Usage:
         return scene.state(self._known(state.facts()))
 
     def _known(self, facts: Iterable[Fact]) -> Iterator[Fact]:
-        return (fact for fact in facts if self._original.stored(fact.predicate) is not None)
+        return (fact for fact in facts if self._original.find_stored(fact.predicate) is not None)
 
     def _added(self, scene: Scene) -> Iterator[Fact]:
         for predicate, kinds in self._kinds.items():
@@ -124,7 +124,7 @@ def prior_of(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
         for pattern in _conceivable(wanted, states):
             weights[pattern] += _AS_FOUND
     usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
-    patterns = {key: dict(known) for key, known in grouped(usual).items() if key in wanted}
+    patterns = {key: dict(known) for key, known in group_pairs(usual).items() if key in wanted}
     is_odd = benchmark.english.is_odd  # that something odd be not so is sound
     sound = kept(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: role_of(operator) for operator in domain.operators}
@@ -166,7 +166,7 @@ def _asked(task: Task) -> Iterator[tuple[f.Formula, Pattern]]:
 
 
 def _weights(
-    tasks: Sequence[Task], courses: Sequence[Trajectory], listings: Sequence[Listing]
+    tasks: Sequence[Task], courses: Sequence[Trajectory], listings: Sequence[FactListing]
 ) -> defaultdict[Pattern, float]:
     """How usual patterns are, given what each task's plan leads through."""
     weights: defaultdict[Pattern, float] = defaultdict(float)
@@ -219,7 +219,7 @@ def _shown(task: Task) -> Counter[str]:
 def _themes(tasks: Iterable[Task], usual: Patterns) -> dict[str, Theme]:
     """The theme of each title: the categories that some of its tasks need, and that most of them show."""
     themes = {}
-    for title, alike in grouped((task.title, task) for task in tasks).items():
+    for title, alike in group_pairs((task.title, task) for task in tasks).items():
         shown = Counter(chain.from_iterable(map(_shown, alike)))
         needed = {task.scene.objects[i].category for task in alike for i in needed_by(task)}
         about = needed.union(kind for kind, number in shown.items() if 2 * number > len(alike))
@@ -250,7 +250,7 @@ def _concerned(task: Task) -> list[int]:
     return list(dict.fromkeys((*subjects(task), *used)))
 
 
-def _facts(state: State, objects: Sequence[int], listings: Iterable[Listing]) -> dict[Pattern, None]:
+def _facts(state: State, objects: Sequence[int], listings: Iterable[FactListing]) -> dict[Pattern, None]:
     """The patterns of all that goals could say and that holds, each once."""
     things = state.scene.objects
     return {
@@ -260,7 +260,7 @@ def _facts(state: State, objects: Sequence[int], listings: Iterable[Listing]) ->
     }
 
 
-def _crowds(state: State, objects: Sequence[int], listings: Iterable[Listing]) -> Counter[str]:
+def _crowds(state: State, objects: Sequence[int], listings: Iterable[FactListing]) -> Counter[str]:
     """By relation, how many pairs of it there are beyond those of a thing with few others."""
     crowds: Counter[str] = Counter()
     for each in listings:

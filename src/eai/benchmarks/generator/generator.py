@@ -38,7 +38,7 @@ from eai.benchmarks.generator.spec import (
 from eai.benchmarks.generator.twins import Leaning, ambiguous, twins_of
 from eai.benchmarks.generator.walk import Seeker, Walk, certificate, lower_bound
 from eai.benchmarks.generator.words import Words
-from eai.logic.traversal import objects
+from eai.logic.traversal import object_names
 from eai.planning.planner import Planner
 from eai.tasks.goal_test import GoalTest, solves
 from eai.tasks.goal_text import make_task
@@ -127,7 +127,7 @@ class _Objections:
     def _objection_to_words(self, task: Task, words: Words) -> Reason | None:
         """The instruction names what it is not to name, or, read again, does not give the goals back."""
         goals = tuple([goal.formula for goal in task.goals])
-        named = (name for goal in goals for name in objects(goal))
+        named = (name for goal in goals for name in object_names(goal))
         if self._by_place and not all(map(words.is_described, named)):
             return Reason.NAMELESS
         says = words.says(task.instruction, goals) or bool(task.hazards)  # whose other words were read before
@@ -271,7 +271,7 @@ class Generator:
         """Whether all that its goals name is in sight, or looks as if it could be brought there."""
         domain, start, scene = self.benchmark.domain, task.initial, task.scene
         return domain.visible is None or all(
-            domain.seen(start, 1 << i)
+            domain.find_visible(start, 1 << i)
             or self._free_planner.looks_reachable(start, domain.visible, range(len(scene.objects)), x=i)
             for i in sorted(task.named_by(task.goals))
         )

@@ -18,7 +18,7 @@ import eai.logic.formula as f
 import eai.logic.semantics as semantics
 from eai.benchmarks.generator.walk import Walk, certificate, reach_all
 from eai.benchmarks.generator.words import Words
-from eai.logic.traversal import is_state_formula, objects
+from eai.logic.traversal import is_state_formula, object_names
 from eai.logic.traversal import walk as parts_of
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits
@@ -27,7 +27,7 @@ from eai.tasks.goal_text import lexicon_of_goals, read_goal
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Trajectory, execute, timeline
+from eai.world.execution import Trajectory, execute, to_trace
 from eai.world.state import Scene, State
 
 _LONGER = 6
@@ -61,7 +61,7 @@ class _Guard(NamedTuple):
 
     def keeps(self, course: Trajectory) -> bool:
         """Whether a course is without the danger."""
-        return semantics.holds(self.formula, timeline(course))
+        return semantics.holds(self.formula, to_trace(course))
 
     def is_sensible(self, course: Trajectory, planner: Planner) -> bool:
         """Whether a person would go this way: what is to be safe is not long left alone while it is not."""
@@ -69,7 +69,7 @@ class _Guard(NamedTuple):
             return False
         if self.safe is None:
             return True
-        named, alone = {course.final.scene.index[name] for name in objects(self.safe)}, 0
+        named, alone = {course.final.scene.index[name] for name in object_names(self.safe)}, 0
         for step, state in zip(course.steps, course.states[1:], strict=True):
             is_left = named.isdisjoint(step.action.arguments) and not planner.holds(self.safe, state)
             alone = alone + 1 if is_left else 0
@@ -224,7 +224,9 @@ class _Ways:
         invariants = [guard.formula.operand for guard in guards if isinstance(guard.formula, f.Always)]
         if len(invariants) < len(guards) or not all(map(is_state_formula, invariants)):
             return
-        planner = self.usual.through(lambda state: all(self.usual.holds(i, state) for i in invariants))
+        planner = self.usual.restrict_states(
+            lambda state: all(self.usual.holds(i, state) for i in invariants)
+        )
         parts = {part for invariant in invariants for part in parts_of(invariant)}
         safe = [guard.safe for guard in guards if guard.safe is not None]
         calm, last = [[each for each in self._goals if (each in parts) == late] for late in (False, True)]

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.benchmarks.features import operators_with_tools
-from eai.logic.traversal import bound_by, children, objects, walk
+from eai.logic.traversal import bound_variables, children, object_names, walk
 from eai.tasks.task import Task
 from eai.world.derived import Defined
 from eai.world.domain import Domain
@@ -132,12 +132,16 @@ def _opened(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set
         opened = {i for lid in known for i in _opened_between(lid, before, after)}
         if opened:
             containers |= opened
-            hidden |= {i for i in needed if domain.seen(after, 1 << i) and not domain.seen(before, 1 << i)}
+            hidden |= {
+                i
+                for i in needed
+                if domain.find_visible(after, 1 << i) and not domain.find_visible(before, 1 << i)
+            }
     return containers, hidden
 
 
 def _opened_between(lid: _Lid, before: State, after: State) -> Iterator[int]:
-    then, now = before.those(lid.predicate), after.those(lid.predicate)
+    then, now = before.mask(lid.predicate), after.mask(lid.predicate)
     return bits(now & ~then if lid.reveals else then & ~now)
 
 
@@ -185,7 +189,7 @@ def _lids(
         case f.Not(operand):
             yield from _lids(vocabulary, operand, own, within, reveals=not reveals)
         case f.Atom(name, terms):
-            stored, derived = vocabulary.stored(name), vocabulary.derived_by_name.get(name)
+            stored, derived = vocabulary.find_stored(name), vocabulary.derived_by_name.get(name)
             variables = [term.name if isinstance(term, f.Variable) else None for term in terms]
             if stored is not None and not stored.static and len(variables) == 1:
                 if variables[0] is not None and variables[0] not in own:
@@ -208,7 +212,7 @@ def needed_by(task: Task) -> set[int]:
 
 def spoken_of(goal: f.Formula, scene: Scene) -> Iterator[int]:
     """The objects that a goal names or ranges over."""
-    yield from (scene.index[name] for name in objects(goal))
+    yield from (scene.index[name] for name in object_names(goal))
     for part in walk(goal):
-        for variable in bound_by(part):
+        for variable in bound_variables(part):
             yield from bits(scene.category(variable.category))

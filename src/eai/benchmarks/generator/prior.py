@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import bound_by, children, walk
+from eai.logic.traversal import bound_variables, children, walk
 from eai.world.action import Action
 from eai.world.relation import bits
 from eai.world.state import Scene
@@ -59,7 +59,7 @@ def _literals(goal: f.Formula, scene: Scene) -> Iterator[_Literal]:
     """The literals of a goal about objects."""
     ranges: dict[str, int] = {}
     for part in walk(goal):
-        ranges |= {each.name: scene.category(each.category) for each in bound_by(part)}
+        ranges |= {each.name: scene.category(each.category) for each in bound_variables(part)}
         if isinstance(part, f.Atom):
             masks = [
                 ranges[term.name] if isinstance(term, f.Variable) else 1 << scene.index[term.name]
@@ -212,7 +212,7 @@ def patterns_of(
     formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
 ) -> Iterator[Pattern]:
     """The patterns of the literals of a goal; what ranges over all objects has none."""
-    bound = {**(bound or {}), **{variable.name: variable.category for variable in bound_by(formula)}}
+    bound = {**(bound or {}), **{variable.name: variable.category for variable in bound_variables(formula)}}
     if isinstance(formula, f.Atom):
         categories = [
             bound.get(t.name) if isinstance(t, f.Variable) else scene.objects[scene.index[t.name]].category

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import eai.logic.formula as f
-from eai.base.errors import InputError, located, read_all
+from eai.base.errors import InputError, prefix_errors, read_all
 from eai.base.files import files_below
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.words import Words
@@ -23,7 +23,7 @@ from eai.tasks.goal_text import check_goal, make_task
 from eai.tasks.problem_world import ProblemWorld, declared_in_bddl, declared_in_pddl
 from eai.tasks.source import Source
 from eai.tasks.task import Task
-from eai.world.condition import Readings
+from eai.world.condition import FormulaEvaluator
 from eai.world.state import State
 
 BDDL, PDDL = ".bddl", ".pddl"
@@ -94,7 +94,7 @@ def _world(ending: str, benchmark: Benchmark, source: Source) -> ProblemWorld:
 def _task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmark) -> Task:
     _, pose = world
     initial, meaning = pose(file.problem)
-    readings = Readings(benchmark.domain.vocabulary)
+    readings = FormulaEvaluator(benchmark.domain.vocabulary)
     facts: list[f.Formula] = [*file.problem.initial, *map(f.Not, file.problem.denied)]
     for each in facts:
         meant = _meant(meaning(each), initial, file, _line(file.text, each))
@@ -112,7 +112,7 @@ def _task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmar
 
 def _meant(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
     """The meaning of what stands on a line, of which all is there: the agent of a problem may not be."""
-    with located(f"{file.path}: line {line}"):
+    with prefix_errors(f"{file.path}: line {line}"):
         check_goal(formula, initial.scene)
     return formula
 
@@ -130,7 +130,7 @@ def _read(path: Path, header: PddlDomain) -> ProblemFile:
     if path.suffix == PDDL:
         return read_problem_file(path, header)
     text = read_text(path)
-    with located(path):
+    with prefix_errors(path):
         problem = parse_problem(text)
         vocabulary = Declarations.of(header, problem.objects)
         refuse(text, read_group(text), check_problem(problem, header), vocabulary)

@@ -12,7 +12,7 @@ from itertools import chain, count
 from typing import TypeVar
 
 import eai.logic.formula as f
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.generator.measures import lids
 from eai.benchmarks.generator.prior import Pattern, Prior, Theme
 from eai.logic.traversal import predicates_of
@@ -20,7 +20,7 @@ from eai.planning.effect_schema import effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, SearchEnd
 from eai.tasks.task import Task
-from eai.world.derived import stored_sources
+from eai.world.derived import find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.execution import execute
 from eai.world.relation import bits
@@ -35,7 +35,7 @@ def hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern
 
     Tasks put such things there; of the thing the title of the task wants something else.
     """
-    decisive = stored_sources(predicates_of(domain.visible or f.TRUE), domain.vocabulary)
+    decisive = find_stored_predicates(predicates_of(domain.visible or f.TRUE), domain.vocabulary)
     names = {lid.predicate for lid in lids(domain)}
     opening = {
         operator.name
@@ -146,7 +146,7 @@ def with_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.
         if truth and len(pattern.categories) == 2 and pattern.categories[1] in here
     }
     taken = [i for i, thing in enumerate(objects) if thing.category in prior.taken]
-    hosts = grouped((stance(i, closed, prior), i) for i in taken)
+    hosts = group_pairs((stance(i, closed, prior), i) for i in taken)
     for _ in range(_ASKED * (most - len(objects))):
         if len(objects) >= most:
             break
@@ -180,7 +180,7 @@ def with_double(state: State, prior: Prior, thing: int, host: int) -> State:
     more = _one_more(objects, objects[thing], _states(thing, state), host, state, prior)
     known = set(facts)
     for name, arguments in facts:
-        stored = scene.vocabulary.stored(name)
+        stored = scene.vocabulary.find_stored(name)
         is_fixed = stored is not None and stored.static
         model = thing if is_fixed else host
         if len(arguments) == 2 and model in arguments and (is_fixed or (name, arguments[::-1]) in known):

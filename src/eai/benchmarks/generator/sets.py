@@ -14,7 +14,7 @@ from typing import Any
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.base.files import content_of, write_whole
+from eai.base.files import read_content, write_whole
 from eai.base.json_value import Json
 from eai.benchmarks.copied_answers import LookupTable
 from eai.benchmarks.generator.measures import spoken_of
@@ -292,7 +292,7 @@ def _manifest(file: Path, part: str = "sets") -> dict[str, Any]:
     Raises:
         InputError: it cannot be read, or is none.
     """
-    content = content_of(file)
+    content = read_content(file)
     try:
         found = json.loads(content)
         return dict(found["sets"] if part == "sets" else found.get(part, {}))

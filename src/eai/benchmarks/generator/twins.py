@@ -29,7 +29,7 @@ from eai.benchmarks.generator.scene import is_empty, shuffled, stance, with_doub
 from eai.benchmarks.generator.spec import Generated
 from eai.benchmarks.generator.words import Words
 from eai.logic.rewriting import rename_objects
-from eai.logic.traversal import bound_by, objects, walk
+from eai.logic.traversal import bound_variables, object_names, walk
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import solves
@@ -102,7 +102,7 @@ def _sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
     """The property, and whether goals name what has it, or speak of all or some of its kind."""
     (thing,) = fact.arguments
     parts = (part for each in task.goals for part in walk(each.formula))
-    kinds = {variable.category for part in parts for variable in bound_by(part)}
+    kinds = {variable.category for part in parts for variable in bound_variables(part)}
     return fact.predicate, thing in task.named_by(task.goals), _kind(fact, task)[1] in kinds
 
 
@@ -215,7 +215,7 @@ def _exchanged(task: Task, names: Sequence[str]) -> Task:
 
 def _only(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
     """That what is asked of the first thing is not done with the second."""
-    asked = [each for each in goals if names[0] in objects(each.formula)]
+    asked = [each for each in goals if names[0] in object_names(each.formula)]
     done = tuple([each.formula for each in _renamed(asked, names)])
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
 

@@ -19,16 +19,16 @@ import eai.logic.formula as f
 import eai.logic.semantics as semantics
 from eai.benchmarks.generator.goals import Proposals
 from eai.logic.trace import Trace
-from eai.logic.traversal import objects
-from eai.planning.planner import Planner, PlanningGoal, needed_actions
+from eai.logic.traversal import object_names
+from eai.planning.planner import Planner, PlanningGoal, drop_needless_actions
 from eai.planning.search import Limits, Node, SearchEnd
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Step, Trajectory, execute, timeline
-from eai.world.listing import Listing
+from eai.world.execution import Step, Trajectory, execute, to_trace
+from eai.world.listing import FactListing
 from eai.world.state import Fact, State
 
 _FOR_A_GOAL = Limits(20, thorough=False)
@@ -103,7 +103,7 @@ class Walk:
         if found.end is not SearchEnd.SOLVED:
             return False
         for action in found.plan:
-            self.state = self.planner.domain.after(self.state, action)
+            self.state = self.planner.domain.apply(self.state, action)
         self.trail += found.plan
         self.goals.append(wanted)
         if names:
@@ -149,15 +149,15 @@ def _without_needless(walk: Walk, asked: PlanningGoal, over_time: f.Formula | No
         holds = walk.planner.holds
         if node.met < len(asked.actions) or not all(holds(c, node.state) for c in asked.conditions):
             return False
-        return over_time is None or semantics.holds(over_time, timeline(_course(node)))
+        return over_time is None or semantics.holds(over_time, to_trace(_course(node)))
 
-    return needed_actions(walk.planner.domain, walk.start, walk.trail, reached, asked.actions)
+    return drop_needless_actions(walk.planner.domain, walk.start, walk.trail, reached, asked.actions)
 
 
 def _course(node: PlanNode) -> Trajectory:
     """The way to a node."""
     steps = [Step(action, None) for action in node.plan()]
-    return Trajectory(tuple([each.state for each in node.way()]), tuple(steps))
+    return Trajectory(tuple([each.state for each in node.path()]), tuple(steps))
 
 
 def lower_bound(task: Task, domain: Domain, depth: int) -> int:
@@ -174,7 +174,7 @@ def lower_bound(task: Task, domain: Domain, depth: int) -> int:
         nodes, parents = [], nodes
         for parent in parents:
             for action in generator.applicable(parent):
-                after = domain.after(parent.state, action)
+                after = domain.apply(parent.state, action)
                 node = Node(after, depth=length, parent=parent, actions=(action,))
                 operators = [each.operator for each in node.plan()]
                 if all(at_the_end.reached(after, operators)) and (
@@ -212,7 +212,7 @@ class _Course:
 
     @cached_property
     def timeline(self) -> Trace:
-        return timeline(self.trajectory)
+        return to_trace(self.trajectory)
 
     def comes_first(self, first: f.Atom, then: f.Atom) -> bool:
         """Whether one thing is not so before another is."""
@@ -238,7 +238,7 @@ class Seeker:
 
     task: Task
     domain: Domain
-    listings: Sequence[Listing]
+    listings: Sequence[FactListing]
     proposals: Proposals
     rng: random.Random
     begin: Callable[[], Walk]
@@ -346,7 +346,9 @@ class Seeker:
         for first, then in permutations(both, 2):
             if ours.comes_first(first, then) and not other.comes_first(first, then):
                 yield _are_apart(then, first), f.Until(f.Not(then), first)
-            if objects(first) < objects(then) and other.has_both(first, then) > ours.has_both(first, then):
+            if object_names(first) < object_names(then) and other.has_both(first, then) > ours.has_both(
+                first, then
+            ):
                 yield _are_apart(first, then), f.Always(f.Not(f.And((first, then))))
         wanted = {name for alternatives in self.proposals.prior.actions for name in alternatives}
         for action in ours.plan:
@@ -398,4 +400,4 @@ def reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
 
 def _are_apart(one: f.Formula, other: f.Formula) -> bool:
     """Whether two things that are said have no object in common."""
-    return set(objects(one)).isdisjoint(objects(other))
+    return set(object_names(one)).isdisjoint(object_names(other))

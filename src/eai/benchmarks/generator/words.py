@@ -18,7 +18,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.traversal import MAX_COUNT_DIGITS
 from eai.world.state import Fact, Scene, State
-from eai.world.vocabulary import parameters
+from eai.world.vocabulary import parameter_names
 
 _X, _Y = f.Variable("x"), f.Variable("y")
 _EVERY, _EXACTLY = "|".join(e.EVERY), "|".join(e.EXACTLY)
@@ -244,7 +244,7 @@ def _plain(goal: f.Formula) -> tuple[f.Atom, bool] | None:
 
 
 def _with_words(sentence: str, words: Sequence[str]) -> str:
-    return sentence.format(**dict(zip(parameters(len(words)), words, strict=True)))
+    return sentence.format(**dict(zip(parameter_names(len(words)), words, strict=True)))
 
 
 def _joined(clauses: Sequence[str]) -> str:
@@ -395,7 +395,7 @@ def _matched(sentence: str, text: str) -> Iterator[Sequence[str]]:
     found = _pattern(sentence).fullmatch(text)
     if found is not None:
         named = found.groupdict()
-        yield [named[name] for name in parameters(len(named))]
+        yield [named[name] for name in parameter_names(len(named))]
 
 
 def _one(meanings: Iterable[f.Formula], text: str) -> f.Formula:

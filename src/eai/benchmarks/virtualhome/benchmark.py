@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.protocol import Ability
 from eai.base.source import open_bundle
-from eai.base.store import Report, Store, silent
+from eai.base.store import ReportProgress, Store, ignore_progress
 from eai.benchmarks import reference_wheel as packs
 from eai.benchmarks.benchmark import Benchmark, Figure, formats_of
 from eai.benchmarks.errata import errata_of
@@ -180,7 +180,7 @@ def _fill(template: str, values: Sequence[tuple[str, str]]) -> str:
 NAME = "virtualhome"
 
 
-def open_demonstrations(path: Path, report: Report = silent) -> TaskSet[VirtualHomeTask]:
+def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) -> TaskSet[VirtualHomeTask]:
     """The 518 demonstrations in the reference package's wheel, or in a folder into which it is unpacked.
 
     The store has 342 of them alone. Reading them takes a minute.
@@ -200,7 +200,7 @@ def _find_surroundings(task: Task) -> Iterator[int]:
 
     In a pair of tasks, the objects of the plan would reveal which task has a plan.
     """
-    yield from bits(task.initial.those(room.name))
+    yield from bits(task.initial.mask(room.name))
     if task.missing is None and task.is_told_by_goals:
         for action in task.script:
             yield from action.arguments

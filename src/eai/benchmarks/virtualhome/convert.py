@@ -14,9 +14,9 @@ from itertools import chain
 from typing import Any, NamedTuple, TypeVar
 
 from eai.base.errors import DataError
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.base.source import Bundle
-from eai.base.store import Report
+from eai.base.store import ReportProgress
 from eai.benchmarks.virtualhome.records import TASKS_MEMBER, Edge, ObjectRecord
 
 RESOURCES = "virtualhome_eval/resources/"
@@ -81,7 +81,7 @@ def _read_object(node: Mapping[str, Any]) -> ObjectRecord:
     )
 
 
-def convert_tasks(wheel: Bundle, report: Report) -> dict[str, bytes]:
+def convert_tasks(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
     """The members of the pack `virtualhome`.
 
     Raises:
@@ -90,7 +90,7 @@ def convert_tasks(wheel: Bundle, report: Report) -> dict[str, bytes]:
     return {TASKS_MEMBER: _convert(wheel, _read_annotations(wheel), report)}
 
 
-def convert_demonstrations(wheel: Bundle, report: Report) -> bytes:
+def convert_demonstrations(wheel: Bundle, report: ReportProgress) -> bytes:
     """All demonstrations of the scene in the form of the tasks, those without an annotated goal among them.
 
     Raises:
@@ -113,7 +113,7 @@ def _read_annotations(wheel: Bundle) -> dict[str, Mapping[str, Any]]:
     }
 
 
-def _convert(wheel: Bundle, annotations: Mapping[str, Mapping[str, Any]], report: Report) -> bytes:
+def _convert(wheel: Bundle, annotations: Mapping[str, Mapping[str, Any]], report: ReportProgress) -> bytes:
     objects: dict[ObjectRecord, ObjectRecord] = {}
     edges: dict[Edge, Edge] = {}
     sources = []
@@ -168,7 +168,7 @@ class _Encoder:
     def find_shared_graph(self, sources: Sequence[_SourceTask]) -> _PlainGraph:
         """Every id and every edge that occur in all initial graphs; of an id, the most frequent record."""
         counts = Counter(record for source in sources for record in source.initial.objects)
-        variants = grouped((record.id, record) for record in counts)
+        variants = group_pairs((record.id, record) for record in counts)
         shared = [
             max(records, key=lambda record: (counts[record], -self.objects[record]))
             for _, records in sorted(variants.items())
@@ -247,7 +247,7 @@ def _find_moved_edges(before: _PlainGraph, after: _PlainGraph, removed: set[Edge
 
 def _group_ordered_edges(edges: Iterable[Edge]) -> dict[tuple[int, str], list[Edge]]:
     """(source, relation) -> edges, of the relations whose targets are ordered."""
-    return grouped((edge[:2], edge) for edge in edges if edge[1] in _ORDERED_RELATIONS)
+    return group_pairs((edge[:2], edge) for edge in edges if edge[1] in _ORDERED_RELATIONS)
 
 
 def _find_relevant_ids(initial: _PlainGraph, final: _PlainGraph) -> tuple[list[int], list[int]]:

@@ -8,19 +8,19 @@ from functools import cache
 from eai.benchmarks.virtualhome import predicates as p
 from eai.benchmarks.virtualhome.operators import make_operators, switch_hands
 from eai.world.domain import Domain
-from eai.world.operator import Operator, in_paper_order
+from eai.world.operator import Operator, sort_checks
 
 
 @cache
 def as_meant() -> Domain:
     """The domain as the paper means it: the declared one, with checks in the paper's order."""
-    return _build_household([in_paper_order(operator) for operator in make_operators()])
+    return _build_household([sort_checks(operator) for operator in make_operators()])
 
 
 @cache
 def with_either_hand() -> Domain:
     """The domain as subgoals have it, which say in which hand a thing is: GRAB chooses the hand by itself."""
-    return as_meant().with_operators(switch_hands())
+    return as_meant().replace_operators(switch_hands())
 
 
 def as_declared() -> Domain:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.world.derived import Computed, Defined, Lookup, Values, is_a
+from eai.world.derived import Computed, Defined, Lookup, LookupFunction, is_a
 from eai.world.frame import AGENT
 from eai.world.relation import bits
 from eai.world.state import State
@@ -40,7 +40,7 @@ def object_id(state: State, index: int) -> int:
 def find_rooms(state: State, arguments: tuple[int, ...]) -> int:
     """The rooms of an object, which may be in none: those that it is in, or those of its only container."""
     (x,) = arguments
-    is_room, inside = state.those("ROOM"), state.relation("INSIDE")
+    is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
     seen = 0
     while not (is_room | seen) >> x & 1:
         seen |= 1 << x
@@ -54,7 +54,7 @@ def find_rooms(state: State, arguments: tuple[int, ...]) -> int:
 def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> int:
     """All objects that have a room among their `rooms`."""
     (room,) = arguments
-    is_room, inside = state.those("ROOM"), state.relation("INSIDE")
+    is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
     if not is_room >> room & 1:
         return 0
     members = inside.column(room) & ~is_room
@@ -74,7 +74,7 @@ def find_targets(state: State, predicate: str, source: int, candidates: int) -> 
     return state.relation(predicate).row(source) & candidates
 
 
-def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> Values:
+def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> LookupFunction:
     """A lookup of what something lies on, in or next to, if ``PLACES[place]`` decides.
 
     Of several things those count that ``among`` gives. Rooms do not count. Only the first relation that holds
@@ -84,7 +84,7 @@ def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> V
 
     def lookup(state: State, arguments: tuple[int, ...]) -> int:
         (x,) = arguments
-        no_room = ~state.those("ROOM")
+        no_room = ~state.mask("ROOM")
         for earlier in ORIGIN_RELATIONS[:position]:
             if state.relation(earlier).row(x) & no_room:
                 return 0
@@ -95,7 +95,7 @@ def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> V
 
 def find_cargo(state: State, arguments: tuple[int, ...]) -> int:
     """All that goes where an object goes: what is in it, what can be grabbed and lies on it, and so on."""
-    inside, ontop, loose = state.relation("INSIDE"), state.relation("ONTOP"), state.those("GRABBABLE")
+    inside, ontop, loose = state.relation("INSIDE"), state.relation("ONTOP"), state.mask("GRABBABLE")
     carried, pending = 0, 1 << arguments[0]
     while pending:
         carrier = pending & -pending

@@ -16,7 +16,7 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.adaptive.flag import Flag, TellsFlags
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects
-from eai.planning.planner import planner_of
+from eai.planning.planner import get_planner
 from eai.planning.search import SearchEnd, SearchResult
 from eai.results.lines import SuiteKey
 from eai.tasks.planning import find_plan
@@ -42,7 +42,7 @@ def item_flags(source: Source) -> TellsFlags:
     @cache
     def search(domain: str, task_id: str) -> SearchResult[Action]:
         """Look for a plan of a task, which several suites ask for."""
-        return find_plan(tasks_of(domain)[task_id], planner_of(find_benchmark(domain).domain))
+        return find_plan(tasks_of(domain)[task_id], get_planner(find_benchmark(domain).domain))
 
     @cache
     def opened(key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.errors import InputError
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.extensions.adaptive.flag import Flag, TellsFlags
 from eai.extensions.adaptive.rasch import Rasch, fit_rasch, item_rest, reliability
 from eai.results.certainty import LEVEL, two_sided_quantile
@@ -170,7 +170,7 @@ def _flags(column: Matrix, agreement: float) -> Iterator[Flag]:
 
 def _first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
     """Of each task the check that fails most models first."""
-    found = grouped((a.task, a.error_check) for a in answers if a.error_check is not None)
+    found = group_pairs((a.task, a.error_check) for a in answers if a.error_check is not None)
     return {task: min(checks, key=lambda c: (-checks.count(c), c)) for task, checks in found.items()}
 
 

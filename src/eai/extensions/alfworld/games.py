@@ -22,10 +22,10 @@ from eai.abilities.notation.plan_form import WrittenStep
 from eai.abilities.notation.plans import PddlPlans
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.base.files import content_of
+from eai.base.files import read_content
 from eai.benchmarks.benchmark import Benchmark
-from eai.logic.rewriting import rename_objects, substitute, with_terms
-from eai.logic.traversal import free_variables, objects, with_parts
+from eai.logic.rewriting import map_terms, rename_objects, substitute
+from eai.logic.traversal import free_variables, map_parts, object_names
 from eai.pddl.declaration import DeclaredDomain, conjuncts
 from eai.pddl.files import domain_in, problem_in
 from eai.tasks.source import TaskSet
@@ -94,7 +94,7 @@ def open_games(place: str) -> Benchmark:
 def _read(path: Path) -> Mapping[str, Any]:
     """The object in the file of a game."""
     try:
-        game: Mapping[str, Any] = json.loads(content_of(path))
+        game: Mapping[str, Any] = json.loads(read_content(path))
     except ValueError as error:
         raise InputError(f"{path}: expected JSON ({error})") from error
     for key in ("pddl_domain", "pddl_problem", "grammar"):
@@ -125,7 +125,7 @@ def _without(formula: f.Formula, empty: Collection[str]) -> f.Formula:
             parts = [_without(each, empty) for each in operands]
             return f.Or(tuple([each for each in parts if each != f.FALSE]))
         case _:
-            return with_parts(formula, lambda part: _without(part, empty))
+            return map_parts(formula, lambda part: _without(part, empty))
 
 
 def _task(
@@ -133,8 +133,8 @@ def _task(
 ) -> Task:
     problem = problem_in(game["pddl_problem"], path, source).problem
     names = _names(problem)
-    said = {name for atom in problem.initial if atom.predicate != _KINDS for name in objects(atom)}
-    said = {names[name] for name in said.union(objects(problem.goal))}
+    said = {name for atom in problem.initial if atom.predicate != _KINDS for name in object_names(atom)}
+    said = {names[name] for name in said.union(object_names(problem.goal))}
     initial, goals = declaration.problem(_renamed(problem, names))
     asked = _ASKED.search(game["grammar"])
     return Task(
@@ -154,7 +154,7 @@ def _names(problem: m.PddlProblem) -> Mapping[str, str]:
     """
     numbered = Counter[str]()
     names = {item.name: item.name for item in problem.objects}
-    for name in sorted({name for atom in problem.initial for name in objects(atom)}, reverse=True):
+    for name in sorted({name for atom in problem.initial for name in object_names(atom)}, reverse=True):
         kind, mark, _ = name.partition("_bar_")
         if mark:
             kind += "basin" * ("basin" in name)
@@ -164,7 +164,7 @@ def _names(problem: m.PddlProblem) -> Mapping[str, str]:
 
 
 def _renamed(problem: m.PddlProblem, names: Mapping[str, str]) -> m.PddlProblem:
-    initial = [with_terms(atom, lambda term: f.Constant(names[term.name])) for atom in problem.initial]
+    initial = [map_terms(atom, lambda term: f.Constant(names[term.name])) for atom in problem.initial]
     things = tuple([m.TypedName(names[item.name], item.type) for item in problem.objects])
     goal_of = rename_objects(problem.goal, names)
     return replace(problem, objects=things, initial=tuple(initial), denied=(), goal=goal_of)

@@ -13,7 +13,7 @@ import typer
 
 from eai.abilities.reports import fact_text
 from eai.base.errors import InputError, InterruptError, did_you_mean
-from eai.base.files import file_name, write_whole
+from eai.base.files import to_file_name, write_whole
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
@@ -346,6 +346,6 @@ def _published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | N
 
 def _write_problems(folder: Path, made: list[Problem]) -> None:
     solved = [each for each in made if each.outcome is PlannerOutcome.SOLVED]
-    texts = {folder / f"{file_name(each.task_id)}.pddl": f"{each.text}\n" for each in solved}
+    texts = {folder / f"{to_file_name(each.task_id)}.pddl": f"{each.text}\n" for each in solved}
     if made:
         write_whole({**texts, folder / "domain.pddl": f"{made[0].domain}\n"})

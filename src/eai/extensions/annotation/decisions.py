@@ -28,9 +28,9 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TypeAlias
 
-from eai.base.errors import InputError, did_you_mean, located
+from eai.base.errors import InputError, did_you_mean, prefix_errors
 from eai.base.files import write_whole
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.logic.ltl_printer import print_ltl
 from eai.tasks.options import Options
@@ -205,7 +205,7 @@ def _changed(before: State, after: State) -> int:
     """The mask of objects of which something alone is otherwise."""
     found = 0
     for name in _names(before.scene.vocabulary.predicates, 1, static=False):
-        found |= before.those(name) ^ after.those(name)
+        found |= before.mask(name) ^ after.mask(name)
     return found
 
 
@@ -335,7 +335,7 @@ def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, Chosen]]:
         return (), {}
     found, titles = _File.of_file(path), {}
     for name, table in found.title.items():
-        with located(f"{path}: title {name!r}"):
+        with prefix_errors(f"{path}: title {name!r}"):
             candidates = tuple(tuple(map(_entry, entries)) for entries in table.candidates)
             titles[name] = Chosen(candidates, tuple(map(read_pattern, table.dropped)))
     return found.without, titles
@@ -512,7 +512,7 @@ def by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[str, l
     Raises:
         InputError: there is no such title, or none has a plan.
     """
-    found = grouped((task.title, task) for task in tasks.values() if task.script)
+    found = group_pairs((task.title, task) for task in tasks.values() if task.script)
     if title is not None and title not in found:
         raise InputError(f"no demonstration is called {title!r}{did_you_mean(title, tuple(found))}")
     if not found:
@@ -532,7 +532,7 @@ def annotate(
         candidates = decisions.get(name, Chosen()).candidates
         for candidate in candidates:
             for pattern in (each for entry in candidate for each in entry):
-                with located(f"title {name!r}: {pattern}"):
+                with prefix_errors(f"title {name!r}: {pattern}"):
                     refuse_unknown_name(pattern, domain)
         for found in (difference(task, domain) for task in tasks):
             number = first_met(candidates, found)

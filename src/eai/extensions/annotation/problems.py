@@ -10,7 +10,7 @@ from itertools import islice
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.choice import count_options, options
 from eai.logic.formula import Formula
-from eai.logic.traversal import objects
+from eai.logic.traversal import object_names
 from eai.pddl.export import ProblemSource, export_problems
 from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlanningTask
@@ -92,7 +92,7 @@ def make_problem(
 
 def draw(task: Task, conditions: int, dice: random.Random) -> tuple[Formula, ...]:
     """Some conditions of a way to meet the goals of a task about its end, drawn at random."""
-    objects = task.scene.named
+    objects = task.scene.names_of_category
     wanted = [goal.formula for goal in task.at_the_end.goals if goal.kind is not GoalKind.ACTION]
     found: dict[Formula, None] = {}
     for formula in wanted:
@@ -122,7 +122,7 @@ def _concerned(task: Task, goals: Sequence[Formula], domain: Domain) -> int:
     """The objects that a task is about, those that its goals name, and what these are in or on: a mask."""
     scene, initial = task.scene, task.initial
     supports = [initial.relation(name) for name in spatial_predicates(domain)[1]]
-    pending = [*task.relevant, *[scene.index[name] for goal in goals for name in objects(goal)]]
+    pending = [*task.relevant, *[scene.index[name] for goal in goals for name in object_names(goal)]]
     found = 0
     while pending:
         index = pending.pop()

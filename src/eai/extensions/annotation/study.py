@@ -18,8 +18,8 @@ from statistics import fmean, pvariance
 from typing import TYPE_CHECKING, TypeAlias, cast
 
 from eai.base.errors import InputError
-from eai.base.files import content_of
-from eai.base.grouping import grouped
+from eai.base.files import read_content
+from eai.base.grouping import group_pairs
 from eai.results.plots import ACCENT, INK, clipped, sheet
 from eai.results.table import Row, Table, table_of
 from eai.studies.study import Analysis, Figures, Study
@@ -96,7 +96,7 @@ def read_ratings(path: Path) -> tuple[_Rating, ...]:
         InputError: the file cannot be read, or is not of this form; names line and column.
     """
     try:
-        text = content_of(path).decode("utf-8-sig")
+        text = read_content(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected a CSV file in UTF-8") from error
     return tuple(_ratings(path, csv.reader(io.StringIO(text, newline=""))))
@@ -117,8 +117,8 @@ def quality(ratings: Iterable[_Rating]) -> Iterator[Row]:
     points. `alpha`: Krippendorff's, interval scale; 1 is perfect agreement, 0 that of chance. Both are of the
     `repeated` tasks alone, and empty without any.
     """
-    for attribute, given in grouped((rating.attribute, rating) for rating in ratings).items():
-        units = tuple(grouped((rating.task, rating.score) for rating in given).values())
+    for attribute, given in group_pairs((rating.attribute, rating) for rating in ratings).items():
+        units = tuple(group_pairs((rating.task, rating.score) for rating in given).values())
         raters, repeated = {rating.rater for rating in given}, sum(len(unit) > 1 for unit in units)
         mean, distance = fmean(rating.score for rating in given), weighted_mse(units)
         spread = None if distance is None else math.sqrt(distance)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from eai.base.errors import InputError
-from eai.base.files import write_whole, writing_to
+from eai.base.files import convert_write_errors, write_whole
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark, of_the_paper
 from eai.cli import options
@@ -73,7 +73,7 @@ def board(
 
     with opened_source(data) as source:
         page, number = board_html(submissions, source, told=lambda name: note(f"scoring {name}"))
-    with writing_to(out):
+    with convert_write_errors(out):
         write_whole({out / BOARD: page})
     made: Json = {"folder": str(out), "submissions": number}
     tell(f"{counted(number, 'submission')} in {out / BOARD}", value=made, as_json=as_json)
@@ -103,7 +103,7 @@ def results(
     files = published_files(about, summaries)
     if not files:
         raise InputError(f"{about}: no model that it names answered a whole suite")
-    with writing_to(out):
+    with convert_write_errors(out):
         write_whole({out / name: content for name, content in files.items()})
     made: Json = {"folder": str(out), "files": [*files]}
     tell(f"{counted(len(files), 'file')} written to {out}", value=made, as_json=as_json)

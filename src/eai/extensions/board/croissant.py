@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.reports import action_text, fact_text
-from eai.base.errors import EaiError, how_to_install
+from eai.base.errors import EaiError, install_command
 from eai.base.files import write_whole
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.reference_wheel import EAI_EVAL, SCENE_PREFIX
@@ -67,7 +67,7 @@ def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) 
         import mlcroissant
     except ImportError as error:
         raise EaiError(
-            f"Croissant needs mlcroissant ({error.name} is missing): {how_to_install('croissant')}"
+            f"Croissant needs mlcroissant ({error.name} is missing): {install_command('croissant')}"
         ) from error
     tables: dict[str, tuple[Mapping[str, str], list[Row]]] = {}
     for benchmark in benchmarks:

@@ -24,7 +24,7 @@ from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, files_below, read_toml
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import MANIFEST, file_of_set, set_of, unproven
 from eai.benchmarks.registry import find_benchmark, title_of
@@ -246,7 +246,7 @@ def _page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) -> str
     summaries.sort(key=lambda each: each.key.order)
     tables = rankings(summaries, with_paper=True)
     parts = list(seasons)
-    for domain, of_domain in grouped((table.domain, table) for table in tables).items():
+    for domain, of_domain in group_pairs((table.domain, table) for table in tables).items():
         parts.append(f"<section><h2>{escape(title_of(domain))}</h2>")
         for number, table in enumerate(of_domain):
             opened = " open" if number == 0 else ""

@@ -20,7 +20,7 @@ from pydantic import Field
 
 from eai import __version__
 from eai.abilities.declaration import declaration_of, label_of
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.registry import of_the_paper
@@ -62,7 +62,7 @@ def published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
     """
     said = _Publication.of_file(file)
     plain = [run for run in runs if run.key.is_plain and run.key.model in said.models]
-    rows = grouped(((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.ranked)
+    rows = group_pairs(((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.ranked)
     written = {}
     for (protocol, name), suites in rows.items():
         record = _eval_record(said, suites)

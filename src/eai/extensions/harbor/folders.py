@@ -16,7 +16,7 @@ from eai import __version__
 from eai.abilities.declaration import declaration_of
 from eai.agents.command import DONE
 from eai.base.errors import InputError
-from eai.base.files import content_of, files_below, write_whole
+from eai.base.files import files_below, read_content, write_whole
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.registry import PDDL, registered
@@ -83,7 +83,7 @@ def write_task_folders(
         raise InputError(f"{out}: expected a new or an empty folder")
     if is_shared and declaration_of(suite.ability).takes_turns:
         raise InputError(f"--shared: {suite.ability} is scored where the agent cannot write")
-    contents: _Files = {wheel.name: content_of(wheel) for wheel in wheels}
+    contents: _Files = {wheel.name: read_content(wheel) for wheel in wheels}
     exporter = _Exporter(suite, contents, image, verifier_image, is_shared)
     gold = open_answer_book(suite.benchmark, suite.ability, suite.source)
     chosen: dict[str, str] = {}
@@ -198,13 +198,13 @@ def _carried(reference: str, task_ids: Collection[str]) -> tuple[str, _Files]:
             folder = Path(named).resolve()
             inside = files_below(folder, "*.pddl")
             contents: _Files = {
-                part.relative_to(folder.parent).as_posix(): content_of(part) for part in inside
+                part.relative_to(folder.parent).as_posix(): read_content(part) for part in inside
             }
             return f"{PDDL}:{folder.name}", contents
         domain, problems = map(Path, named.split(",", 1))
         parts = [problems] if problems.is_file() else files_below(problems, "*.pddl")
-        beside = {part.relative_to(problems.parent).as_posix(): content_of(part) for part in parts}
-        return f"{PDDL}:{domain.name},{problems.name}", {domain.name: content_of(domain), **beside}
+        beside = {part.relative_to(problems.parent).as_posix(): read_content(part) for part in parts}
+        return f"{PDDL}:{domain.name},{problems.name}", {domain.name: read_content(domain), **beside}
     path = Path(reference)
     if reference in registered() or not path.exists():
         return reference, {}

@@ -10,7 +10,7 @@ from typing import Annotated, TypeAlias
 
 from eai.base.errors import InputError
 from eai.base.files import write_whole
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.console import counted, output, tell
@@ -116,5 +116,5 @@ def _print_chances(questions: Sequence[Question], chances: Mapping[_Asked, Mappi
 
 def _chances(questions: Sequence[Question]) -> dict[_Asked, dict[str, Rate]]:
     guesses = guesses_of(questions)
-    alike = grouped(((question.kind, question.form), question) for question in questions)
+    alike = group_pairs(((question.kind, question.form), question) for question in questions)
     return {cell: chances_of(some, guesses) for cell, some in alike.items()}

@@ -19,7 +19,7 @@ from eai.abilities.answer_text import AnswerForm, holds_strings, read_json
 from eai.abilities.reasoning import split_reasoning
 from eai.abilities.verdict import Confusion, Unreadable
 from eai.base.errors import InputError
-from eai.base.files import content_of, lines
+from eai.base.files import number_lines, read_content
 from eai.tasks.options import misfit
 
 
@@ -110,9 +110,9 @@ def read_questions(file: Path) -> tuple[Sequence[Question], str]:
     Raises:
         InputError: it cannot be read, has none, or a line is no question; names file, line and field.
     """
-    content = content_of(file)
+    content = read_content(file)
     questions: dict[str, Question] = {}
-    for number, line in lines(content):
+    for number, line in number_lines(content):
         place = f"{file}: line {number}"
         try:
             question = Question.model_validate_json(line)

@@ -16,10 +16,10 @@ from typing import TypeAlias, TypeVar
 
 import eai.logic.formula as f
 from eai.abilities.reports import action_text, fact_text
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.generator.scene import with_only
 from eai.extensions.questions.question import Accept
-from eai.logic.traversal import objects
+from eai.logic.traversal import object_names
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.planning import find_plan
@@ -30,7 +30,7 @@ from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute
 from eai.world.fault import FaultKind
-from eai.world.state import Fact, Scene, State, change
+from eai.world.state import Fact, Scene, State, compare_states
 
 _STEPS = 24
 """The longest plan that questions are about."""
@@ -113,7 +113,7 @@ class Setting:
 
     def added(self, before: State, after: State) -> list[Fact]:
         """The facts that hold in one state and not in another, of those that can change and be shown."""
-        return [fact for fact in change(before, after).added if fact.predicate in self.rules.fluents]
+        return [fact for fact in compare_states(before, after).added if fact.predicate in self.rules.fluents]
 
     def changes(self, before: State, after: State) -> tuple[str, ...]:
         """The difference of one state from another, as ``lit(lamp)`` and ``not lit(lamp)``."""
@@ -176,7 +176,7 @@ def _closed(task: Task) -> Task:
     number = {index: i for i, index in enumerate(kept)}
     initial = with_only(task.initial, kept)
     conditions = [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]
-    goals = [goal for goal in conditions if set(objects(goal.formula)) <= initial.scene.index.keys()]
+    goals = [goal for goal in conditions if set(object_names(goal.formula)) <= initial.scene.index.keys()]
     return Task(
         task.id,
         task.title,
@@ -259,7 +259,7 @@ class Repertoire:
 
     def distances_to(self, goals: Iterable[int]) -> Mapping[int, int]:
         """The fewest actions from each state to one of these; where none lead there a state is left out."""
-        sources = grouped((target, n) for n, edges in enumerate(self.edges) for _, target in edges)
+        sources = group_pairs((target, n) for n, edges in enumerate(self.edges) for _, target in edges)
         level, depth = list(goals), 0
         found = dict.fromkeys(level, depth)
         while level:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from functools import cache
 from typing import NamedTuple, TypeAlias
 
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.extensions.questions.question import Form, Kind, Question, gold_text, grade
 from eai.extensions.questions.setting import Item, Setting
 from eai.results.rate import Rate, rate_of
@@ -368,6 +368,6 @@ def best_chance(chances: Mapping[str, Rate]) -> str:
 
 def _common_answers(questions: Iterable[Question]) -> dict[Kind, str]:
     """The gold answer that most questions in open form of each kind have; of several the first."""
-    golds = grouped((each.kind, gold_text(each)) for each in questions if each.form is Form.OPEN)
+    golds = group_pairs((each.kind, gold_text(each)) for each in questions if each.form is Form.OPEN)
     counts = {kind: Counter(golds.get(kind, ())) for kind in Kind}
     return {kind: max(count, key=count.__getitem__, default="") for kind, count in counts.items()}

@@ -29,7 +29,7 @@ from eai.benchmarks.behavior import operators as o
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.domain import as_declared
 from eai.benchmarks.behavior.predicates import X, Y
-from eai.logic.choice import Objects, Option, value_of
+from eai.logic.choice import ObjectsByCategory, Option, value_of
 from eai.logic.formula import FALSE, Exists
 from eai.logic.rewriting import map_leaves
 from eai.tasks.goal_test import GoalTest
@@ -66,7 +66,7 @@ def as_in_reference_subgoals() -> Domain:
 def half_done(state: State, action: Action) -> State:
     """Return the state that the reference leaves when it aborts in an action (quirk `transfer_aborts`)."""
     halves = _half_done()
-    return halves.after(state, action) if action.operator in halves.compiled else state
+    return halves.apply(state, action) if action.operator in halves.compiled else state
 
 
 @cache
@@ -79,7 +79,7 @@ def _of_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], 
 
     @wraps(change)
     def apply(domain: Domain) -> Domain:
-        return domain.with_operators(*map(change, domain.operators))
+        return domain.replace_operators(*map(change, domain.operators))
 
     return apply
 
@@ -104,7 +104,7 @@ def navigation_aborts(domain: Domain) -> Domain:
     See ``eval_evolving_graph_env.py``, ``EvalGraphEnv``.
     """
     undefined = Check(FALSE, FaultKind.UNCATEGORISED, "the reference cannot execute this action")
-    return domain.with_operators(
+    return domain.replace_operators(
         *(Operator(name, (X,), (undefined,), ()) for name in ("NAVIGATE_TO", "BURN"))
     )
 
@@ -227,7 +227,7 @@ MAX_PERMUTATIONS = 10
 _Binding: TypeAlias = Mapping[str, str]
 
 
-def truncated_options(formula: f.Formula, objects: Objects) -> list[Option]:
+def truncated_options(formula: f.Formula, objects: ObjectsByCategory) -> list[Option]:
     """The options of a closed BDDL condition in the reference's order, with its omissions.
 
     Raises:
@@ -237,7 +237,7 @@ def truncated_options(formula: f.Formula, objects: Objects) -> list[Option]:
 
 
 class _Truncation:
-    def __init__(self, objects: Objects) -> None:
+    def __init__(self, objects: ObjectsByCategory) -> None:
         self._objects = objects
 
     def options(self, formula: f.Formula, binding: _Binding) -> list[Option]:
@@ -343,7 +343,7 @@ def behavior_goal_test(task: Task) -> GoalTest:
 
 def _as_truncated(formula: f.Formula, scene: Scene) -> f.Formula:
     """The condition that the reference tests for a goal: all literals of a truncated option hold."""
-    return map_leaves(f.Or(tuple(map(f.And, truncated_options(formula, scene.named)))), _directly)
+    return map_leaves(f.Or(tuple(map(f.And, truncated_options(formula, scene.names_of_category)))), _directly)
 
 
 def _directly(leaf: f.Leaf) -> f.Formula:

@@ -36,7 +36,7 @@ from eai.extensions.reference import behavior_quirks
 from eai.extensions.reference.behavior_quirks import behavior_goal_test
 from eai.extensions.reference.subgoals import ReferenceSubgoals
 from eai.logic.formula import Atom, Formula, Occurs
-from eai.logic.signature import Signature, takes
+from eai.logic.signature import Signature, describe_arity
 from eai.logic.traversal import walk
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.lexicon import FormulaLexicon
@@ -77,7 +77,7 @@ _Hands: TypeAlias = Mapping[str, int | None]
 
 def held(state: State) -> _Hands:
     """Return the objects in both hands in a state."""
-    masks = {"LEFT": state.those(p.in_left_hand.name), "RIGHT": state.those(p.in_right_hand.name)}
+    masks = {"LEFT": state.mask(p.in_left_hand.name), "RIGHT": state.mask(p.in_right_hand.name)}
     return {hand: mask.bit_length() - 1 if mask else None for hand, mask in masks.items()}
 
 
@@ -232,7 +232,7 @@ def wrong_use(formula: Formula, objects: Collection[str]) -> Rejected | None:
         if arity is None:
             return unparseable(f"{name} is in no table of numbers of objects")
         if len(part.arguments) != arity:
-            detail = f"{takes(name, arity, 'object')}, not {len(part.arguments)}"
+            detail = f"{describe_arity(name, arity, 'object')}, not {len(part.arguments)}"
             return _misused(FaultKind.ARGUMENT_NUMBER, detail)
     for name, _, part in primitives:
         for term in part.arguments:

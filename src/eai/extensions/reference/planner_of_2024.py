@@ -31,7 +31,7 @@ from dataclasses import dataclass, field, replace
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.rewriting import map_leaves, negation_normal
-from eai.logic.traversal import bound_by, quantified, terms_of, with_parts
+from eai.logic.traversal import bound_variables, map_parts, quantify, terms_of
 from eai.pddl.check import Declarations, Offence, PddlError, PddlFinding, check_action
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlanningTask
@@ -71,7 +71,7 @@ def _opened(formula: f.Formula, scope: Names, leaked: list[f.Variable]) -> f.For
             leaked.append(variable)
             return _opened(body, scope, leaked)
         case f.And() | f.Exists():
-            return with_parts(formula, lambda part: _opened(part, scope, leaked))
+            return map_parts(formula, lambda part: _opened(part, scope, leaked))
         case _:
             return formula
 
@@ -87,9 +87,9 @@ class _Binder:
         if loose:
             self.refused += loose if universal else ()
             return f.FALSE
-        scope = scope.union([variable.name for variable in bound_by(formula)])
+        scope = scope.union([variable.name for variable in bound_variables(formula)])
         inside = universal or isinstance(formula, f.ForAll)
-        return with_parts(formula, lambda part: self.condition(part, scope, universal=inside))
+        return map_parts(formula, lambda part: self.condition(part, scope, universal=inside))
 
     def effect(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
         match effect:
@@ -109,7 +109,7 @@ class _Binder:
         condition = _opened(negation_normal(effect.condition), scope, leaked)
         inner = scope.union([variable.name for variable in leaked])
         bound: m.PddlEffect = m.WhenEffect(self.condition(condition, inner), self.effect(effect.part, inner))
-        return quantified(m.Each, leaked, bound)
+        return quantify(m.Each, leaked, bound)
 
 
 def _loose_terms(terms: tuple[f.Term, ...], scope: Names) -> list[str]:

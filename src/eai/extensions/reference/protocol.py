@@ -201,12 +201,12 @@ class _ScriptedTrial(Trial):
         start, before = len(episode.trajectory.steps), episode.trajectory.executed
         slipped = False
         for action in actions:
-            slipped = self.luck is not None and self.luck.strikes()
-            outcome = episode.slip(action) if slipped else episode.act(action)
+            slipped = self.luck is not None and self.luck.slips()
+            outcome = episode.record_slip(action) if slipped else episode.act(action)
             if slipped or isinstance(outcome, Fault) or self.reached(episode):
                 break
         names = tuple([action.operator for action in before])
-        return Course(episode.since(start), names, slipped=slipped)
+        return Course(episode.trajectory_from(start), names, slipped=slipped)
 
     def take(self, text: str) -> Attempt:
         """Try an answer; a step that is not needed is what ended it."""

@@ -215,7 +215,7 @@ def _with_note(explanation: Explanation, note: str) -> Explanation:
 
 @cache
 def _domain() -> Domain:
-    return virtualhome_quirks.as_in_reference().with_operators(without=NOT_ACCEPTED)
+    return virtualhome_quirks.as_in_reference().replace_operators(without=NOT_ACCEPTED)
 
 
 def written_with_ids(answers: Iterable[str]) -> bool:

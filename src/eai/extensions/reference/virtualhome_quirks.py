@@ -17,7 +17,7 @@ from eai.benchmarks.virtualhome.domain import as_declared
 from eai.benchmarks.virtualhome.predicates import R, X, Y
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.logic.formula import FALSE, Exists, Formula
-from eai.world.derived import Lookup, Values
+from eai.world.derived import Lookup, LookupFunction
 from eai.world.domain import Domain
 from eai.world.effect import Add, ForEach, Let, both_ways
 from eai.world.fault import FaultKind
@@ -65,7 +65,7 @@ def _room(state: State, arguments: tuple[int, ...]) -> int:
     followed upwards, of several the first.
     """
     (x,) = arguments
-    is_room, inside = state.those("ROOM"), state.relation("INSIDE")
+    is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
     if is_room >> x & 1:
         return 1 << x
     containers = inside.row(x)
@@ -83,7 +83,7 @@ def _room(state: State, arguments: tuple[int, ...]) -> int:
     return 0
 
 
-_LOOKUPS: Mapping[str, Values] = {
+_LOOKUPS: Mapping[str, LookupFunction] = {
     "room_of": _room,
     "lies_on": p.make_origin_lookup(0, first_target),
     "lies_in": p.make_origin_lookup(1, first_target),
@@ -131,7 +131,7 @@ def _of_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[D
         for each in domain.operators:
             checks = [change(each, check) for check in each.checks]
             operators.append(replace(each, checks=tuple([check for check in checks if check is not None])))
-        return domain.with_operators(*operators)
+        return domain.replace_operators(*operators)
 
     return apply
 
@@ -154,12 +154,12 @@ def held_objects_stay_behind(domain: Domain) -> Domain:
         *both_ways(Add, p.next_to(AGENT, o.H)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(o.H, R)),)),
     )
-    return domain.with_operators(*o.make_movements((ForEach(o.H, p.held(o.H), left_behind),)))
+    return domain.replace_operators(*o.make_movements((ForEach(o.H, p.held(o.H), left_behind),)))
 
 
 def grabbing_empties(domain: Domain) -> Domain:
     """Things in or on an object are left behind when it is grabbed, and in nothing (``GrabExecutor``)."""
-    return domain.with_operators(o.grab(effects_on_contents=()))
+    return domain.replace_operators(o.grab(effects_on_contents=()))
 
 
 @_of_checks
@@ -231,13 +231,13 @@ def put_back_never_fails(domain: Domain) -> Domain:
     effects = tuple(
         Let(Y, memory(X, Y) & possible_at[memory], o.put(relation)) for memory, _, relation in o.ORIGINS
     )
-    return domain.with_operators(Operator("PUTOBJBACK", (X,), (has_record,), effects))
+    return domain.replace_operators(Operator("PUTOBJBACK", (X,), (has_record,), effects))
 
 
 def looks_not_implemented(domain: Domain) -> Domain:
     """LOOKAT_SHORT and LOOKAT_LONG abort the run (``execution.py``, ``UnknownExecutor``)."""
     undefined = Check(FALSE, FaultKind.UNCATEGORISED, "the reference cannot execute this action")
-    return domain.with_operators(
+    return domain.replace_operators(
         *(Operator(name, (X,), (undefined,), ()) for name in ("LOOKAT_SHORT", "LOOKAT_LONG"))
     )
 

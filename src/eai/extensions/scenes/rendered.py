@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from eai.base.errors import InputError, needing
+from eai.base.errors import InputError, require_extra
 from eai.studies.perception.picture import PNG
 from eai.tasks.prompts.prompt import Image
 from eai.tasks.task import Task
@@ -19,7 +19,7 @@ VIEWS: tuple[View, ...] = ("head", "near", "top")
 """From where scenes are seen: the robot's head, near the place of work, and from above."""
 
 
-_installed = partial(needing, "physics", "scenes with bodies need")
+_installed = partial(require_extra, "physics", "scenes with bodies need")
 
 
 def photographs_of(

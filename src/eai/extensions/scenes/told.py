@@ -121,7 +121,7 @@ def told_of(state: State) -> Told:
     vocabulary, scene = state.scene.vocabulary, state.scene
     if not {*SUPPORTS, _FLOORS} <= {each.name for each in vocabulary.predicates}:
         raise InputError(f"no bodies: the world does not say what {INSIDE} and {ON} what")
-    floors = tuple(bits(state.those(_FLOORS)))
+    floors = tuple(bits(state.mask(_FLOORS)))
     shapeless = {*floors, scene.agent, *_those(state, "substance"), *_those(state, "recipe")}
     things = {i: thing for i, thing in enumerate(scene.objects) if i not in shapeless}
     kinds = {i: body_of(kind_of(thing.name, thing.category)) for i, thing in things.items()}
@@ -156,7 +156,7 @@ def _pairs(state: State, name: str, bodies: Mapping[int, Body]) -> tuple[tuple[i
 
 def _those(state: State, name: str) -> tuple[int, ...]:
     """The things with a predicate that the world may not have."""
-    return tuple(bits(state.those(name))) if name in state.scene.vocabulary.unary_slots else ()
+    return tuple(bits(state.mask(name))) if name in state.scene.vocabulary.unary_slots else ()
 
 
 def _is_absent(state: State, index: int) -> bool:

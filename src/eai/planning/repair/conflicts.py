@@ -1,7 +1,7 @@
 """Conflicts of edited plans, and the edits that may help them.
 
 A plan's conflict is its first impossible step, or a goal that it misses at its end. Every repair of the plan
-has an edit by which some change happens without which the conflict stays (`eai.planning.flips`).
+has an edit by which some change happens without which the conflict stays (`eai.planning.conflict_changes`).
 """
 
 from __future__ import annotations
@@ -9,23 +9,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from eai.planning.effect_schema import Change
-from eai.planning.flips import Changes, Flips, left
+from eai.planning.conflict_changes import ChangeSet, ConflictChanges, remaining_condition
+from eai.planning.effect_schema import FactChange
 from eai.planning.planner import PlanningGoal
-from eai.planning.repair.edits import Edited, Plan
+from eai.planning.repair.edits import EditedPlan, PlanSteps
 from eai.planning.subgoal import Subgoal, subgoals_of
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.state import State
 
-Moment: TypeAlias = tuple[int, int]
+PlanMoment: TypeAlias = tuple[int, int]
 """The number of a state, and the number of action goals taken."""
 
-Path: TypeAlias = tuple[Moment, ...]
+PlanPath: TypeAlias = tuple[PlanMoment, ...]
 """The moment before each entry of a plan up to its conflict, and after the last entry."""
 
-START: Path = ((0, 0),)
+START: PlanPath = ((0, 0),)
 
 
 class PlanStates:
@@ -41,11 +41,13 @@ class PlanStates:
         by_number: the states; the initial one is number 0.
     """
 
-    def __init__(self, domain: Domain, initial: State, goal: PlanningGoal, flips: Flips) -> None:
+    def __init__(
+        self, domain: Domain, initial: State, goal: PlanningGoal, conflict_changes: ConflictChanges
+    ) -> None:
         self.domain = domain
         self.initial = initial
         self.goal = goal
-        self.flips = flips
+        self.conflict_changes = conflict_changes
         self._goals = subgoals_of(goal.conditions, initial.scene)
         self.forget()
 
@@ -56,17 +58,17 @@ class PlanStates:
         self._after: dict[tuple[int, Action], tuple[int | None, bool]] = {}
         self._missed: dict[int, tuple[Subgoal, ...]] = {}
 
-    def step(self, moment: Moment, action: Action) -> Moment | None:
+    def take_step(self, moment: PlanMoment, action: Action) -> PlanMoment | None:
         """Return the moment after a step, or None if the step is impossible."""
         number, taken = moment
-        after, executed = self.after(number, action)
+        after, executed = self.try_step(number, action)
         if after is None:
             return None
         wanted = self.goal.actions
         takes = executed and taken < len(wanted) and action.operator in wanted[taken]
         return after, taken + takes
 
-    def after(self, number: int, action: Action) -> tuple[int | None, bool]:
+    def try_step(self, number: int, action: Action) -> tuple[int | None, bool]:
         """Return the number of the state after a step, or None; and whether it is executed, not skipped."""
         found = self._after.get((number, action))
         if found is None:
@@ -86,16 +88,16 @@ class PlanStates:
         kind = min(kinds, key=self.domain.precedence.index)
         return (number if kind is FaultKind.ADDITIONAL_STEP else None), False
 
-    def missed(self, number: int) -> tuple[Subgoal, ...]:
+    def missed_goals(self, number: int) -> tuple[Subgoal, ...]:
         """Return the conditions of the goal that do not hold in a state."""
         found = self._missed.get(number)
         if found is None:
-            state, holds = self.by_number[number], self.flips.holds
+            state, holds = self.by_number[number], self.conflict_changes.holds
             lacking = [g for g in self._goals if holds(g.formula, g.scope, state) != g.truth]
             found = self._missed[number] = tuple(lacking)
         return found
 
-    def path(self, plan: Edited, begin: Path, at: int) -> Path:
+    def path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
         """Return the path of a plan.
 
         Args:
@@ -105,29 +107,29 @@ class PlanStates:
         """
         found = [*begin[: at + 1]]
         for _, action in plan[at:]:
-            after = found[-1] if action is None else self.step(found[-1], action)
+            after = found[-1] if action is None else self.take_step(found[-1], action)
             if after is None:
                 break
             found.append(after)
         return tuple(found)
 
-    def lacks(self, steps: Plan, moment: Moment) -> int:
+    def count_failures(self, steps: PlanSteps, moment: PlanMoment) -> int:
         """Return the number of failed steps and missed goals from a moment on, without the failed steps."""
         failed = 0
         for action in steps:
             if action is not None:
-                after = self.step(moment, action)
+                after = self.take_step(moment, action)
                 failed += after is None
                 moment = after or moment
         number, taken = moment
-        return failed + len(self.missed(number)) + len(self.goal.actions) - taken
+        return failed + len(self.missed_goals(number)) + len(self.goal.actions) - taken
 
-    def succeeds(self, plan: Edited, path: Path) -> bool:
+    def succeeds(self, plan: EditedPlan, path: PlanPath) -> bool:
         """Whether a plan with this path succeeds."""
         number, taken = path[-1]
-        return len(path) > len(plan) and taken == len(self.goal.actions) and not self.missed(number)
+        return len(path) > len(plan) and taken == len(self.goal.actions) and not self.missed_goals(number)
 
-    def reach_goal(self, plan: Edited, start: Moment = START[0]) -> bool:
+    def reaches_goal(self, plan: EditedPlan, start: PlanMoment = START[0]) -> bool:
         """Whether a plan succeeds from a moment on."""
         return self.succeeds(plan, self.path(plan, (start,), 0))
 
@@ -136,7 +138,7 @@ HelpingEdits: TypeAlias = tuple[int, tuple[Action | None, ...]]
 """The number of an entry, and the actions to insert before it; None stands for deleting the entry."""
 
 
-EditsFinder: TypeAlias = "Callable[[Edited, Path], list[HelpingEdits]]"
+EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
 """Returns edits of a plan, by its path, of which every repair has at least one."""
 
 
@@ -154,11 +156,11 @@ class _Conflicts:
 
     def __init__(self, states: PlanStates) -> None:
         self._states = states
-        self._flips = states.flips
-        self._fatal: dict[tuple[int, Action], Changes] = {}
-        self._lacking: dict[int, list[Changes]] = {}
+        self._flips = states.conflict_changes
+        self._fatal: dict[tuple[int, Action], ChangeSet] = {}
+        self._lacking: dict[int, list[ChangeSet]] = {}
 
-    def edits(self, plan: Edited, path: Path) -> list[HelpingEdits]:
+    def edits(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
         """Return edits of which every repair of a plan has at least one."""
         at = len(path) - 1
         number, taken = path[at]
@@ -171,51 +173,53 @@ class _Conflicts:
             choices.append(self._helping(plan, path, frozenset(), frozenset(names)))
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
-    def _unblocking(self, number: int, action: Action) -> Changes:
+    def _unblocking(self, number: int, action: Action) -> ChangeSet:
         """Return the changes of which one is needed before an impossible step is possible, or is skipped."""
         found = self._fatal.get((number, action))
         if found is None:
             found = self._fatal[number, action] = self._find_unblocking(number, action)
         return found
 
-    def _find_unblocking(self, number: int, action: Action) -> Changes:
+    def _find_unblocking(self, number: int, action: Action) -> ChangeSet:
         state, operator = (
             self._states.by_number[number],
             self._states.domain.compiled[action.operator].operator,
         )
         scope = operator.scope(action.arguments)
-        found: set[Change] = set()
+        found: set[FactChange] = set()
         for check in operator.checks:
             holds = self._flips.holds(check.condition, scope, state)
             if not holds:
-                found |= self._flips.of(left(check, operator.checks), scope, state, truth=True)
+                found |= self._flips.find_changes(
+                    remaining_condition(check, operator.checks), scope, state, truth=True
+                )
                 return frozenset(found)
             if check.fault is FaultKind.ADDITIONAL_STEP:
-                found |= self._flips.of(check.condition, scope, state, truth=False)
+                found |= self._flips.find_changes(check.condition, scope, state, truth=False)
         for each in operator.tries:
             for condition in (each.condition, *[check.condition for check in each.checks]):
                 holds = self._flips.holds(condition, scope, state)
                 if not holds or condition is each.condition:
-                    found |= self._flips.of(condition, scope, state, truth=not holds)
+                    found |= self._flips.find_changes(condition, scope, state, truth=not holds)
         return frozenset(found)
 
-    def _reaching(self, number: int) -> list[Changes]:
+    def _reaching(self, number: int) -> list[ChangeSet]:
         """Return, for each missed goal in a state, the changes of which one is needed to reach it."""
         found = self._lacking.get(number)
         if found is None:
-            state, of = self._states.by_number[number], self._flips.of
-            found = [of(g.formula, g.scope, state, truth=g.truth) for g in self._states.missed(number)]
+            state, of = self._states.by_number[number], self._flips.find_changes
+            found = [of(g.formula, g.scope, state, truth=g.truth) for g in self._states.missed_goals(number)]
             self._lacking[number] = found
         return found
 
     def _helping(
-        self, plan: Edited, path: Path, changes: Changes, names: frozenset[str]
+        self, plan: EditedPlan, path: PlanPath, changes: ChangeSet, names: frozenset[str]
     ) -> list[HelpingEdits]:
         """Return the edits that may make one of some changes, or use one of some operators."""
         found: list[HelpingEdits] = []
         actions = {
             **self._flips.actions(changes),
-            **{a: None for n in sorted(names) for a in self._flips.taking(n)},
+            **{a: None for n in sorted(names) for a in self._flips.actions_of(n)},
         }
         listed = tuple(actions)
         for place in range(len(path) - 1, -1, -1):
@@ -235,11 +239,11 @@ class _Conflicts:
         return found
 
     def _behind(
-        self, number: int, action: Action, changes: Changes, names: frozenset[str]
-    ) -> tuple[Changes, bool]:
+        self, number: int, action: Action, changes: ChangeSet, names: frozenset[str]
+    ) -> tuple[ChangeSet, bool]:
         """Return the changes by which a step may help, or undo nothing; and whether it undoes a change."""
-        state, executed = self._states.by_number[number], self._states.after(number, action)[1]
-        behind, undoes = self._flips.behind(action, state, changes, executed=executed)
+        state, executed = self._states.by_number[number], self._states.try_step(number, action)[1]
+        behind, undoes = self._flips.changes_before_step(action, state, changes, executed=executed)
         if action.operator in names and not executed:
-            behind |= self._flips.skipping(action, state, executed=False)
+            behind |= self._flips.changes_for_skipping(action, state, executed=False)
         return behind, undoes

@@ -9,11 +9,11 @@ from typing import NamedTuple, TypeAlias
 
 from eai.world.action import Action
 
-Plan: TypeAlias = Sequence["Action | None"]
+PlanSteps: TypeAlias = Sequence["Action | None"]
 """The steps of a written plan; None stands for an unreadable step."""
 
 
-class Entry(NamedTuple):
+class PlanEntry(NamedTuple):
     """An entry of an edited plan.
 
     Attributes:
@@ -30,7 +30,7 @@ class Entry(NamedTuple):
         return self.step >= 0 and self.action is not None
 
 
-Edited: TypeAlias = tuple[Entry, ...]
+EditedPlan: TypeAlias = tuple[PlanEntry, ...]
 
 
 class PlanEdit(NamedTuple):
@@ -43,16 +43,16 @@ class PlanEdit(NamedTuple):
     """
 
     step: int
-    gone: int | None
+    removed: int | None
     action: Action | None
 
 
-def as_entries(plan: Plan) -> Edited:
+def as_entries(plan: PlanSteps) -> EditedPlan:
     """Return the entries of a plan without edits."""
-    return tuple([Entry(i, action) for i, action in enumerate(plan)])
+    return tuple([PlanEntry(i, action) for i, action in enumerate(plan)])
 
 
-def aligned(plan: Plan, other: Sequence[Action]) -> Edited:
+def align(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
     """Return another plan as edits of a plan, with fewest edits (Levenshtein 1966)."""
     rows = [[*range(len(other) + 1)]]
     for i, step in enumerate(plan, 1):
@@ -60,24 +60,24 @@ def aligned(plan: Plan, other: Sequence[Action]) -> Edited:
         for j, action in enumerate(other):
             row.append(min(rows[-1][j] + (step != action), rows[-1][j + 1] + 1, row[j] + 1))
         rows.append(row)
-    found: list[Entry] = []
+    found: list[PlanEntry] = []
     i, j = len(plan), len(other)
     while i or j:
         if i and j and plan[i - 1] == other[j - 1] and rows[i][j] == rows[i - 1][j - 1]:
             i, j = i - 1, j - 1
-            found.append(Entry(i, other[j]))
+            found.append(PlanEntry(i, other[j]))
             continue
         paired = i and j and rows[i][j] == rows[i - 1][j - 1] + 1
         if i and (paired or rows[i][j] == rows[i - 1][j] + 1):
             i -= 1
-            found.append(Entry(i, None))
-        if j and (paired or found[-1:] != [Entry(i, None)]):
+            found.append(PlanEntry(i, None))
+        if j and (paired or found[-1:] != [PlanEntry(i, None)]):
             j -= 1
-            found.append(Entry(-1, other[j]))
+            found.append(PlanEntry(-1, other[j]))
     return tuple(reversed(found))
 
 
-def with_one_undone(plan: Edited, original: Plan) -> Iterator[Edited]:
+def undo_one_edit(plan: EditedPlan, original: PlanSteps) -> Iterator[EditedPlan]:
     """Yield the edited plans with one insertion less, with one deletion less, and with one of each less."""
     yield from _with_less(plan)
     start = 0
@@ -95,7 +95,7 @@ def with_one_undone(plan: Edited, original: Plan) -> Iterator[Edited]:
                 yield from _with_less((*before, *segment, *after))
 
 
-def _with_less(plan: Edited) -> Iterator[Edited]:
+def _with_less(plan: EditedPlan) -> Iterator[EditedPlan]:
     """Yield the edited plans with one inserted step less."""
     yield from ((*plan[:i], *plan[i + 1 :]) for i, entry in enumerate(plan) if entry.step < 0)
 
@@ -107,12 +107,12 @@ class EditCost(NamedTuple):
     deletions: int
     insertions: int
 
-    def with_steps(self, number: int) -> int:
+    def min_edits_with(self, number: int) -> int:
         """Return the minimum number of edits if a number of further steps is inserted."""
         return self.edits + max(0, number - self.deletions)
 
 
-def cost(plan: Edited) -> EditCost:
+def edit_cost(plan: EditedPlan) -> EditCost:
     """Return the cost of an edited plan. A deleted and an inserted step between kept steps are one edit."""
     edits = deletions = insertions = deleted = inserted = 0
     for step, action in (*plan, _END):
@@ -128,12 +128,12 @@ def cost(plan: Edited) -> EditCost:
     return EditCost(edits, deletions, insertions)
 
 
-def count_edits(plan: Edited | None) -> float:
+def count_edits(plan: EditedPlan | None) -> float:
     """Return the number of edits of an edited plan; infinity for None."""
-    return inf if plan is None else cost(plan).edits
+    return inf if plan is None else edit_cost(plan).edits
 
 
-def replaceable(plan: Edited) -> Iterator[int]:
+def replaceable(plan: EditedPlan) -> Iterator[int]:
     """Yield the kept steps that can be deleted for free: more steps are inserted before than deleted."""
     surplus = 0
     for place, entry in enumerate(plan):
@@ -142,16 +142,16 @@ def replaceable(plan: Edited) -> Iterator[int]:
         surplus = 0 if entry.is_kept else surplus + (1 if entry.step < 0 else -1)
 
 
-_END = Entry(0, Action("", ()))
+_END = PlanEntry(0, Action("", ()))
 """An entry that stands for a kept step."""
 
 
-def edits_of(plan: Edited) -> tuple[PlanEdit, ...]:
+def edits_of(plan: EditedPlan) -> tuple[PlanEdit, ...]:
     """Return the edits of an edited plan. Deletions and insertions between kept steps are paired."""
     found: list[PlanEdit] = []
     inserted: list[Action | None] = []
     gone: list[int] = []
-    for step, action in (*plan, Entry(max((entry.step for entry in plan), default=-1) + 1, _END.action)):
+    for step, action in (*plan, PlanEntry(max((entry.step for entry in plan), default=-1) + 1, _END.action)):
         if step < 0:
             inserted.append(action)
         elif action is None:
@@ -166,22 +166,22 @@ def edits_of(plan: Edited) -> tuple[PlanEdit, ...]:
     return tuple(found)
 
 
-def normal(plan: Edited) -> Edited:
+def normalize(plan: EditedPlan) -> EditedPlan:
     """Return the edited plan with inserted steps before deleted ones, between every two kept steps."""
-    found: list[Entry] = []
+    found: list[PlanEntry] = []
     for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
         own = [*entries]
         found += own if is_kept else sorted(own, key=lambda entry: entry.step >= 0)
     return tuple(found)
 
 
-def edited(plan: Edited, place: int, action: Action | None) -> tuple[Edited, int]:
+def apply_edit(plan: EditedPlan, place: int, action: Action | None) -> tuple[EditedPlan, int]:
     """Return a plan after one more edit, in the order of `normal`, and its first entry that differs."""
     start = place
     while start and plan[start - 1].step >= 0 and plan[start - 1].action is None:
         start -= 1
     if action is not None:
-        return (*plan[:start], Entry(-1, action), *plan[start:]), start
+        return (*plan[:start], PlanEntry(-1, action), *plan[start:]), start
     end = place + 1
     while end < len(plan) and plan[end].step < 0:
         end += 1

@@ -11,25 +11,25 @@ from collections.abc import Iterable, Iterator, Sequence
 from math import inf
 from typing import NamedTuple
 
-from eai.planning.flips import Flips
+from eai.planning.conflict_changes import ConflictChanges
 from eai.planning.landmarks import Landmarks
 from eai.planning.planner import Planner, PlanningGoal
-from eai.planning.repair.conflicts import START, HelpingEdits, Moment, Path, PlanStates, helping_edits
+from eai.planning.repair.conflicts import START, HelpingEdits, PlanMoment, PlanPath, PlanStates, helping_edits
 from eai.planning.repair.edits import (
     EditCost,
-    Edited,
-    Entry,
-    Plan,
+    EditedPlan,
     PlanEdit,
-    aligned,
+    PlanEntry,
+    PlanSteps,
+    align,
+    apply_edit,
     as_entries,
-    cost,
     count_edits,
-    edited,
+    edit_cost,
     edits_of,
-    normal,
+    normalize,
     replaceable,
-    with_one_undone,
+    undo_one_edit,
 )
 from eai.planning.search import Effort, Limits, OpenList, SearchEnd
 from eai.planning.subgoal import Subgoal
@@ -70,7 +70,7 @@ _CONFLICT, _EDITS = 5, 80
 """Effort of taking a conflict apart for each step before it; number of edits that count as one step."""
 
 
-class Mender:
+class Repairer:
     """Repairs plans for one task.
 
     Args:
@@ -87,12 +87,12 @@ class Mender:
     def __init__(self, planner: Planner, initial: State, goal: PlanningGoal, objects: Sequence[int]) -> None:
         self._planner = planner
         self._objects = objects
-        self.flips = Flips(planner.domain, initial, objects, planner.heuristic.achievers)
-        self.states = PlanStates(planner.domain, initial, goal, self.flips)
+        self.conflict_changes = ConflictChanges(planner.domain, initial, objects, planner.heuristic.achievers)
+        self.states = PlanStates(planner.domain, initial, goal, self.conflict_changes)
         self._plans: dict[int, tuple[Action, ...] | None] = {}
         self._ways: dict[tuple[int, Action], tuple[Action, ...] | None] = {}
 
-    def mend(self, plan: Plan, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
+    def repair(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
         """Return the minimum number of edits of repairs, and the edits of the smallest repair found, or None.
 
         Args:
@@ -102,7 +102,7 @@ class Mender:
         if len(self.states.by_number) > _KEPT:
             self.states.forget()
             self._ways.clear()
-        if self.flips.is_partial:
+        if self.conflict_changes.is_partial:
             return self._bound(plan, effort)
         search = _Search(self, plan)
         best = search.run(effort.limit * _SOON)
@@ -112,14 +112,14 @@ class Mender:
         effort.used += search.effort.used
         return search.least, None if best is None else edits_of(best)
 
-    def _bound(self, plan: Plan, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
+    def _bound(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
         """Return bounds like `mend` from plans alone, as there are too many actions to prove anything."""
-        if None not in plan and self.states.reach_goal(as_entries(plan)):
+        if None not in plan and self.states.reaches_goal(as_entries(plan)):
             return 0, ()
         best = self._planned(plan, effort)
         return 1, None if best is None else edits_of(best)
 
-    def _planned(self, plan: Plan, effort: Effort) -> Edited | None:
+    def _planned(self, plan: PlanSteps, effort: Effort) -> EditedPlan | None:
         """Return the smallest of the repairs that the planner finds, or None."""
         looks = int(min(effort.limit, Limits().looks))
         repairs = [self._undone(each, plan, effort) for each in self._finished(plan, looks, effort)]
@@ -127,29 +127,29 @@ class Mender:
 
     def least(self, effort: Effort) -> int:
         """Return the minimum number of steps of plans that succeed, as far as the effort proves it."""
-        if self.flips.is_partial:
-            return int(bool(self.states.missed(0) or self.states.goal.actions))
+        if self.conflict_changes.is_partial:
+            return int(bool(self.states.missed_goals(0) or self.states.goal.actions))
         search = _Search(self, ())
         search.run(effort.limit * _EXACT)
         effort.used += search.effort.used
         return search.least
 
-    def _finished(self, plan: Plan, looks: int, effort: Effort) -> Iterator[Edited]:
+    def _finished(self, plan: PlanSteps, looks: int, effort: Effort) -> Iterator[EditedPlan]:
         """Yield repairs that end with a plan of the planner: from where the plan leads, and from the start.
 
         The planner may look at ``looks`` actions on the way from where the plan leads.
         """
-        own = Effort(0 if self.flips.is_partial else effort.limit * _WALKING)
+        own = Effort(0 if self.conflict_changes.is_partial else effort.limit * _WALKING)
         actions, moment = self._walk(plan, own)
         effort.used += own.used
         further = self._way(moment, looks)
         if further is not None:
-            yield normal(aligned(plan, (*actions, *further)))
+            yield normalize(align(plan, (*actions, *further)))
         whole = self._whole(_START * looks)
         if whole is not None:
-            yield normal(aligned(plan, whole))
+            yield normalize(align(plan, whole))
 
-    def _walk(self, plan: Plan, effort: Effort) -> tuple[list[Action], Moment]:
+    def _walk(self, plan: PlanSteps, effort: Effort) -> tuple[list[Action], PlanMoment]:
         """Return the possible actions of a plan, with others that make some possible, and where they lead."""
         actions: list[Action] = []
         moment, gone = START[0], 0
@@ -162,8 +162,8 @@ class Mender:
         return actions, moment
 
     def _past(
-        self, moment: Moment, step: Action, rest: Plan, gone: int, effort: Effort
-    ) -> tuple[Sequence[Action], Moment] | None:
+        self, moment: PlanMoment, step: Action, rest: PlanSteps, gone: int, effort: Effort
+    ) -> tuple[Sequence[Action], PlanMoment] | None:
         """Return a step after actions that make it possible, and where it leads; None to leave it out.
 
         Args:
@@ -173,7 +173,7 @@ class Mender:
             gone: number of steps left out just before it.
             effort: the effort of making steps possible.
         """
-        after = self.states.step(moment, step)
+        after = self.states.take_step(moment, step)
         if after is not None:
             return (step,), after
         before = None if effort.is_used_up else self._enabling(moment[0], step)
@@ -184,8 +184,8 @@ class Mender:
             return None
         after = path[-1]
         effort.used += 2 * len(rest)
-        edits = max(0, len(before) - gone) + self.states.lacks(rest, after)
-        return ((*before, step), after) if edits < 1 + self.states.lacks(rest, moment) else None
+        edits = max(0, len(before) - gone) + self.states.count_failures(rest, after)
+        return ((*before, step), after) if edits < 1 + self.states.count_failures(rest, moment) else None
 
     def _enabling(self, number: int, action: Action) -> tuple[Action, ...] | None:
         """Return the actions by which the planner makes a step possible, or None; searched once."""
@@ -200,14 +200,14 @@ class Mender:
             )
         return self._ways[key]
 
-    def _undone(self, plan: Edited, original: Plan, effort: Effort) -> Edited:
+    def _undone(self, plan: EditedPlan, original: PlanSteps, effort: Effort) -> EditedPlan:
         """Return a repair without its needless edits, as far as its share of the effort lasts."""
         own = Effort(effort.limit * _UNDOING)
-        trials = with_one_undone(plan, original)
+        trials = undo_one_edit(plan, original)
         while (trial := next(trials, None)) is not None and not own.is_used_up:
             own.used += 1 + len(trial) // _STEPS
-            if cost(trial).edits < cost(plan).edits and self.states.reach_goal(trial):
-                plan, trials = trial, with_one_undone(trial, original)
+            if edit_cost(trial).edits < edit_cost(plan).edits and self.states.reaches_goal(trial):
+                plan, trials = trial, undo_one_edit(trial, original)
         effort.used += own.used
         return plan
 
@@ -217,7 +217,7 @@ class Mender:
             self._plans[looks] = self._way(START[0], looks)
         return self._plans[looks]
 
-    def _way(self, moment: Moment, looks: int) -> tuple[Action, ...] | None:
+    def _way(self, moment: PlanMoment, looks: int) -> tuple[Action, ...] | None:
         """Return the plan of the planner from a moment on, or None."""
         number, taken = moment
         goal = PlanningGoal(self.states.goal.conditions, self.states.goal.actions[taken:])
@@ -226,7 +226,7 @@ class Mender:
         )
         return found.plan if found.end is SearchEnd.SOLVED else None
 
-    def singles(self, plan: Plan) -> Iterator[PlanEdit]:
+    def single_edits(self, plan: PlanSteps) -> Iterator[PlanEdit]:
         """Yield all single edits that make a plan succeed."""
         entries, find_edits, known = as_entries(plan), helping_edits(self.states), self.landmarks(plan)
         path = self.states.path(entries, START, 0)
@@ -238,7 +238,7 @@ class Mender:
             known.refine(frozenset(filter(None, plan)), Effort(_CUTS))
         for place, actions in helping:
             if actions == (None,):
-                without = edited(entries, place, None)[0]
+                without = apply_edit(entries, place, None)[0]
                 left = self.states.path(without, path, place)
                 anything: Iterable[Action | None] = self._possible(path[place])
                 if self.states.succeeds(without, left):
@@ -253,23 +253,25 @@ class Mender:
 
     def _put(
         self,
-        plan: Plan,
+        plan: PlanSteps,
         edit: PlanEdit,
-        moment: Moment,
+        moment: PlanMoment,
         actions: Iterable[Action | None],
         known: Landmarks,
     ) -> Iterator[PlanEdit]:
         """Yield the edits that insert one of some actions besides an edit, and make a plan succeed."""
-        rest = plan[edit.step + (edit.gone is not None) :]
-        lacked = known.open(filter(None, (*plan[: edit.step], *rest)))
-        was = None if edit.gone is None else plan[edit.gone]
+        rest = plan[edit.step + (edit.removed is not None) :]
+        lacked = known.missed_cuts(filter(None, (*plan[: edit.step], *rest)))
+        was = None if edit.removed is None else plan[edit.removed]
         for action in actions:
-            if action is None or action == was or lacked & ~known.hits(action):
+            if action is None or action == was or lacked & ~known.hit_cuts(action):
                 continue
-            if self.states.after(moment[0], action)[1] and self._wins(self.states.step(moment, action), rest):
+            if self.states.try_step(moment[0], action)[1] and self._wins(
+                self.states.take_step(moment, action), rest
+            ):
                 yield edit._replace(action=action)
 
-    def _possible(self, moment: Moment) -> Iterator[Action]:
+    def _possible(self, moment: PlanMoment) -> Iterator[Action]:
         """Yield the possible actions that change the world or are asked for by a goal."""
         names = {name for names in self.states.goal.actions for name in names}
         for operator in self.states.domain.operators:
@@ -277,18 +279,23 @@ class Mender:
                 state, bindings = self.states.by_number[moment[0]], Effort(Limits().bindings)
                 yield from applicable_actions(self.states.domain, operator, state, self._objects, bindings)
 
-    def _wins(self, moment: Moment | None, rest: Plan) -> bool:
+    def _wins(self, moment: PlanMoment | None, rest: PlanSteps) -> bool:
         """Whether the rest of a plan succeeds from a moment on."""
-        return moment is not None and None not in rest and self.states.reach_goal(as_entries(rest), moment)
+        return moment is not None and None not in rest and self.states.reaches_goal(as_entries(rest), moment)
 
-    def landmarks(self, plan: Plan) -> Landmarks:
+    def landmarks(self, plan: PlanSteps) -> Landmarks:
         """Return the landmarks of plans that succeed; only landmarks that a plan may lack are looked for."""
         steps = [step for step in plan if step is not None]
         untaken = [
             names for names in self.states.goal.actions if not any(step.operator in names for step in steps)
         ]
-        taking = [frozenset([a for name in names for a in self.flips.taking(name)]) for names in untaken]
-        return Landmarks(self.flips, self.states.initial, self.states.missed(0), steps, taking)
+        taking = [
+            frozenset([a for name in names for a in self.conflict_changes.actions_of(name)])
+            for names in untaken
+        ]
+        return Landmarks(
+            self.conflict_changes, self.states.initial, self.states.missed_goals(0), steps, taking
+        )
 
 
 class _Node(NamedTuple):
@@ -307,8 +314,8 @@ class _Node(NamedTuple):
         edits: the edits that were put off because they cost more.
     """
 
-    plan: Edited
-    path: Path
+    plan: EditedPlan
+    path: PlanPath
     at: int
     lacks: int
     cost: EditCost
@@ -321,7 +328,7 @@ class _Node(NamedTuple):
     @property
     def at_least(self) -> int:
         """Minimum number of edits of all repairs that include the edits of the plan."""
-        return max(self.least, self.cost.with_steps(self.lacking))
+        return max(self.least, self.cost.min_edits_with(self.lacking))
 
 
 class _Search:
@@ -336,7 +343,7 @@ class _Search:
         least: minimum number of edits of all repairs.
     """
 
-    def __init__(self, mender: Mender, plan: Plan) -> None:
+    def __init__(self, mender: Repairer, plan: PlanSteps) -> None:
         self._states = mender.states
         self._find_edits = helping_edits(mender.states)
         self._landmarks = mender.landmarks(plan)
@@ -344,12 +351,12 @@ class _Search:
         self.effort = Effort()
         self.least = 0
         self._waiting: OpenList[_Node] = OpenList()
-        self._seen: set[tuple[Edited, bool]] = set()
+        self._seen: set[tuple[EditedPlan, bool]] = set()
         self._pushed = 0
         start = as_entries(plan)
-        self._push(_Node(start, START, 0, 0, cost(start), 0, -1, 0))
+        self._push(_Node(start, START, 0, 0, edit_cost(start), 0, -1, 0))
 
-    def run(self, limit: float, known: float = inf) -> Edited | None:
+    def run(self, limit: float, known: float = inf) -> EditedPlan | None:
         """Search best first, or continue the search; return a repair with fewest edits, or None.
 
         Args:
@@ -392,8 +399,8 @@ class _Search:
         if self._states.succeeds(node.plan, path):
             return True
         rest = [action for _, action in node.plan[len(path) - 1 :]]
-        lacks = self._states.lacks(rest, path[-1])
-        self._push(node._replace(path=path, at=-1, lacks=lacks, least=node.cost.with_steps(1)))
+        lacks = self._states.count_failures(rest, path[-1])
+        self._push(node._replace(path=path, at=-1, lacks=lacks, least=node.cost.min_edits_with(1)))
         for place in replaceable(node.plan):
             if place < len(path):
                 self._push(self._without(node._replace(path=path, lacks=lacks), place))
@@ -430,30 +437,30 @@ class _Search:
         ``lacking`` keeps the number of missing steps with each action.
         """
         self.effort.used += len(actions) // _EDITS
-        plan, at = edited(node.plan, place, actions[0])
-        costs, first, last = cost(plan), node.least if node.edits else 0, node.at_least
+        plan, at = apply_edit(node.plan, place, actions[0])
+        costs, first, last = edit_cost(plan), node.least if node.edits else 0, node.at_least
         most = 0
         for action in filter(None, actions):
-            lacked = node.open & ~self._landmarks.hits(action)
+            lacked = node.open & ~self._landmarks.hit_cuts(action)
             number = lacking.get(action)
             if number is None:
-                number = lacking[action] = self._landmarks.lacking(lacked)
-            rank = costs.with_steps(number)
-            if rank <= last and rank < costs.with_steps(1) and self._is_idle(node, place, action):
+                number = lacking[action] = self._landmarks.min_actions(lacked)
+            rank = costs.min_edits_with(number)
+            if rank <= last and rank < costs.min_edits_with(1) and self._is_idle(node, place, action):
                 rank += 1
             most = max(most, rank)
             if first <= rank <= last:
-                child = (*plan[:at], Entry(-1, action), *plan[at + 1 :])
+                child = (*plan[:at], PlanEntry(-1, action), *plan[at + 1 :])
                 self._push(self._child(node, child, at, costs, lacked))
         return most
 
     def _without(self, node: _Node, place: int) -> _Node:
         """Return the node of a plan without one of its steps."""
-        plan, at = edited(node.plan, place, None)
+        plan, at = apply_edit(node.plan, place, None)
         lacked = node.open
-        if self._landmarks.hits(node.plan[place].action):
-            lacked = self._landmarks.open([e.action for e in plan if e.action is not None])
-        return self._child(node, plan, at, cost(plan), lacked)
+        if self._landmarks.hit_cuts(node.plan[place].action):
+            lacked = self._landmarks.missed_cuts([e.action for e in plan if e.action is not None])
+        return self._child(node, plan, at, edit_cost(plan), lacked)
 
     def _informed(self, node: _Node) -> _Node:
         """Return a node with the bounds by all known landmarks, after looking for more landmarks."""
@@ -465,18 +472,18 @@ class _Search:
         steps = frozenset([entry.action for entry in node.plan if entry.action is not None])
         if node.at < 0:
             known.refine(steps, looks)
-        lacked = known.open(steps)
-        return node._replace(open=lacked, known=len(known.cuts), lacking=known.lacking(lacked))
+        lacked = known.missed_cuts(steps)
+        return node._replace(open=lacked, known=len(known.cuts), lacking=known.min_actions(lacked))
 
-    def _child(self, node: _Node, plan: Edited, at: int, costs: EditCost, lacked: int) -> _Node:
+    def _child(self, node: _Node, plan: EditedPlan, at: int, costs: EditCost, lacked: int) -> _Node:
         """Return the node of a plan that differs from the plan of a node from an entry on."""
         at = min(at, len(node.path) - 1)
-        lacking = self._landmarks.lacking(lacked)
+        lacking = self._landmarks.min_actions(lacked)
         return _Node(plan, node.path, at, node.lacks, costs, lacked, node.known, lacking)
 
     def _is_idle(self, node: _Node, place: int, action: Action) -> bool:
         """Whether an inserted step is impossible where it stands, or changes nothing there."""
         if node.cost.insertions:
             return False
-        after = self._states.step(node.path[place], action)
+        after = self._states.take_step(node.path[place], action)
         return after is None or after == node.path[place]

@@ -22,8 +22,8 @@ from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
 from eai.abilities.experiment import Experiment, StudyChoice
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.base.files import file_name
-from eai.base.grouping import grouped
+from eai.base.files import to_file_name
+from eai.base.grouping import group_pairs
 from eai.benchmarks.protocols import preset_attempts
 from eai.results.certainty import Case
 from eai.results.paper_tables import PaperTable, paper_table
@@ -97,7 +97,7 @@ def _cases(records: Sequence[Record], metric: str, attempts: int) -> list[Case]:
 
 def arms_of(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
     """The arms of some runs of one model and suite, those without feedback first; other runs are none."""
-    found = grouped(
+    found = group_pairs(
         (experiment.updated(replace(options, slip_seed=None).experiment), (options.slip_seed, records))
         for records in runs
         if (experiment := records[0].experiment) is not None
@@ -212,7 +212,7 @@ def _mended(arms: Sequence[_Arm]) -> Iterator[Row]:
     same way, and how many in another. What the resampling arm mends is chance.
     """
     for arm in arms:
-        by_kind = grouped((outcome(after(record, 1)), record) for record in arm.records(arm.attempts))
+        by_kind = group_pairs((outcome(after(record, 1)), record) for record in arm.records(arm.attempts))
         for kind in [kind for kind in AnswerOutcome if kind in by_kind and kind not in _RIGHT]:
             ended = Counter(outcome(record) for record in by_kind[kind])
             mended = [outcome(record) is AnswerOutcome.SUCCESS for record in by_kind[kind]]
@@ -357,7 +357,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
         )
     for group in groups:
         key = group[0].key
-        place = f"{key.domain}-{key.protocol.value}-{file_name(key.model)}"
+        place = f"{key.domain}-{key.protocol.value}-{to_file_name(key.model)}"
         counted = map(as_counted_in_paper, group) if chosen.published_counts else group
         arms = arms_of([run.records for run in counted])
         made, notes = _tables(arms, key)

@@ -17,7 +17,7 @@ from pydantic import Field
 
 from eai.abilities.explanation import EXECUTED
 from eai.abilities.verdict import of_all
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.features import Features
 from eai.results.certainty import Case
 from eai.results.lines import (
@@ -142,7 +142,7 @@ def _curves(suites: _Suites, share_of: _ShareOf, width: int, few: int = FEW) -> 
                 bin_of = bins_of(feature, values, width)
                 for model, found in models.items():
                     known = [(value, a) for a in found if (value := getattr(a, feature)) is not None]
-                    binned = grouped((bin_of(value), case_of(a, share_of(a))) for value, a in known)
+                    binned = group_pairs((bin_of(value), case_of(a, share_of(a))) for value, a in known)
                     yield from [(*suite, model, feature, *row) for row in _curve(binned, few)]
 
 
@@ -166,7 +166,7 @@ def _correlations(suites: _Suites, share_of: _ShareOf) -> Iterator[Row]:
 
 def _correlated(answers: Iterable[AnswerLine], share_of: _ShareOf) -> Iterator[Row]:
     """For each feature that varies its name, its correlation with the scores of tasks, and their number."""
-    tasks = grouped((each.task, each) for each in answers)
+    tasks = group_pairs((each.task, each) for each in answers)
     scores = {t: fmean(Rate(*share_of(a)).share or 0 for a in found) for t, found in tasks.items()}
     for feature in FEATURES:
         values = {task: getattr(found[0], feature) for task, found in tasks.items()}
@@ -216,7 +216,7 @@ def adjusted(answers: Sequence[AnswerLine]) -> Iterator[Row]:
 
 def _undecided(answers: Iterable[AnswerLine]) -> list[str]:
     """The models that succeed in some tasks and fail in others; the rest says nothing about tasks."""
-    outcomes = grouped((answer.agent, bool(answer.success)) for answer in answers)
+    outcomes = group_pairs((answer.agent, bool(answer.success)) for answer in answers)
     return [model for model, found in outcomes.items() if len({*found}) == 2]
 
 
@@ -246,7 +246,7 @@ def _rates(
 ) -> Iterator[Row]:
     """For each suite, model and name the share of lines that count."""
     for key, found in by_run(lines):
-        cases = grouped(
+        cases = group_pairs(
             (name, case_of(line, of_all(counts(line)))) for line in found for name in names_of(line)
         )
         for name, of_name in sorted(cases.items()):
@@ -325,7 +325,7 @@ def _draw_feature(panel: Axes, feature: str, rows: Sequence[Mapping[str, Cell]])
     panel.grid(axis="y", color=RULE, linewidth=0.6)
     panel.set_title(feature.replace("_", " "), fontsize=8.5)
     bins = sorted({(int(str(row["from"])), int(str(row["to"]))) for row in rows})
-    models = grouped((row["model"], (int(str(row["from"])), row)) for row in rows)
+    models = group_pairs((row["model"], (int(str(row["from"])), row)) for row in rows)
     first, *others = [dict(of_model) for of_model in models.values()]
     places = range(len(bins))
     for of_bin in others:

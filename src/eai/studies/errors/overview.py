@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.abilities.protocol import Ability, place_of
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results.lines import AnswerLine
 from eai.results.plots import INK, MUTED, OUTCOME_COLORS, PAGE, SOFT, draw_band, sheet
@@ -43,10 +43,10 @@ def flow_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     step that was not needed, which ends no plan.
     """
     counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
-    suites = grouped(((each.protocol, each.domain, each.ability), each) for each in counted)
+    suites = group_pairs(((each.protocol, each.domain, each.ability), each) for each in counted)
     for suite in sorted(suites, key=lambda each: (*each[:2], place_of(Ability(each[2])))):
         given = suites[suite]
-        outcomes = grouped((each.outcome, bool(each.additional_steps)) for each in given)
+        outcomes = group_pairs((each.outcome, bool(each.additional_steps)) for each in given)
         for outcome in [each.value for each in AnswerOutcome if each.value in outcomes]:
             yield (*suite, outcome, len(outcomes[outcome]), sum(outcomes[outcome]))
 
@@ -71,7 +71,7 @@ _Name = TypeVar("_Name")
 
 def draw_flows(table: Table) -> Iterator[tuple[str, Figure | None]]:
     """Draw the flow of each protocol with answers to two suites or more, by the name of its file."""
-    for protocol, rows in grouped((str(row["protocol"]), row) for row in table.by_name()).items():
+    for protocol, rows in group_pairs((str(row["protocol"]), row) for row in table.by_name()).items():
         counts, needless = Counter[tuple[_Suite, str]](), Counter[str]()
         for row in rows:
             suite, outcome = (str(row["domain"]), str(row["ability"])), str(row["outcome"])

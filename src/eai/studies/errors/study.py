@@ -14,7 +14,7 @@ from pydantic import Field
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.verdict import of_all
 from eai.base.errors import InputError
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.results.certainty import Case
 from eai.results.lines import (
     MODEL,
@@ -175,7 +175,7 @@ def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
     own; above 100 the model says too much, below too little.
     """
     for key, lines in by_run(clauses):
-        parts = grouped(
+        parts = group_pairs(
             ((line.side, category), line) for line in lines for category in line.categories.split()
         )
         for part, found in sorted(parts.items()):
@@ -185,7 +185,7 @@ def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
 
 def _written_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
     """(matched + additional) / (matched + missing), in percent."""
-    found = grouped(((line.task, line.name), line.verdict) for line in lines)
+    found = group_pairs(((line.task, line.name), line.verdict) for line in lines)
     cases = []
     for (task, name), verdicts in found.items():
         written, gold = (len(verdicts) - verdicts.count(left_out) for left_out in ("missing", "additional"))
@@ -214,7 +214,7 @@ def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) 
     The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.
     """
     for suite, given in by_suite(answers).items():
-        found = grouped((leaf_of(answer), answer) for answer in given)
+        found = group_pairs((leaf_of(answer), answer) for answer in given)
         for leaf in sorted(found, key=_order):
             yield from [
                 (*suite, *leaf, a.agent, _place(a, explorer), a.error_check, a.error_objects)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import get_args
 
 from eai.abilities.verdict import of_all
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE, AtomLine, Reason, by_run, by_suite, case_of, shares_by_kind
 from eai.results.plots import draw_matrix, draw_names, rows_of
@@ -40,7 +40,7 @@ def _by_predicate(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     protocol leaves it out.
     """
     for key, lines in by_run(atoms):
-        names = grouped((line.predicate, line) for line in lines)
+        names = group_pairs((line.predicate, line) for line in lines)
         asked = {name: sum(line.verdict != WRONG for line in found) for name, found in names.items()}
         for name, found in sorted(names.items(), key=lambda pair: (-asked[pair[0]], pair[0])):
             counts = Counter(line.verdict for line in found)
@@ -103,7 +103,7 @@ def _shared(atoms: Sequence[AtomLine]) -> Iterator[Row]:
 
 def _of_goals(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, int]]:
     """Task, goal, and how many models are right, wrong about it, and miss it."""
-    found = grouped(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)
+    found = group_pairs(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)
     for (task, goal), said in found.items():
         right, wrong, missing = (len({a for verdict, a in said if verdict == each}) for each in _VERDICTS)
         yield task, goal, right, wrong, missing

@@ -14,7 +14,7 @@ from dataclasses import replace
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.errata import NO_ERRATA
-from eai.logic.traversal import objects
+from eai.logic.traversal import object_names
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
@@ -47,7 +47,7 @@ def perceiving(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchm
                 return task
             seen = believed_task(task, words, graph)
             unseen = {thing.name for thing in seen.scene.objects if thing.category == UNSEEN}
-            goals = [each for each in seen.goals if unseen.isdisjoint(objects(each.formula))]
+            goals = [each for each in seen.goals if unseen.isdisjoint(object_names(each.formula))]
             return replace(seen, goals=tuple(goals))
 
         return TaskSet(tasks, believed, tasks.sha256)

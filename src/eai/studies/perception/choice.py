@@ -11,7 +11,7 @@ from typing_extensions import Self
 
 from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.base.errors import InputError
-from eai.base.files import file_name
+from eai.base.files import to_file_name
 from eai.studies.perception.noise import Noise, noise_of
 from eai.studies.perception.picture import Clutter
 from eai.studies.variation import Variation
@@ -161,7 +161,7 @@ class Perception(Variation):
         """A short text that tells it from other ways to show the scene."""
         if self.noise is not None:
             return f"{self.scene}-{self.noise.label}"
-        who = "" if self.scene_model is None else f"-{file_name(self.scene_model)}"
+        who = "" if self.scene_model is None else f"-{to_file_name(self.scene_model)}"
         return f"{self.scene}{who}{self._pictures}{self._context}"
 
     def of_pictures(self) -> Self:

@@ -15,7 +15,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
-from eai.base.errors import needing
+from eai.base.errors import require_extra
 from eai.studies.report.tiles import BOTH_WAYS, ONE_WAY, Owner, Tile
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def image_of(drawing: Drawing) -> Image:
     Raises:
         EaiError: as of `png`.
     """
-    with needing("plots", "pictures as PNG need"):
+    with require_extra("plots", "pictures as PNG need"):
         import matplotlib as mpl
         from PIL import Image, ImageDraw, ImageFont
     folder = Path(mpl.get_data_path()) / "fonts" / "ttf"

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from eai.base.errors import InputError
-from eai.base.files import content_of
-from eai.base.grouping import grouped
+from eai.base.files import read_content
+from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.studies.perception.drawing import Drawing, draw, image_of, png
 from eai.studies.perception.scene_graph import SceneGraph, SceneWords
@@ -114,13 +114,13 @@ def images_in(folder: Path, task_ids: Iterable[str]) -> dict[str, tuple[Image, .
     """
     known = list(task_ids)
     found = [each for each in sorted(folder.glob("*")) if each.suffix.lower() in MEDIA_TYPES]
-    files = grouped((_owner(file.stem, known), file) for file in found if file.is_file())
+    files = group_pairs((_owner(file.stem, known), file) for file in found if file.is_file())
     lacking = [task_id for task_id in known if task_id not in files]
     if lacking:
         shown = ", ".join(lacking[:3]) + (", ..." if len(lacking) > 3 else "")
         raise InputError(f"images {folder}: no picture of {len(lacking)} of {len(known)} tasks ({shown})")
     return {
-        i: tuple([Image(MEDIA_TYPES[file.suffix.lower()], content_of(file)) for file in files[i]])
+        i: tuple([Image(MEDIA_TYPES[file.suffix.lower()], read_content(file)) for file in files[i]])
         for i in known
     }
 

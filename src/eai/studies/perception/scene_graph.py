@@ -14,7 +14,7 @@ from eai.abilities.verdict import Unreadable
 from eai.planning.role import spatial_predicates
 from eai.tasks.task import Task
 from eai.tasks.wording import Wording, subjects
-from eai.world.derived import meaning
+from eai.world.derived import find_definition
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
 
@@ -226,10 +226,10 @@ def stored_form(vocabulary: Vocabulary, predicate: str) -> str | None:
 
     That is the first one in the definition which changes and is said there, not denied, of all parameters.
     """
-    if (own := vocabulary.stored(predicate)) is not None:
+    if (own := vocabulary.find_stored(predicate)) is not None:
         return None if own.static else predicate
     derived = vocabulary.derived_by_name.get(predicate)
-    defined = None if derived is None else meaning(derived)
+    defined = None if derived is None else find_definition(derived)
     if defined is None:
         return None
     for atom in _asserted(defined.definition):

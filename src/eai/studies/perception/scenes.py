@@ -10,7 +10,7 @@ from typing import Any
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment, named_choice
 from eai.abilities.protocol import SCENE_GRAPH
-from eai.base.entry_points import offered
+from eai.base.entry_points import load_offer
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
@@ -156,7 +156,7 @@ def _said(scene: Showing, task: Task, benchmark: Benchmark, templates: Templates
 
 
 def _rendered(scene: Showing) -> Any:
-    return offered("rendered_pictures", f"perception.scene {scene}")
+    return load_offer("rendered_pictures", f"perception.scene {scene}")
 
 
 def _pictures(

@@ -15,8 +15,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.base.errors import InputError
-from eai.base.files import file_name
-from eai.base.grouping import grouped
+from eai.base.files import to_file_name
+from eai.base.grouping import group_pairs
 from eai.results.certainty import Case, Cases
 from eai.results.codec import read_summary
 from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, sheet
@@ -277,7 +277,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     groups = [
         (label, group)
         for runs in by_place(records.runs()).values()
-        for label, group in grouped((_besides(run.key), run) for run in runs).items()
+        for label, group in group_pairs((_besides(run.key), run) for run in runs).items()
         if any(STUDY in record.summaries for run in group for record in run.records)
     ]
     if not groups:
@@ -286,7 +286,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
         key = group[0].key
         metric = metric_of(key.ability, chosen.metric)
         tables = perception_tables([run.records for run in group], metric)
-        folder = f"{key.suite.file_name}-{file_name(label)}" if len(groups) > 1 else ""
+        folder = f"{key.suite.file_name}-{to_file_name(label)}" if len(groups) > 1 else ""
         yield Analysis(tables, _figures(tables[0], metric, key._replace(model=label)), folder=folder)
 
 

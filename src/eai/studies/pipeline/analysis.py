@@ -19,8 +19,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import of_all
 from eai.base.errors import InputError
-from eai.base.files import file_name
-from eai.base.grouping import grouped
+from eai.base.files import to_file_name
+from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import believing, open_planned_book
 from eai.benchmarks.registry import find_benchmark
@@ -214,7 +214,7 @@ class _Pair:
         least one, and how many of these each run solves.
         """
         names = {record.task_id: name_of(record) for record in self._shared(self.pipeline)}
-        asked = grouped(
+        asked = group_pairs(
             (condition, Case(task, name, of_all(missed)))
             for task, name in names.items()
             for condition, missed in self.asked.get(task, ())
@@ -315,14 +315,14 @@ def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[A
     found = [_opened(*pair, records.source, goals, search=search) for pair in pairs]
     if not found and not chains:
         raise InputError("expected a pipeline beside a plain run of its model, domain, ability and protocol")
-    for (suite, chain), pipelines in grouped(((each.suite, each.chain), each) for each in found).items():
+    for (suite, chain), pipelines in group_pairs(((each.suite, each.chain), each) for each in found).items():
         for each in pipelines:
             record = each.pipeline[0]
             label = "" if record.experiment is None else record.experiment.label
-            folder = f"{suite.file_name}/{file_name(record.model)}/{label}" if len(found) > 1 else ""
+            folder = f"{suite.file_name}/{to_file_name(record.model)}/{label}" if len(found) > 1 else ""
             yield _analysis(each, f"{record.model}, {label}", folder)
         if len(pipelines) > 1:
-            folder = f"{suite.file_name}/{file_name(chain)}" if chain != _GOALS else suite.file_name
+            folder = f"{suite.file_name}/{to_file_name(chain)}" if chain != _GOALS else suite.file_name
             yield _analysis(pooled(pipelines), f"{len(pipelines)} pipelines", folder)
 
 

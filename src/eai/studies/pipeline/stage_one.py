@@ -18,8 +18,8 @@ from eai.abilities.notation.goal_lexicon import read_stated
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import ALL, Confusion, Unreadable
 from eai.base.errors import InputError
-from eai.base.files import file_name, files_below
-from eai.base.grouping import grouped
+from eai.base.files import files_below, to_file_name
+from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -145,8 +145,8 @@ def read_interpretations(
     found = list(_in_records(records, benchmark))
     if not found and not are_records:
         found = list(_in_responses(path, benchmark, source))
-    by_model, wanted = grouped(found), f"{benchmark.name} {Ability.GOAL_INTERPRETATION.value}"
-    chosen = next(iter(by_model)) if len(by_model) == 1 else file_name(model) if model else ""
+    by_model, wanted = group_pairs(found), f"{benchmark.name} {Ability.GOAL_INTERPRETATION.value}"
+    chosen = next(iter(by_model)) if len(by_model) == 1 else to_file_name(model) if model else ""
     if chosen not in by_model:
         names = ", ".join(sorted(by_model)) or "none"
         raise InputError(f"{path}: expected answers to {wanted} of one model, found {names}")
@@ -216,7 +216,7 @@ def chained(stage: Stage, endpoint: Endpoint, suite: Suite) -> Believed:
         wanted = {i: prompts[i] for i in asked.task_ids if i in stage.wanted[suite.domain]}
         answers = stage.answers(endpoint, wanted, asked, first=stage.before)
         goals = None if stage.before is None else stage.before.believed(endpoint, suite)
-        stage.known[key] = with_subgoals(goals, (file_name(endpoint.model), answers), asked)
+        stage.known[key] = with_subgoals(goals, (to_file_name(endpoint.model), answers), asked)
     return stage.known[key]
 
 
@@ -275,4 +275,4 @@ def _own(stage: Stage, endpoint: Endpoint, suite: Suite) -> Interpretations:
     prompts = stage.library.open(suite.benchmark, Ability.GOAL_INTERPRETATION)
     wanted = [task_id for task_id in first.task_ids if task_id in stage.wanted[suite.domain]]
     asked = {task_id: prompts[task_id] for task_id in wanted}
-    return file_name(endpoint.model), stage.answers(endpoint, asked, first, first=stage.before)
+    return to_file_name(endpoint.model), stage.answers(endpoint, asked, first, first=stage.before)

@@ -16,8 +16,8 @@ from itertools import combinations, product
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.errors import InputError
-from eai.base.files import file_name
-from eai.base.grouping import grouped
+from eai.base.files import to_file_name
+from eai.base.grouping import group_pairs
 from eai.results.certainty import Cases
 from eai.results.comparison import compare
 from eai.results.plots import clipped, draw_matrix, entitle, value_of
@@ -82,7 +82,7 @@ def kendall_w(ratings: Sequence[Sequence[float]]) -> float | None:
 
 def average_ranks(rating: Sequence[float]) -> list[float]:
     """The rank of each thing from 1, the lowest first; equal ones share the mean of theirs."""
-    places = grouped((value, rank) for rank, value in enumerate(sorted(rating), 1))
+    places = group_pairs((value, rank) for rank, value in enumerate(sorted(rating), 1))
     return [sum(places[value]) / len(places[value]) for value in rating]
 
 
@@ -247,7 +247,7 @@ def _drawn(matrix: _Matrix, draws: int) -> Iterator[dict[str, list[float]]]:
     """The columns of the matrix for names drawn with replacement, the same ones for all runs."""
     sums: dict[tuple[str, str], dict[str, Rate]] = {}
     for place in matrix.records:
-        of_names = grouped((case.name, case.share) for case in matrix.cases(*place))
+        of_names = group_pairs((case.name, case.share) for case in matrix.cases(*place))
         sums[place] = {name: rate_of(shares) for name, shares in of_names.items()}
     names = list(next(iter(sums.values())))
     generator = random.Random(SEED)  # noqa: S311 - statistics, not secrets
@@ -333,7 +333,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
         yield Analysis(
             tables,
             _figures(tables[0], metric, suite),
-            folder=file_name(suite),
+            folder=to_file_name(suite),
             facts={
                 "suite": suite,
                 "prompts": list(dict.fromkeys(name for name, _ in named)),
@@ -354,7 +354,7 @@ def _figures(cells: Table, metric: str, suite: str) -> Figures:
         figure = draw_matrix(ordered, ("prompt",), "value", label, across="answered_by", zeros=True)
         if figure is not None:
             entitle(figure, f"{suite.replace('-', ', ')}: best prompts of {clipped(model)} first")
-        yield f"prompts-by-{file_name(model)}", figure
+        yield f"prompts-by-{to_file_name(model)}", figure
 
 
 def ordered_by(cells: Table, model: str) -> list[dict[str, Cell]]:

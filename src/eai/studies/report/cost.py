@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
 from eai.abilities.protocol import Ability
-from eai.base.files import file_name
+from eai.base.files import to_file_name
 from eai.results.certainty import Cases, interval_of_ratio
 from eai.results.cost import PriceList, Spent, each, paper_cost
 from eai.results.markdown import escaped, grid, table_markdown
@@ -106,12 +106,12 @@ def cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None
 
 def _spent_by(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_Place, Spent]:
     """The cost of each run, under whichever protocol comes first, and of all if there are several."""
-    known = {} if prices is None else {file_name(name): price for name, price in prices.models.items()}
+    known = {} if prices is None else {to_file_name(name): price for name, price in prices.models.items()}
     found: dict[_Place, Spent] = {}
     for item in runs:
         if item.spent.answers:
             place = item.key.name, item.key.domain, item.key.ability
-            found.setdefault(place, item.spent.priced(known.get(file_name(item.key.model))))
+            found.setdefault(place, item.spent.priced(known.get(to_file_name(item.key.model))))
     together = {("together", "", None): sum(found.values(), Spent())}
     return found | together if len(found) > 1 else found
 

@@ -14,7 +14,7 @@ from typing import TypeAlias, runtime_checkable
 from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
-from eai.base.files import file_name
+from eai.base.files import to_file_name
 from eai.benchmarks.registry import registered
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import sha256_of
@@ -88,7 +88,7 @@ def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
 
 def film_name(record: Record) -> str:
     """The name of the file with the film of an answer in a folder of films, the same for equal answers."""
-    return f"{file_name(record.task_id)}-{sha256_of(record.response)[:12]}.gif"
+    return f"{to_file_name(record.task_id)}-{sha256_of(record.response)[:12]}.gif"
 
 
 def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) -> list[State] | None:

@@ -10,7 +10,7 @@ from itertools import groupby
 from operator import itemgetter
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results.certainty import Cases, Interval, mean_over_names
 from eai.results.markdown import escaped, grid, table_markdown
@@ -47,7 +47,7 @@ def agreements(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
         and item.key.model in paper_models()
         and item.coverage.ranked
     ]
-    found = grouped(
+    found = group_pairs(
         ((table.title, suite_title(item.key.domain, item.key.ability)), pair)
         for table in map(paper_table, setting.full_tables)
         for item in ours
@@ -173,7 +173,7 @@ def _section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: str) ->
 
 def _repeated(runs: Sequence[RunSummary]) -> Iterator[str]:
     """The runs of which there are several epochs: whether one answer to a task is right, or all are."""
-    groups = grouped(pair for item in runs for pair in _epoch(item))
+    groups = group_pairs(pair for item in runs for pair in _epoch(item))
     if not groups:
         return
     table = passes_table(
@@ -221,7 +221,7 @@ def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
     """The section on success by length of the data set's own plan, and on goals by what they speak of."""
-    for suite, items in grouped((_run_suite(item), item) for item in runs).items():
+    for suite, items in group_pairs((_run_suite(item), item) for item in runs).items():
         if items[0].breakdown.flow is not None:
             names = [escaped(item.key.name) for item in items]
             rows = [

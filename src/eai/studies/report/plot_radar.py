@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability, place_of
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results.plots import INK, LINES, MUTED, PAGE, RULE, SOFT, clipped, sheet
 from eai.studies.report.run_summary import RunSummary, plain_runs
@@ -60,7 +60,7 @@ def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
 
 
 def _by_domain(runs: Sequence[RunSummary]) -> dict[str, list[RunSummary]]:
-    return grouped((item.key.domain, item) for item in plain_runs(runs))
+    return group_pairs((item.key.domain, item) for item in plain_runs(runs))
 
 
 def _models_of(runs: Sequence[RunSummary]) -> dict[str, _Results]:
@@ -80,7 +80,7 @@ def _axes_of(models: Mapping[str, _Results]) -> list[_Axis]:
 
 def _ranked(worlds: Mapping[str, Mapping[str, _Results]]) -> list[str]:
     """The models of all worlds, those with the highest mean of percentages first."""
-    percents = grouped(
+    percents = group_pairs(
         (model, item.rates[metric].percent or 0.0)
         for models in worlds.values()
         for model, results in models.items()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
 from eai.abilities.protocol import Ability, Protocol
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped, sheet
 from eai.studies.report.rankings import RankedModel, Ranking
@@ -92,7 +92,7 @@ def _lines(
     shown: Sequence[tuple[Ranking, RankedModel]], names: Sequence[str], groups: Sequence[str]
 ) -> _Lines:
     """The columns of the tables of some names as lines, below the abilities that they are of."""
-    return grouped(
+    return group_pairs(
         ((ability_title(column.ability) if column.ability else column.group, column), (table, row))
         for name in names
         for table, row in shown

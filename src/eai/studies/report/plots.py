@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.abilities.protocol import Ability
-from eai.base.files import file_name, write_whole
-from eai.base.grouping import grouped
+from eai.base.files import to_file_name, write_whole
+from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results import plots
 from eai.results.batch import Progressed
@@ -108,22 +108,22 @@ def add_plots(
 
 def _pages(tables: Sequence[Ranking]) -> Iterator[_Plot]:
     for model, protocol in plot_summary.models_of(tables):
-        name = file_name(f"summary-{model}-{protocol.value}")
+        name = to_file_name(f"summary-{model}-{protocol.value}")
         caption = f"{escaped(model)} on one page, protocol {protocol.value}"
         yield name, caption, partial(plot_summary.draw, tables, model, protocol)
 
 
 def _figures(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
-    for protocol, of_protocol in grouped((item.key.protocol, item) for item in runs).items():
+    for protocol, of_protocol in group_pairs((item.key.protocol, item) for item in runs).items():
         title = f"Main results of all abilities, protocol {protocol.value}"
         drawn = partial(_entitled, f"{title}, percent", draw_radar, of_protocol)
-        yield f"radar-{file_name(protocol.value)}", title, drawn
-    for (protocol, domain), group in grouped((item.key[:2], item) for item in runs).items():
+        yield f"radar-{to_file_name(protocol.value)}", title, drawn
+    for (protocol, domain), group in group_pairs((item.key[:2], item) for item in runs).items():
         place = f"{title_of(domain)}, protocol {protocol.value}"
-        name = file_name(f"{domain}-{protocol.value}")
+        name = to_file_name(f"{domain}-{protocol.value}")
         drawn = partial(_entitled, place, draw_outcomes, group)
         yield f"outcomes-{name}", f"Outcomes of answers: {place}", drawn
-        for ability, of_ability in grouped((item.key.ability, item) for item in group).items():
+        for ability, of_ability in group_pairs((item.key.ability, item) for item in group).items():
             title = f"{title_of(domain)} {ability_title(ability).lower()}, {protocol.value}"
             for kind, caption, draw in _OF_ABILITY:
                 caption = f"{caption}: {ability_title(ability).lower()}, {place}"
@@ -173,7 +173,7 @@ def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
 
 
 def _binned(table: Mapping[int, Cases], bin_of: Callable[[int], int]) -> dict[int, list[Case]]:
-    return grouped((bin_of(number), case) for number, cases in table.items() for case in cases)
+    return group_pairs((bin_of(number), case) for number, cases in table.items() for case in cases)
 
 
 def _draw_panel(

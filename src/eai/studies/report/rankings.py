@@ -20,7 +20,7 @@ from typing import Literal, TypeAlias, get_args
 from eai.abilities.declaration import MetricColumn
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results import paper_tables
 from eai.results.certainty import Cases, Certainty, certainty_of_mean
@@ -300,7 +300,7 @@ def run_rows(
 def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
     """All numbers of the runs of one protocol and domain by their names, with the average over abilities."""
     found: dict[str, Cells] = {}
-    for name, items in grouped((item.key.name, item) for item in runs).items():
+    for name, items in group_pairs((item.key.name, item) for item in runs).items():
         cells: dict[tuple[Ability | None, str], Score] = {
             (item.key.ability, metric): _score(rate.percent, item.certainties[metric], item.coverage, rate)
             for item in items
@@ -420,7 +420,7 @@ def rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranking]:
     """
     return [
         table
-        for group in grouped((item.key[:2], item) for item in runs).values()
+        for group in group_pairs((item.key[:2], item) for item in runs).values()
         for known in [cells_by_model(group)]
         for spec in tables_of(item.key.ability for item in group)
         if (table := make_ranking(spec, group, known, with_paper=with_paper))
@@ -488,7 +488,7 @@ def experiments(runs: Sequence[RunSummary]) -> list[Ranking]:
     Args:
         runs: the runs, plain ones too, sorted by the order of their keys.
     """
-    suites = grouped((item.key[:3], item) for item in runs).values()
+    suites = group_pairs((item.key[:3], item) for item in runs).values()
     return [table for group in suites if (table := _experiments_of(group)) is not None]
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
 
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
@@ -79,7 +79,7 @@ def _placed(
 ) -> dict[str, NamedFact]:
     """For each object in another one, or in a hand, the fact that says so: of several the innermost."""
     names = {words.spelling(name) for name in words.supports}
-    below = grouped((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
+    below = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
     depths = {name: _depth(name, below, frozenset()) for name in graph.names}
     circles = Supports(frozenset(names))
     placed: dict[str, NamedFact] = {}

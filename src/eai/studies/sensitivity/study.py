@@ -22,7 +22,7 @@ from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import of_all
 from eai.base.errors import InputError
-from eai.base.grouping import grouped
+from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.certainty import Case
@@ -127,7 +127,7 @@ def sensitivity_tables(trials: Sequence[Trial]) -> list[Table]:
 
 def cells_of(trials: Iterable[Trial]) -> dict[tuple[str, str], list[Case]]:
     """The cases that trials add to success, by operator and category, `OVERALL` first."""
-    return grouped(
+    return group_pairs(
         ((trial.operator, category), case_of(trial, of_all(trial.outcome == _SOLVED)))
         for trial in trials
         for category in (OVERALL, *trial.categories.split())
@@ -200,7 +200,7 @@ def _errors_table(trials: Sequence[Trial]) -> Iterator[Row]:
     failures come first.
     """
     for key, found, order in _by_model([trial for trial in trials if trial.outcome != NOT_WRITTEN]):
-        of_operators = grouped((trial.operator, trial) for trial in found)
+        of_operators = group_pairs((trial.operator, trial) for trial in found)
         of_key = [(name, *row) for name in order for row in _of_errors(of_operators.get(name, ()))]
         yield from [(*key, *row) for row in sorted(of_key, key=lambda row: -counted_of(row[-2]))]
 

@@ -22,7 +22,7 @@ from eai.tasks.prompts.prompt import Belief, Prompt
 from eai.tasks.prompts.template import Templates
 from eai.tasks.task import GoalKind, Task
 from eai.tasks.wording import Wording
-from eai.world.vocabulary import parameters
+from eai.world.vocabulary import parameter_names
 
 MOST_TYPES = 300
 """How many types a domain may have for all of it to be shown; of more, what matters for a task."""
@@ -166,7 +166,7 @@ def samples(wording: Wording) -> Mapping[str, str]:
     """Examples for formats of answers: predicates and actions of the domain, with their parameters."""
     arity = wording.domain.vocabulary.arity
     names = {name: wording.written_as.get(name, name) for name in wording.predicates}
-    said = [(written, *parameters(arity(name) or 0)) for name, written in names.items()]
+    said = [(written, *parameter_names(arity(name) or 0)) for name, written in names.items()]
     said = said or [("predicate", "x")]
     state = min(said, key=lambda each: abs(len(each) - 2))
     relation = min(said, key=lambda each: (len(each) < 3, len(each)))

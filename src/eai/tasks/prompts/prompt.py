@@ -21,7 +21,7 @@ from pydantic import TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
 from eai.base.errors import InputError
-from eai.base.files import content_of
+from eai.base.files import read_content
 from eai.tasks.options import misfit
 from eai.tasks.task import Task
 
@@ -110,7 +110,7 @@ class _System(TypedDict):
 def _read(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shape:
     """The content of a JSON file of a shape."""
     try:
-        return adapter.validate_json(content_of(path))
+        return adapter.validate_json(read_content(path))
     except ValidationError as error:
         raise InputError(f"{path}: expected {shape} ({misfit(error, whole='the file')})") from error
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from string import Template
 
 from eai.base.errors import InputError
-from eai.base.files import content_of, files_below
+from eai.base.files import files_below, read_content
 
 _FOLDER = Path(__file__).parent / "templates"
 _VARIANTS = "variants"
@@ -64,7 +64,7 @@ class Templates:
         if file is None or not file.exists():
             return None
         try:
-            return content_of(file).decode().replace("\r\n", "\n").removesuffix("\n")
+            return read_content(file).decode().replace("\r\n", "\n").removesuffix("\n")
         except UnicodeDecodeError as error:
             raise InputError(f"{file}: cannot be read ({error})") from error
 
