@@ -36,7 +36,7 @@ def test_the_installed_entry_points_are_those_of_the_source_tree(group: str) -> 
 
 def test_the_entry_points_of_all_distributions_are_those_of_the_standard_library() -> None:
     points = [point for group in entry_points().groups for point in entry_points().select(group=group)]
-    read = module._installed(tuple(sys.path))
+    read = module._read_all(tuple(sys.path))
     assert {(point.group, point.name, point.value) for point in points} == {
         (point.group, point.name, point.value) for point in read
     }
@@ -66,7 +66,7 @@ def test_points_of_others_follow_by_name_and_points_without_a_module_are_left_ou
         EntryPoint("last", "eai.base.errors:InputError", GROUP),
         EntryPoint("added", "theirs.rules:MORE", GROUP),
     ]
-    monkeypatch.setattr(module, "_installed", lambda path: EntryPoints(points))
+    monkeypatch.setattr(module, "_read_all", lambda path: EntryPoints(points))
     assert list(module.get_entry_points(GROUP, ("last", "none"))) == ["last", "added", "theirs"]
     assert module.get_entry_point_names(GROUP) == ["absent", "added", "last", "theirs"]
     assert [*Ability.known()] == ["absent", "added", "last", "theirs"]

@@ -147,7 +147,7 @@ def test_a_run_is_alone_in_its_folder_on_a_file_system_without_locks(tmp_path: P
     held = tmp_path / "run" / f"{LOCK_FILE}.held"
     with lock_run_folder(tmp_path / "run"):
         assert held.is_file()
-        message = f"another process is running there; .*; if no process is, delete {held}"
+        message = f"another process is running there; .*; if no process is running there, delete {held}"
         with pytest.raises(InputError, match=message), lock_run_folder(tmp_path / "run"):
             pass
     assert not held.exists()

@@ -31,7 +31,7 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.ltl import parse, read_formula
-from eai.logic.semantics import _Breach, explain, find_violation, holds, support
+from eai.logic.semantics import _Violation, explain, find_violation, holds, support
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts, Naive
@@ -320,15 +320,15 @@ def test_a_part_about_time_is_completed_as_early_as_possible() -> None:
 @pytest.mark.parametrize(
     ("formula", "expected"),
     [
-        (And((Eventually(P), R)), _Breach(R, None)),
-        (And((Eventually(R), Always(P))), _Breach(Eventually(R), None)),
-        (And((Eventually(Q), Always(P))), _Breach(P, 2)),
-        (And((Next(Q), R)), _Breach(Next(Q), None)),
-        (Always(Or((P, Q))), _Breach(Or((P, Q)), 3)),
-        (Until(P, R), _Breach(P, 2)),
-        (Until(Not(R), R), _Breach(R, None)),
-        (And((And((P, Q)), Eventually(P))), _Breach(And((P, Q)), None)),
+        (And((Eventually(P), R)), _Violation(R, None)),
+        (And((Eventually(R), Always(P))), _Violation(Eventually(R), None)),
+        (And((Eventually(Q), Always(P))), _Violation(P, 2)),
+        (And((Next(Q), R)), _Violation(Next(Q), None)),
+        (Always(Or((P, Q))), _Violation(Or((P, Q)), 3)),
+        (Until(P, R), _Violation(P, 2)),
+        (Until(Not(R), R), _Violation(R, None)),
+        (And((And((P, Q)), Eventually(P))), _Violation(And((P, Q)), None)),
     ],
 )
-def test_what_is_violated_and_where(formula: Formula, expected: _Breach) -> None:
+def test_what_is_violated_and_where(formula: Formula, expected: _Violation) -> None:
     assert find_violation(formula, trace("p", "GRAB", "p", "GRAB", "q", "GRAB", "")) == expected

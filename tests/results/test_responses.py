@@ -126,7 +126,7 @@ def test_names_become_names_of_files_in_their_folder(name: str, file: str) -> No
 
 @pytest.mark.parametrize("name", ["", ".", ".."])
 def test_dots_alone_name_no_file(name: str) -> None:
-    with pytest.raises(InputError, match="expected a name that files can be named after"):
+    with pytest.raises(InputError, match="no file can be named after"):
         to_file_name(name)
 
 

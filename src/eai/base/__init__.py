@@ -1,1 +1,1 @@
-"""Errors, files, the data store, archives, and entry points: nothing here knows of tasks."""
+"""Errors, files, the data store, archives, and entry points. Nothing here depends on tasks."""

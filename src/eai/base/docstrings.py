@@ -1,4 +1,4 @@
-"""Docstrings as data: the meanings that they tell of options and of members of files, without pydantic."""
+"""Descriptions of options and fields, read from docstrings without pydantic."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ _MEANING = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
 
 
 def read_meanings(docstring: str | None, heading: str) -> dict[str, str]:
-    """The meanings that a section of a docstring tells, by name; a long one goes on in indented lines."""
+    """Return the descriptions in a section of a docstring, such as ``Attributes``, by name.
+
+    The further lines of a description are indented. Line breaks become spaces.
+    """
     _, _, section = cleandoc(docstring or "").partition(f"\n\n{heading}:\n")
-    found = _MEANING.findall(section.partition("\n\n")[0])
-    return {name: " ".join(meaning.split()) for name, meaning in found}
+    entries = _MEANING.findall(section.partition("\n\n")[0])
+    return {name: " ".join(meaning.split()) for name, meaning in entries}

@@ -1,6 +1,6 @@
 """Entry points: objects that this package and others register by name. They are imported on request.
 
-Their files are read here, since `importlib.metadata` would add a tenth to the time of `eai --help`.
+The entry-point files are parsed here: `importlib.metadata` would add a tenth to the time of `eai --help`.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from eai.base.errors import InputError
 
 _OURS = "eai."
 _PACKAGE = Path(__file__).parents[1]
-_CORE = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.studies")
-"""Groups of which the metadata of this package always have entry points."""
+_CORE_GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.studies")
+"""Groups that always have entry points in the metadata of this package."""
 
 
 class EntryPoint(NamedTuple):
-    """An object of a module, by the name under which it is registered in a group."""
+    """An object of a module, and the name under which it is registered in a group."""
 
     name: str
     value: str
@@ -43,7 +43,7 @@ class EntryPoint(NamedTuple):
 
 
 def get_entry_points(group: str, first: Sequence[str] = ()) -> Mapping[str, EntryPoint]:
-    """Return the entry points of a group by name. A point of this package whose module is absent is left out.
+    """Return the entry points of a group by name, without those of absent modules of this package.
 
     Args:
         group: the group.
@@ -52,23 +52,21 @@ def get_entry_points(group: str, first: Sequence[str] = ()) -> Mapping[str, Entr
     Raises:
         InputError: the metadata of this package are not installed.
     """
-    declared = _declared(group)
+    points = _read_group(group)
     return {
-        name: declared[name]
-        for name in get_entry_point_names(group, first)
-        if has_module(declared[name].module)
+        name: points[name] for name in get_entry_point_names(group, first) if has_module(points[name].module)
     }
 
 
 def load_offer(name: str, needed_by: str) -> Any:
-    """Import an object that an extension offers to folders which do not know the extension.
+    """Import an object that an extension offers to the core packages.
 
     Args:
-        name: the name of its entry point in the group ``eai.offers``.
-        needed_by: the option or the value that the user gave; a message begins with it.
+        name: name of the entry point in the group ``eai.offers``.
+        needed_by: the option or value of the user that needs the object; the message begins with it.
 
     Raises:
-        InputError: no installed extension offers it.
+        InputError: no installed extension offers the object.
     """
     points = get_entry_points("eai.offers")
     if name not in points:
@@ -77,19 +75,19 @@ def load_offer(name: str, needed_by: str) -> Any:
 
 
 def get_entry_point_names(group: str, first: Sequence[str] = ()) -> list[str]:
-    """Return the names of the entry points of a group, also those whose module is absent.
+    """Return the names of the entry points of a group, also of those whose module is absent.
 
     Args:
         group: the group.
         first: names that come first, in this order. The others follow by name.
     """
-    declared = _declared(group)
-    return [name for name in dict.fromkeys((*first, *sorted(declared))) if name in declared]
+    points = _read_group(group)
+    return [name for name in dict.fromkeys((*first, *sorted(points))) if name in points]
 
 
-def _declared(group: str) -> Mapping[str, EntryPoint]:
-    points = {point.name: point for point in _installed(tuple(sys.path)) if point.group == group}
-    if group in _CORE and not points:
+def _read_group(group: str) -> Mapping[str, EntryPoint]:
+    points = {point.name: point for point in _read_all(tuple(sys.path)) if point.group == group}
+    if group in _CORE_GROUPS and not points:
         raise InputError(
             f"no entry points of {group}: eai is not installed, or was installed before they changed: "
             "run `pip install -e .` in its source tree"
@@ -98,8 +96,11 @@ def _declared(group: str) -> Mapping[str, EntryPoint]:
 
 
 @cache
-def _installed(path: tuple[str, ...]) -> Sequence[EntryPoint]:
-    """Return the entry points of all distributions on `sys.path`, those of its first folder last."""
+def _read_all(path: tuple[str, ...]) -> Sequence[EntryPoint]:
+    """Read the entry points of all distributions on `sys.path`.
+
+    The first folder comes last, so that it wins.
+    """
     files = [file for folder in reversed(path) for file in Path(folder).glob("*.*-info/entry_points.txt")]
     return [point for file in files for point in _read(file)]
 
@@ -115,11 +116,11 @@ def _read(file: Path) -> Iterator[EntryPoint]:
 
 
 def has_module(module: str) -> bool:
-    """Whether a module of this package exists. A module of another distribution is taken to exist.
+    """Whether a module of this package exists. A module of another distribution is assumed to exist.
 
-    That module is not looked for, since this would import its package.
+    The other module is not searched for, since this would import its package.
     """
     if not module.startswith(_OURS):
         return True
-    place = module.removeprefix(_OURS).replace(".", "/")
-    return (_PACKAGE / f"{place}.py").is_file()
+    path = module.removeprefix(_OURS).replace(".", "/")
+    return (_PACKAGE / f"{path}.py").is_file()

@@ -1,11 +1,11 @@
-"""The exceptions of the package. An expected failure of an answer is a value, never one of these.
+"""The exceptions of the package. A wrong answer of a model is a value and never raises one of them.
 
 EaiError
-├── InputError     a file, an argument or a declaration that the user can mend: place, expectation
+├── InputError     a wrong file, argument or declaration: the message names the place and what was expected
 │   ├── ParseError a text that does not parse: line, column, what was expected
-│   └── DomainError a domain's declaration contradicts itself: names the declaration
-├── DataError      the data set is missing, damaged or cannot be obtained: says what to do
-└── InterruptError the user ended it: says how to go on
+│   └── DomainError a domain's declaration contradicts itself: the message names the declaration
+├── DataError      the data set is missing, damaged or cannot be obtained: the message says what to do
+└── InterruptError the user ended the command: the message says how to continue
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ T = TypeVar("T")
 
 
 class EaiError(Exception):
-    """Root of the tree; its text is one line that a user can act on."""
+    """Root of the exceptions of the package. Its message is one line that tells the user what to do."""
 
 
 class InputError(EaiError):
-    """Input that cannot be used; the message names the file, the place and what was expected."""
+    """Input that cannot be used. The message names the file, the place in it and what was expected."""
 
 
 class ParseError(InputError):
     """A text that does not parse.
 
     Args:
-        line: the offending line, counted from 1.
-        column: the offending column, counted from 1.
-        expected: what could have stood there, in words.
+        line: line of the error, counted from 1.
+        column: column of the error, counted from 1.
+        expected: description of the text that the grammar allows there.
     """
 
     def __init__(self, line: int, column: int, expected: str) -> None:
@@ -54,24 +54,24 @@ class DataError(EaiError):
 
 
 class InterruptError(EaiError):
-    """The user ended it; the message says how to go on."""
+    """The user ended the command. The message says how to continue."""
 
 
 def install_command(extra: str) -> str:
-    """The command that installs what an extra of the package consists of."""
+    """Return the shell command that installs the packages of an extra, such as ``tui``."""
     return f"pip install 'eai-bench[{extra}]'"
 
 
 @contextmanager
 def require_extra(extra: str, message_start: str) -> Iterator[None]:
-    """Within it, what an extra of the package consists of is imported.
+    """Report a package of an extra that is not installed, if the block cannot import it.
 
     Args:
-        extra: the extra.
-        message_start: the beginning of the message: what needs the package, with the verb.
+        extra: the extra, such as ``tui``.
+        message_start: beginning of the message, which ends in a verb: ``eai play needs``.
 
     Raises:
-        EaiError: a part of it is not installed.
+        EaiError: a package of the extra is not installed; the message says how to install it.
     """
     try:
         yield
@@ -82,7 +82,7 @@ def require_extra(extra: str, message_start: str) -> Iterator[None]:
 
 @contextmanager
 def prefix_errors(location: object, kind: type[InputError] = InputError) -> Iterator[None]:
-    """Within it, the message of an error of a kind begins with the place of what is wrong."""
+    """Put a location in front of the messages of errors of one kind that the block raises."""
     try:
         yield
     except kind as error:
@@ -90,7 +90,7 @@ def prefix_errors(location: object, kind: type[InputError] = InputError) -> Iter
 
 
 def read_all(items: Iterable[S], read: Callable[[S], T]) -> list[T]:
-    """Return what a function reads from each item.
+    """Apply a reading function to each item, and return the values.
 
     Raises:
         InputError: an item cannot be read; the message has a line for each such item.
@@ -109,10 +109,10 @@ def read_all(items: Iterable[S], read: Callable[[S], T]) -> list[T]:
     return values
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """The end of a message on an unknown name: the known one that is nearest, or nothing if none is near."""
-    near = get_close_matches(word, list(known), 1)
-    return f"; did you mean {near[0]}?" if near and near[0] != word else ""
+def did_you_mean(word: str, names: Iterable[str]) -> str:
+    """Return "; did you mean NAME?" for the known name closest to a word, or "" if none is close."""
+    matches = get_close_matches(word, list(names), 1)
+    return f"; did you mean {matches[0]}?" if matches and matches[0] != word else ""
 
 
 def find_member(kind: type[E], name: E | str, noun: str) -> E:
@@ -129,9 +129,15 @@ def find_member(kind: type[E], name: E | str, noun: str) -> E:
     try:
         return kind(name)
     except ValueError as error:
-        raise unknown_name_error(str(name), noun, [each.value for each in kind]) from error
+        raise unknown_name_error(str(name), noun, [item.value for item in kind]) from error
 
 
-def unknown_name_error(name: str, noun: str, known: Iterable[str]) -> InputError:
-    """Return the error for an unknown name. It lists the known names; ``noun`` says what they name."""
-    return InputError(f"{name!r} is no {noun}: expected one of {', '.join(known)}{did_you_mean(name, known)}")
+def unknown_name_error(name: str, noun: str, names: Iterable[str]) -> InputError:
+    """Return the error for an unknown name; its message lists the known names.
+
+    Args:
+        name: the unknown name.
+        noun: noun for the named objects, for the message.
+        names: the known names.
+    """
+    return InputError(f"{name!r} is no {noun}: expected one of {', '.join(names)}{did_you_mean(name, names)}")

@@ -1,4 +1,4 @@
-"""Files of users: find them, read them line by line, write them as a whole; make their names safe to show."""
+"""Users' files: find files, read them line by line, write them as a whole; make names and texts safe."""
 
 from __future__ import annotations
 
@@ -25,31 +25,31 @@ else:
 if TYPE_CHECKING:
     from filelock import BaseFileLock
 
-_HELD = ".held"
-"""End of the name of a file whose presence is a lock, on file systems without locks."""
+_LOCK_SUFFIX = ".held"
+"""Suffix of a lock file whose existence is the lock, on file systems that cannot lock files."""
 
 MAX_UNPACKED = 32_000_000
-"""Number of bytes to which a compressed file of answers may unpack, whatever its size."""
+"""Maximum number of bytes of an unpacked answer file, plus `UNPACKED_PER_BYTE` for each packed byte."""
 
 UNPACKED_PER_BYTE = 50
-"""Number of further bytes to which it may unpack, for each byte of its own."""
+"""Number of further unpacked bytes that each byte of a compressed answer file may have."""
 
 LOCK_FILE = "answers.lock"
-"""Name of the file that a process holds in the folder where it works."""
+"""Name of the lock file in the folder of a run."""
 
 
 def require_file(path: Path) -> None:
-    """Refuse a device, a socket or a named pipe. Reading one may never end.
+    """Reject a device, a socket or a named pipe, since reading one may never end.
 
-    A pipe that the shell has opened is read: ``/dev/stdin``, or ``<(...)``, which is ``/dev/fd/N``.
+    A pipe that the shell has opened is accepted: ``/dev/stdin``, or ``<(...)``, which is ``/dev/fd/N``.
 
     Raises:
-        InputError: the path is neither a file nor such a pipe. A path where nothing is passes.
+        InputError: the path is neither a file nor such a pipe. A path that does not exist is accepted.
     """
     try:
         mode = path.stat().st_mode
     except OSError:
-        return  # who opens the file says why it cannot be read
+        return  # opening the file reports why it cannot be read
     is_of_shell = stat.S_ISFIFO(mode) and _DESCRIPTOR.match(str(path)) is not None
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode) or is_of_shell):
         kind = next((name for is_kind, name in _ENDLESS if is_kind(mode)), "no regular file")
@@ -68,51 +68,55 @@ _ENDLESS = (
 Content: TypeAlias = str | bytes | Iterable[str] | Iterable[bytes]
 """The content of a file: all of it, or its pieces."""
 
-_UNSHOWN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
-"""Categories of characters that move a cursor, turn text around, or are none, such as lone surrogates."""
+_UNSAFE_CATEGORIES = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
+"""Unicode categories of controls, formats, separators and lone surrogates, which can garble a terminal."""
 
 
 def read_toml(file: Path) -> dict[str, Any]:
-    """The tables of a file.
+    """Read the tables of a TOML file.
 
     Raises:
-        InputError: it cannot be read, or is no TOML.
+        InputError: the file cannot be read, or is not TOML.
     """
     content = read_content(file)
     try:
         return parse_toml(content.decode())
-    except (ValueError, RecursionError) as error:  # also a number of too many digits, and too deep a list
+    except (
+        ValueError,
+        RecursionError,
+    ) as error:  # also for numbers with too many digits, and lists nested too deeply
         raise InputError(f"{file}: expected TOML; {error}") from error
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """The tables of a text; the library is the standard one's, or its twin for Python 3.10."""
+    """Parse the tables of a TOML text, by `tomllib` or, in Python 3.10, by `tomli`."""
     return tomllib.loads(text)
 
 
 def files_below(folder: Path, *patterns: str) -> list[Path]:
-    """The files below a folder whose names match, sorted; no pipes or devices, which may never end.
+    """Return the files below a folder whose names match a pattern, sorted.
 
-    Links to folders are followed, each folder once.
+    Pipes and devices are left out, since reading one may never end. Links to folders are followed, each
+    folder once.
     """
-    found: list[Path] = []
-    seen: set[str] = set()
-    for place, folders, names in os.walk(folder, followlinks=True):
+    files: list[Path] = []
+    seen_folders: set[str] = set()
+    for parent, folders, names in os.walk(folder, followlinks=True):
         folders.sort()
-        real = os.path.realpath(place)
-        if real in seen:
+        real_path = os.path.realpath(parent)
+        if real_path in seen_folders:
             folders.clear()
             continue
-        seen.add(real)
-        found += [Path(place, name) for name in names if any(fnmatch(name, each) for each in patterns)]
-    return sorted(file for file in found if file.is_file())
+        seen_folders.add(real_path)
+        files += [Path(parent, name) for name in names if any(fnmatch(name, pattern) for pattern in patterns)]
+    return sorted(file for file in files if file.is_file())
 
 
 def read_content(path: Path) -> bytes:
-    """The bytes of a file.
+    """Read the bytes of a file.
 
     Raises:
-        InputError: it cannot be read.
+        InputError: the file cannot be read.
     """
     require_file(path)
     try:
@@ -122,87 +126,91 @@ def read_content(path: Path) -> bytes:
 
 
 def number_lines(content: bytes) -> Iterator[tuple[int, bytes]]:
-    """The lines of JSONL that are not blank, numbered from 1.
+    """Return the nonblank lines of JSONL with their numbers, counted from 1.
 
-    Only a line feed ends one: JSON may hold what else ends lines of text, such as U+2028, in its strings.
+    Only a line feed ends a line. JSON strings may contain other line separators, such as U+2028.
     """
     return ((number, line) for number, line in enumerate(content.split(b"\n"), 1) if line.strip())
 
 
 def escape_unprintable(text: str) -> str:
-    """A text as it may be shown anywhere: what controls a terminal is escaped, but for lines and tabs."""
+    """Escape the characters of a text that could control a terminal, except line feeds and tabs."""
     return "".join(
-        c if c in "\n\t" or unicodedata.category(c) not in _UNSHOWN else ascii(c)[1:-1] for c in text
+        c if c in "\n\t" or unicodedata.category(c) not in _UNSAFE_CATEGORIES else ascii(c)[1:-1]
+        for c in text
     )
 
 
 def to_file_name(name: str) -> str:
-    """Return a name, such as a model's, for use in file names. Unsafe characters become underscores.
+    """Return a name, such as a model's, in a form for file names. Unsafe characters become underscores.
 
     Raises:
-        InputError: the name would be empty or consist of dots.
+        InputError: the result would be empty or consist of dots.
     """
     plain = re.sub(r"[^\w.-]+", "_", name)
     if not plain.strip("."):
-        raise InputError(f"{name!r}: expected a name that files can be named after")
+        raise InputError(f"no file can be named after {name!r}: use a name with letters or digits")
     return plain
 
 
 @contextlib.contextmanager
-def convert_write_errors(place: Path) -> Iterator[None]:
-    """Within it, files are written to a place.
+def convert_write_errors(path: Path) -> Iterator[None]:
+    """Convert an OSError of the block to an InputError that names the path.
 
     Raises:
-        InputError: it cannot be written.
+        InputError: the path cannot be written.
     """
     try:
         yield
     except OSError as error:
-        raise InputError(f"{place}: cannot be written ({error.strerror})") from error
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from error
 
 
 def write_whole(contents: Mapping[Path, Content]) -> None:
-    """Write files, each as a whole: under its name there is the old file or the new one, never a part.
+    """Write files, each as a whole: a reader sees the old file or the new one, never a part.
 
-    Lone surrogates are written as their escapes, which JSON reads as themselves.
+    Lone surrogates are written as escapes, which JSON reads back as the same surrogates.
 
     Raises:
-        InputError: one cannot be written; none of them has changed then, but where a name cannot be taken
-            over.
+        InputError: a file cannot be written. No file has changed then, unless replacing one of several
+            failed.
     """
-    parts: dict[Path, Path] = {}
+    partial_files: dict[Path, Path] = {}
     try:
         for path, content in contents.items():
             with convert_write_errors(path):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 is_device = path.exists() and not (path.is_file() or path.is_dir())
-                part = path if is_device else path.resolve().with_name(f".{secrets.token_hex(8)}.part")
+                partial_file = (
+                    path if is_device else path.resolve().with_name(f".{secrets.token_hex(8)}.part")
+                )
                 if not is_device:
-                    parts[part] = path.resolve()
-                with part.open("wb") as file:
-                    file.writelines(_encoded(content))
-        for part, path in parts.items():
+                    partial_files[partial_file] = path.resolve()
+                with partial_file.open("wb") as file:
+                    file.writelines(_encode(content))
+        for partial_file, path in partial_files.items():
             with convert_write_errors(path):
-                part.replace(path)
+                partial_file.replace(path)
     finally:
-        for part in parts:
+        for partial_file in partial_files:
             with contextlib.suppress(OSError):
-                part.unlink(missing_ok=True)
+                partial_file.unlink(missing_ok=True)
 
 
-def _encoded(content: Content) -> Iterator[bytes]:
+def _encode(content: Content) -> Iterator[bytes]:
     for piece in (content,) if isinstance(content, str | bytes) else content:
         yield piece if isinstance(piece, bytes) else piece.encode("utf-8", "backslashreplace")
 
 
 def make_lock(file: Path) -> tuple[Path, BaseFileLock]:
-    """Return a lock, and the file by which processes see that it is held.
+    """Return a lock for a file, and the path of the file that processes lock.
 
-    A file system may have no locks, as some of networks have none. There the lock is the presence of another
-    file, which stays if the process is killed.
+    Some network file systems cannot lock files. There, the existence of another file is the lock. This file
+    is
+    left over if the process is killed.
 
     Args:
-        file: the file to lock, in a folder that is there.
+        file: the file to lock, in an existing folder.
 
     Raises:
         OSError: the folder cannot be written to.
@@ -211,34 +219,34 @@ def make_lock(file: Path) -> tuple[Path, BaseFileLock]:
 
     if _has_locks(file.parent):
         return file, FileLock(file)
-    file = file.with_name(f"{file.name}{_HELD}")
+    file = file.with_name(f"{file.name}{_LOCK_SUFFIX}")
     return file, SoftFileLock(file)
 
 
 def _has_locks(folder: Path) -> bool:
     try:
         import fcntl
-    except ImportError:  # Windows, which locks in another way
+    except ImportError:  # Windows has no `fcntl`, and its locks work
         return True
     with tempfile.TemporaryFile(dir=folder) as probe:
         try:
             fcntl.flock(probe, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:  # nobody else has this file
+        except OSError:  # no other process can hold this new file: locks do not work
             return False
     return True
 
 
 def stale_lock_hint(file: Path) -> str:
-    """Return the end of a message: what to do about a lock that a killed process may have left."""
-    return f"; if no process is, delete {file}" if file.name.endswith(_HELD) else ""
+    """Return the end of a message: how to remove a lock that a killed process may have left, or ""."""
+    return f"; if no process is running there, delete {file}" if file.name.endswith(_LOCK_SUFFIX) else ""
 
 
 @contextlib.contextmanager
 def lock_run_folder(folder: Path) -> Iterator[None]:
-    """Keeps other processes out of the folder of a run during the block; the folder is made if need be.
+    """Keep other processes out of the folder of a run during the block. A missing folder is created.
 
     Raises:
-        InputError: another process is working there, or the folder cannot be made.
+        InputError: another process uses the folder, or it cannot be created.
     """
     from filelock import Timeout
 

@@ -1,4 +1,4 @@
-"""Lists of things that belong together, by their keys."""
+"""Groups of values by key."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ V = TypeVar("V")
 
 
 def group_pairs(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
-    """The second of each pair by the first, both in the order of first mention."""
-    found: dict[K, list[V]] = {}
+    """Group the values of (key, value) pairs by key. Keys and values keep their order."""
+    groups: dict[K, list[V]] = {}
     for key, value in pairs:
-        found.setdefault(key, []).append(value)
-    return found
+        groups.setdefault(key, []).append(value)
+    return groups

@@ -1,8 +1,9 @@
-"""A stand-in for the build backend of a source distribution that pip is only asked to download.
+"""A build backend that lets pip download a source distribution without running its `setup.py`.
 
-pip wants a source distribution's metadata before it keeps the file, and would run the package's `setup.py` to
-get it. Put in setuptools' place on the path, this module hands over the metadata that the package already
-carries, so that nothing of it is run. It is copied, never imported by eai.
+pip asks the build backend for the metadata of a source distribution before it keeps the file. The usual
+backend, setuptools, would run the package's `setup.py` for this. This module takes the place of setuptools on
+the path, and returns the metadata that the distribution already contains. The module is copied to that
+place; eai never imports it.
 """
 
 import pathlib
@@ -10,7 +11,7 @@ import sys
 
 
 def prepare_metadata_for_build_wheel(metadata_directory: str, config_settings: object = None) -> str:
-    """Copy `PKG-INFO` of the working folder; gives the name of the folder made (PEP 517)."""
+    """Copy `PKG-INFO` of the working folder, and return the name of the new folder (PEP 517)."""
     information = pathlib.Path("PKG-INFO").read_text(encoding="utf-8")
     fields = dict(line.partition(": ")[::2] for line in information.partition("\n\n")[0].splitlines())
     folder = f"{fields['Name'].replace('-', '_')}-{fields['Version']}.dist-info"

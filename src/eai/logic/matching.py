@@ -1,4 +1,4 @@
-"""Maximum matching in bipartite graphs: what decides quantified goals without listing their options."""
+"""Maximum matching in bipartite graphs. It decides quantified goals without listing their options."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
     """Match as many left vertices as possible, each with a right vertex of its own (Hopcroft and Karp 1973).
 
     Args:
-        adjacency: for each left vertex ``0 .. len(adjacency) - 1`` the numbers of its right neighbours.
+        adjacency: the numbers of the right neighbours of each left vertex ``0 .. len(adjacency) - 1``.
 
     Returns:
-        For each left vertex the right vertex it is matched with, or None. The size of the matching is the
-        number of entries that are not None. Earlier neighbours are preferred; equal input gives equal output.
+        The matched right vertex of each left vertex, or None. The size of the matching is the number of
+        entries
+        that are not None. Earlier neighbours are preferred; equal input gives equal output.
 
     Takes O(E sqrt(V)) time and does not recurse.
     """
@@ -31,7 +32,7 @@ def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
 def _layers(
     adjacency: Sequence[Sequence[int]], partner: Sequence[int | None], owner: dict[int, int]
 ) -> dict[int, int]:
-    """Distance of left vertices from the free ones on alternating paths; empty if none can be augmented."""
+    """Return the distances of left vertices from the free ones on alternating paths; {} if none can grow."""
     layers = {left: 0 for left, matched in enumerate(partner) if matched is None}
     queue = deque(layers)
     augmentable = False
@@ -54,9 +55,9 @@ def _augment(
     partner: list[int | None],
     owner: dict[int, int],
 ) -> None:
-    """Flip one alternating path from a free left vertex along the layers to a free right one, if any.
+    """Flip one alternating path from a free left vertex along the layers to a free right vertex, if any.
 
-    ``unexplored`` is shared by all searches of a phase: an edge that led nowhere is not tried again.
+    All searches of a phase share ``unexplored``: an edge that failed is not tried again.
     """
     path = [start]
     edges: list[int] = []
@@ -80,14 +81,14 @@ def _augment(
 
 
 def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> list[tuple[int, int]] | None:
-    """The ``size`` cells of a table, no two in one row or column, of the largest total weight.
+    """Return the ``size`` cells of a table with the largest total weight, no two in a row or column.
 
     Args:
         weights: the table, row by row; None marks a cell that must not be taken.
-        size: how many cells to take.
+        size: number of cells to take.
 
     Returns:
-        The cells by row and column, in order of rows, or None if there are no ``size`` such cells.
+        The cells by row and column, in order of rows; None if there are no ``size`` such cells.
 
     Takes O(size * cells * rows) time.
     """
@@ -96,13 +97,15 @@ def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> lis
 
 
 def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
-    """The cells of a table as `heaviest_matching` gives them, any number of the greatest total weight.
+    """Return any number of cells of a table with the largest total weight, no two in a row or column.
 
     Args:
-        weights: the table, row by row, without negative weights. Cells of weight 0 are never taken: no path
-            that gains anything has one, for no other cells of the same number weigh more than those taken.
+        weights: the table, row by row, without negative weights. Cells of weight 0 are never taken: an
+            augmenting
+            path that gains weight has none, since no other cells of the same number weigh more.
 
-    Equal input gives equal output. Takes O(cells * rows * min(rows, columns)) time.
+    The cells are ordered as in `heaviest_matching`. Equal input gives equal output. Takes
+    O(cells * rows * min(rows, columns)) time.
     """
     column_of: dict[int, int] = {}
     while _grow(weights, column_of, least_gain=1):
@@ -113,10 +116,10 @@ def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
 def _grow(
     weights: Sequence[Sequence[int | None]], column_of: dict[int, int], least_gain: int | None = None
 ) -> bool:
-    """Take one cell more, along the path that gains most; whether that can be done and gains enough.
+    """Take one more cell, along the path that gains most. Return False if no path gains enough.
 
-    That keeps the cells, each the column of a row, those of the greatest total weight for their number
-    (successive shortest paths); what is gained never grows.
+    The taken cells keep the largest total weight for their number (successive shortest paths). The gain never
+    grows from one call to the next.
     """
     row_of = {column: row for row, column in column_of.items()}
     gains, came_from = _best_gains(weights, column_of, row_of)
@@ -135,7 +138,7 @@ def _grow(
 def _best_gains(
     weights: Sequence[Sequence[int | None]], column_of: Mapping[int, int], row_of: Mapping[int, int]
 ) -> tuple[dict[int, int], dict[int, int]]:
-    """For each column the most that an alternating path from a free row to it gains, and its last row."""
+    """Return, by column, the largest gain of an alternating path from a free row, and its last row."""
     reached = {row: 0 for row in range(len(weights)) if row not in column_of}
     gains: dict[int, int] = {}
     came_from: dict[int, int] = {}

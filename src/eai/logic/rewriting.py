@@ -1,4 +1,4 @@
-"""Formulas made from formulas: with other leaves, other names, or negations at the leaves only."""
+"""Formulas made from formulas: other leaves, other names, or negations only at the leaves."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ L = TypeVar("L", bound=f.Leaf)
 
 
 def map_terms(leaf: L, change: Callable[[f.Term], f.Term]) -> L:
-    """The leaf with each term replaced by what ``change`` makes of it."""
+    """Replace each term of a leaf by ``change(term)``."""
     if isinstance(leaf, f.Equals):
         return replace(leaf, left=change(leaf.left), right=change(leaf.right))
     return replace(leaf, arguments=tuple([change(term) for term in leaf.arguments]))
 
 
 def map_leaves(formula: f.Formula, change: Callable[[f.Leaf], f.Formula]) -> f.Formula:
-    """The formula with each leaf replaced by what ``change`` makes of it."""
+    """Replace each leaf of a formula by ``change(leaf)``."""
     if isinstance(formula, (f.Atom, f.Occurs, f.Equals)):
         return change(formula)
     return map_parts(formula, lambda part: map_leaves(part, change))
@@ -33,7 +33,7 @@ def rewrite(
     change: Callable[[f.Leaf, frozenset[str]], f.Formula],
     bound: frozenset[str] = frozenset(),
 ) -> f.Formula:
-    """The formula with each leaf replaced by what ``change`` makes of it and of the variables bound there.
+    """Replace each leaf of a formula by ``change(leaf, bound)``, with the variables bound at the leaf.
 
     Raises:
         InputError: the formula has a temporal operator other than `Then`.
@@ -48,10 +48,10 @@ def rewrite(
 
 
 def rewrite_in_time(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
-    """A formula of temporal logic in which each of the largest parts about one state is changed.
+    """Replace each largest part about one state, in a formula of temporal logic.
 
     Raises:
-        InputError: it has a quantifier around a temporal operator.
+        InputError: a quantifier stands around a temporal operator.
     """
     if is_state_formula(formula):
         return change(formula)
@@ -61,7 +61,7 @@ def rewrite_in_time(formula: f.Formula, change: Callable[[f.Formula], f.Formula]
 
 
 def substitute(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula:
-    """The formula with constants, and variables where they are free, replaced.
+    """Replace constants and free variables of a formula.
 
     Raises:
         InputError: the formula has a temporal operator other than `Then`.
@@ -74,9 +74,9 @@ def substitute(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula
 
 
 def negation_normal(formula: f.Formula, *, negated: bool = False) -> f.Formula:
-    """The formula, or its negation, with negations at the leaves only and without implications.
+    """Return a formula, or its negation, with negations only at the leaves and without implications.
 
-    Negations of counting quantifiers and of temporal operators stay where they are.
+    Negations of counting quantifiers and of temporal operators stay in place.
     """
     match formula:
         case f.Not(operand):
@@ -97,42 +97,42 @@ def negation_normal(formula: f.Formula, *, negated: bool = False) -> f.Formula:
 
 
 def rename_objects(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-    """The formula in which every object that has a new name goes by it. Variables and categories stay."""
+    """Replace the names of objects in a formula. Variables and categories stay."""
 
-    def renamed(term: f.Term) -> f.Term:
+    def rename(term: f.Term) -> f.Term:
         new = names.get(term.name, term.name) if isinstance(term, f.Constant) else term.name
         return term if new == term.name else f.Constant(new)
 
-    return map_leaves(formula, lambda leaf: map_terms(leaf, renamed))
+    return map_leaves(formula, lambda leaf: map_terms(leaf, rename))
 
 
 def rename_variables(formula: f.Formula) -> f.Formula:
-    """The formula in which the bound variables are x, y, z, x1, x2, ... in the order of their quantifiers.
+    """Rename the bound variables of a formula to x, y, z, x1, x2, ... in the order of their quantifiers.
 
-    A name of an object in it is left out.
+    Names of objects in the formula are skipped.
     """
     taken = object_names(formula)
     fresh = filter(lambda name: name not in taken, chain("xyz", map("x{}".format, count(1))))
-    return _renamed(formula, {}, fresh)
+    return _rename(formula, {}, fresh)
 
 
-def _renamed(formula: f.Formula, names: Mapping[str, str], fresh: Iterator[str]) -> f.Formula:
-    """The formula whose free variables have other names; ``fresh`` gives those of the others."""
+def _rename(formula: f.Formula, names: Mapping[str, str], fresh: Iterator[str]) -> f.Formula:
+    """Rename variables: free ones by ``names``, bound ones by the next names of ``fresh``."""
 
-    def renamed(term: f.Term) -> f.Term:
+    def rename(term: f.Term) -> f.Term:
         new = names.get(term.name, term.name) if isinstance(term, f.Variable) else term.name
         return term if new == term.name else f.Variable(new)
 
     match formula:
         case f.Atom() | f.Occurs() | f.Equals():
-            return map_terms(formula, renamed)
+            return map_terms(formula, rename)
         case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
             one = replace(variable, name=next(fresh))
             inner = {**names, variable.name: one.name}
-            return replace(formula, variable=one, body=_renamed(body, inner, fresh))
+            return replace(formula, variable=one, body=_rename(body, inner, fresh))
         case f.ForPairs(first, second, body):
             one, other = replace(first, name=next(fresh)), replace(second, name=next(fresh))
             inner = {**names, first.name: one.name, second.name: other.name}
-            return replace(formula, first=one, second=other, body=_renamed(body, inner, fresh))
+            return replace(formula, first=one, second=other, body=_rename(body, inner, fresh))
         case _:
-            return map_parts(formula, lambda part: _renamed(part, names, fresh))
+            return map_parts(formula, lambda part: _rename(part, names, fresh))

@@ -1,4 +1,4 @@
-"""The names that a formula may use, the misuses of one that uses others, and places in a text."""
+"""Signatures: the names that a formula may use; also misuses of names, and positions in a text."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from eai.logic.formula import Constant, Formula, Term, Variable
 
 
 def error_at(text: str, position: int, expected: str) -> ParseError:
-    """The error for an offset into the text."""
+    """Return the parse error for an offset in a text."""
     return ParseError(*line_and_column(text, position), expected)
 
 
 def line_and_column(text: str, position: int) -> tuple[int, int]:
-    """Line and column, both counted from 1, of an offset into the text."""
+    """Return the line and column of an offset in a text, both counted from 1."""
     line_start = text.rfind("\n", 0, position) + 1
     return text.count("\n", 0, position) + 1, position - line_start + 1
 
 
 def join_with_or(words: Sequence[str]) -> str:
-    """One of several things: ``a, b or c``."""
+    """Join words as alternatives: ``a, b or c``."""
     return " or ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)
 
 
 MisuseKind: TypeAlias = Literal["unknown_predicate", "unknown_object", "wrong_arity"]
-"""How a formula that parses can still be about nothing that exists.
+"""How a formula that parses misuses a name.
 
 ``unknown_predicate``: the name is neither a predicate nor an action. ``unknown_object``: an argument is
-neither an object nor a variable that is bound there. ``wrong_arity``: the predicate or action takes another
-number of arguments.
+neither an object nor a bound variable. ``wrong_arity``: the predicate or action takes another number of
+arguments.
 """
 
 
@@ -39,9 +39,13 @@ number of arguments.
 class Misuse:
     """One use of a name that the signature does not allow.
 
-    ``line`` and ``column`` count from 1 and point at the offending name: the predicate for an unknown
-    predicate or a wrong number of arguments, the argument for an unknown object. ``primitive`` is the
-    predicate or action that it occurs in.
+    Attributes:
+        kind: the kind of misuse.
+        name: the misused name: the predicate or action, or for an unknown object the argument.
+        primitive: the predicate or action in which the name occurs.
+        line: line of the name, counted from 1.
+        column: column of the name, counted from 1.
+        detail: description of the misuse.
     """
 
     kind: MisuseKind
@@ -59,9 +63,11 @@ class Misuse:
 class Signature:
     """The vocabulary of formulas: predicates and actions with their arities, and the objects.
 
-    An arity of None allows any number of arguments. A name that is both a predicate and an action is a
-    predicate. ``objects`` None allows every object name. ``known`` are formulas of primitives by their text,
-    as far as a reader has met and remembered them: answers to one task have most primitives in common.
+    Attributes:
+        predicates: arity of each predicate; None allows any number of arguments.
+        actions: arity of each action. A name that is both a predicate and an action is a predicate.
+        objects: the names of objects; None allows every name.
+        parsed: cache of parsed primitives by their text, since answers to one task share most primitives.
     """
 
     predicates: Mapping[str, int | None]
@@ -70,19 +76,19 @@ class Signature:
     parsed: dict[str, Formula] = field(default_factory=dict, repr=False, compare=False)
 
     def is_action(self, name: str) -> bool:
-        """Whether the name is an action and no predicate."""
+        """Whether the name is an action and not a predicate."""
         return name in self.actions and name not in self.predicates
 
     def arity_table(self, name: str) -> Mapping[str, int | None]:
-        """Where the arity of a name is to be looked up: among the predicates if it is one of them."""
+        """Return the mapping that has the arity of a name: the predicates, or else the actions."""
         return self.predicates if name in self.predicates else self.actions
 
 
 def to_term(name: str, scope: frozenset[str]) -> Term:
-    """The term that a name denotes below quantifiers that bind the names in ``scope``."""
+    """Return the term for a name: a variable if the name is in ``scope``, else an object."""
     return Variable(name) if name in scope else Constant(name)
 
 
 def describe_arity(name: str, arity: int, noun: str) -> str:
-    """How many of something a name takes, in words: ``WALK takes 1 object``."""
+    """Say how many arguments a name takes: ``WALK takes 1 object``."""
     return f"{name} takes {arity} {noun}{'' if arity == 1 else 's'}"

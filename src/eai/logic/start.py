@@ -1,4 +1,4 @@
-"""Formulas that the first state of a trace makes false, in every continuation."""
+"""Formulas that the first state of a trace already makes false, however the trace continues."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from eai.logic.traversal import is_state_formula, walk
 
 
 def is_broken(formula: f.Formula, start: Trace) -> bool:
-    """Whether a closed formula is false on all traces that begin with a state.
+    """Whether a closed formula is false on all traces that begin with a given state.
 
-    True is a proof. False proves nothing: the actions that are possible are not taken into account.
+    True is a proof. False proves nothing, since possible actions are not taken into account.
 
     Args:
         formula: the formula; temporal operators stand outside of its quantifiers.
@@ -34,14 +34,14 @@ def _truth(formula: f.Formula, start: Trace, *, is_top: bool) -> bool | None:
         return None if is_top and not is_true else is_true
     match formula:
         case f.Not(operand):
-            return _negated(_truth(operand, start, is_top=is_top))
+            return _negate(_truth(operand, start, is_top=is_top))
         case f.And(operands):
-            return _all(_truth(each, start, is_top=is_top) for each in operands)
+            return _all(_truth(operand, start, is_top=is_top) for operand in operands)
         case f.Or(operands):
-            return _negated(_all(_negated(_truth(each, start, is_top=is_top)) for each in operands))
+            return _negate(_all(_negate(_truth(operand, start, is_top=is_top)) for operand in operands))
         case f.Implies(premise, conclusion):
-            denied = _negated(_truth(conclusion, start, is_top=is_top))
-            return _negated(_all([_truth(premise, start, is_top=is_top), denied]))
+            denied = _negate(_truth(conclusion, start, is_top=is_top))
+            return _negate(_all([_truth(premise, start, is_top=is_top), denied]))
         case f.Always(operand):
             return False if _truth(operand, start, is_top=False) is False else None
         case f.Eventually(operand):
@@ -55,10 +55,10 @@ def _truth(formula: f.Formula, start: Trace, *, is_top: bool) -> bool | None:
             return None
 
 
-def _negated(truth: bool | None) -> bool | None:
+def _negate(truth: bool | None) -> bool | None:
     return None if truth is None else not truth
 
 
 def _all(truths: Iterable[bool | None]) -> bool | None:
-    found = list(truths)
-    return False if False in found else None if None in found else True
+    values = list(truths)
+    return False if False in values else None if None in values else True

@@ -1,4 +1,4 @@
-"""Traces, on which formulas are evaluated: states that tell the truth of atoms, and the actions between them.
+"""Traces, on which formulas are evaluated: states in which atoms hold, and the actions between the states.
 
 Sets of positions are bit masks: bit i stands for position i.
 """
@@ -12,34 +12,35 @@ from eai.base.errors import InputError
 
 
 class _Interpretation(Protocol):
-    """One state, as far as a formula can ask about it. Objects go by the names that formulas use."""
+    """One state, as formulas read it. Objects have the names that formulas use."""
 
     def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
-        """Whether the atom is true; an atom about something unknown is false."""
+        """Whether the atom is true. An atom with an unknown predicate or object is false."""
         ...
 
     def objects(self, category: str | None) -> Sequence[str]:
-        """The objects of a category, each once, in a fixed order; None means all objects."""
+        """Return the objects of a category, each once, in a fixed order; None means all objects."""
         ...
 
 
 TakenAction: TypeAlias = tuple[str, tuple[str, ...]]
-"""An action that was taken, and its objects."""
+"""An action that was taken, with its objects."""
 
 
 class Trace:
-    """A finite, non-empty sequence of states with the actions between them (paper, section on LTL goals).
+    """A finite, nonempty sequence of states with the actions between them (paper, section on LTL goals).
 
-    Action i is taken in state i and leads to state i + 1; so it belongs to position i, before its effects,
-    and the last position has no action. All states have the same objects. Truths are looked up when first
-    needed and kept.
+    Action i is taken in state i and leads to state i + 1. So it belongs to position i, before its effects,
+    and the
+    last position has no action. All states have the same objects. Truth values are computed on demand and
+    cached.
 
     Args:
         states: the states, at least one.
-        actions: one less than states; or none at all, when no formula asks for actions.
+        actions: one action less than states; or none, if no formula reads actions.
 
     Raises:
-        InputError: the numbers do not fit.
+        InputError: the number of actions does not fit the number of states.
     """
 
     def __init__(self, states: Sequence[_Interpretation], actions: Sequence[TakenAction] = ()) -> None:
@@ -58,7 +59,7 @@ class Trace:
             occurrences[arguments] = occurrences.get(arguments, 0) | 1 << position
 
     def atom(self, predicate: str, arguments: tuple[str, ...]) -> int:
-        """The positions at which an atom holds."""
+        """Return the positions at which an atom holds, as a mask."""
         key = (predicate, arguments)
         mask = self._atoms.get(key)
         if mask is None:
@@ -67,27 +68,27 @@ class Trace:
         return mask
 
     def occurrence(self, action: str, arguments: tuple[str, ...]) -> int:
-        """The positions at which an action is taken with these objects."""
+        """Return the positions at which an action is taken with these objects, as a mask."""
         return self._actions.get(action, {}).get(arguments, 0)
 
     def participants(self, action: str, index: int) -> frozenset[str]:
-        """The objects that are ever the argument number ``index`` (from 0) of an action."""
+        """Return the objects that occur as argument number ``index`` (from 0) of an action in the trace."""
         occurrences = self._actions.get(action, {})
         return frozenset(arguments[index] for arguments in occurrences if index < len(arguments))
 
     def objects(self, category: str | None) -> Sequence[str]:
-        """The objects of a category, in the states' order."""
+        """Return the objects of a category, in the states' order."""
         return self._states[0].objects(category)
 
     def domain(self, category: str | None) -> frozenset[str]:
-        """The objects of a category, as a set."""
+        """Return the objects of a category, as a set."""
         if category not in self._domains:
             self._domains[category] = frozenset(self.objects(category))
         return self._domains[category]
 
 
 def positions_in(mask: int) -> Iterator[int]:
-    """The positions in a mask, ascending."""
+    """Yield the positions in a mask, ascending."""
     while mask:
         lowest = mask & -mask
         yield lowest.bit_length() - 1

@@ -1,4 +1,7 @@
-"""Walking over formulas: their parts, other parts in their places, variables, kind. Nothing here recurses."""
+"""Functions that walk over formulas: parts, variables, objects, predicates, monotony.
+
+None of them recurses.
+"""
 
 from __future__ import annotations
 
@@ -14,18 +17,18 @@ T = TypeVar("T")
 _TEMPORAL = get_args(f.Temporal)
 
 MAX_DEPTH = 100
-"""The deepest nesting that the syntaxes accept.
+"""Maximum depth of nesting that the syntaxes accept.
 
-Python compares, hashes and shows nested values recursively; up to this depth all of that is safe. The
-deepest formula in the two data sets has 6 levels.
+Python compares, hashes and shows nested values recursively, which is safe up to this depth. The deepest
+formula in the two data sets has 6 levels.
 """
 
 MAX_COUNT_DIGITS = 9
-"""The longest number that a counting quantifier may carry."""
+"""Maximum number of digits of the count of a counting quantifier."""
 
 
 def children(formula: f.Formula) -> tuple[f.Formula, ...]:
-    """The immediate parts of a formula, left to right."""
+    """Return the immediate parts of a formula, left to right."""
     match formula:
         case f.Atom() | f.Occurs() | f.Equals():
             return ()
@@ -42,7 +45,7 @@ def children(formula: f.Formula) -> tuple[f.Formula, ...]:
 
 
 def bound_variables(formula: f.Formula) -> tuple[f.Variable, ...]:
-    """The variables that a formula binds itself: those of a quantifier, and none of any other."""
+    """Return the variables that a formula itself binds: those of a quantifier, else none."""
     match formula:
         case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
             return (variable,)
@@ -53,7 +56,7 @@ def bound_variables(formula: f.Formula) -> tuple[f.Variable, ...]:
 
 
 def terms_of(formula: f.Formula) -> tuple[f.Term, ...]:
-    """The terms of an atom, an action or an equation, left to right; none of any other formula."""
+    """Return the terms of an atom, an action or an equation, left to right; of other formulas, none."""
     match formula:
         case f.Atom(_, arguments) | f.Occurs(_, arguments):
             return arguments
@@ -64,7 +67,7 @@ def terms_of(formula: f.Formula) -> tuple[f.Term, ...]:
 
 
 def map_parts(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
-    """The formula with each immediate part replaced by what ``change`` makes of it, left to right."""
+    """Replace each immediate part of a formula by ``change(part)``, left to right."""
     match formula:
         case f.Atom() | f.Occurs() | f.Equals():
             return formula
@@ -81,14 +84,14 @@ def map_parts(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f
 
 
 def quantify(quantifier: Callable[[f.Variable, T], T], variables: Sequence[f.Variable], body: T) -> T:
-    """A formula, or an effect, below a quantifier for each of some variables, the first of them outermost."""
+    """Put quantifiers around a formula or an effect, one for each variable; the first is outermost."""
     for variable in reversed(variables):
         body = quantifier(variable, body)
     return body
 
 
 def walk(formula: f.Formula) -> Iterator[f.Formula]:
-    """The formula and all its parts, each before its own parts, left to right."""
+    """Yield a formula and all its parts, each before its own parts, left to right."""
     pending = [formula]
     while pending:
         current = pending.pop()
@@ -97,51 +100,51 @@ def walk(formula: f.Formula) -> Iterator[f.Formula]:
 
 
 def object_names(formula: f.Formula) -> tuple[str, ...]:
-    """The names of the objects that a formula speaks of, each once, left to right."""
+    """Return the names of the objects in a formula, each once, left to right."""
     terms = (term for part in walk(formula) for term in terms_of(part))
     return tuple(dict.fromkeys([term.name for term in terms if isinstance(term, f.Constant)]))
 
 
 def predicates_of(*formulas: f.Formula) -> tuple[str, ...]:
-    """The predicates that formulas speak of, each once, left to right."""
+    """Return the predicates in formulas, each once, left to right."""
     parts = (part for formula in formulas for part in walk(formula))
     return tuple(dict.fromkeys([part.predicate for part in parts if isinstance(part, f.Atom)]))
 
 
 def free_variables(formula: f.Formula) -> frozenset[str]:
-    """The names of the variables that no quantifier of the formula binds."""
-    found: set[str] = set()
+    """Return the names of the variables that no quantifier of the formula binds."""
+    names: set[str] = set()
     pending: list[tuple[f.Formula, frozenset[str]]] = [(formula, frozenset())]
     while pending:
         part, bound = pending.pop()
         if isinstance(part, (f.Atom, f.Occurs, f.Equals)):
-            found |= {term.name for term in terms_of(part) if isinstance(term, f.Variable)} - bound
+            names |= {term.name for term in terms_of(part) if isinstance(term, f.Variable)} - bound
         else:
             inner = bound.union([variable.name for variable in bound_variables(part)])
             pending += [(child, inner) for child in children(part)]
-    return frozenset(found)
+    return frozenset(names)
 
 
 def temporal_parts(formula: f.Formula) -> frozenset[int]:
-    """The ``id`` of every part, the formula included, that speaks of more than one position."""
-    found: set[int] = set()
+    """Return the ``id`` of every part about several positions, the formula itself included."""
+    ids: set[int] = set()
     for part in reversed(list(walk(formula))):
-        if isinstance(part, _TEMPORAL) or not found.isdisjoint(map(id, children(part))):
-            found.add(id(part))
-    return frozenset(found)
+        if isinstance(part, _TEMPORAL) or not ids.isdisjoint(map(id, children(part))):
+            ids.add(id(part))
+    return frozenset(ids)
 
 
 class _Monotony(NamedTuple):
-    """The ``id`` of parts of a formula whose truth on a piece of a trace depends simply on its end."""
+    """The ``id`` of the parts whose truth on a piece of a trace is monotone in the end of the piece."""
 
     lasting: frozenset[int]
     """Parts that stay true when the piece grows at its end."""
     perishing: frozenset[int]
-    """Parts that speak of several positions and stay true when the piece shrinks at its end."""
+    """Temporal parts that stay true when the piece shrinks at its end."""
 
 
 def monotony(formula: f.Formula) -> _Monotony:
-    """Which parts, the formula included, are lasting or perishing, as far as their shape tells."""
+    """Find the lasting and perishing parts of a formula, as far as its shape shows them."""
     temporal = temporal_parts(formula)
     lasting: set[int] = set()
     perishing: set[int] = set()
@@ -180,5 +183,5 @@ def _is_perishing(
 
 
 def is_state_formula(formula: f.Formula) -> bool:
-    """Whether the formula speaks of one position only, that is, has no temporal operator."""
+    """Whether a formula is about one position only, that is, has no temporal operator."""
     return not any(isinstance(part, _TEMPORAL) for part in walk(formula))
