@@ -59,20 +59,29 @@ def circle(name: str, other: str) -> Defined:
     [
         (lambda: lamps(press(), press()), "operator PRESS is declared twice"),
         (lambda: press(parameters=(X, X)), "operator PRESS: two parameters are called x"),
-        (lambda: press(parameters=X), "operator PRESS, parameters: expected a tuple; of one it is written"),
+        (
+            lambda: press(parameters=X),
+            "operator PRESS, parameters: expected a tuple; write a tuple of one value",
+        ),
         (
             lambda: press(parameters="x"),
             "operator PRESS, parameters: expected a tuple of Variable, found",
         ),
         (lambda: press(checks=(LIT(X),)), "operator PRESS, checks: expected Check, found Atom"),
         (lambda: press(LIT(X)), "operator PRESS, effects: expected Add, Delete, When, ForEach or Let, found"),
-        (lambda: Domain("d", Vocabulary(()), press()), "operators: expected a tuple; of one it is written"),
+        (
+            lambda: Domain("d", Vocabulary(()), press()),
+            "operators: expected a tuple; write a tuple of one value",
+        ),
         (
             lambda: press(checks=(missing(LIT(X), "{lamp} is dark"),), parameters=(Variable("lamps"),)),
-            "operator PRESS: a reason speaks of lamp, no parameter; did you mean lamps?",
+            "operator PRESS: a reason mentions lamp, which is no parameter; did you mean lamps?",
         ),
-        (lambda: missing(LIT(X), ""), "a check of missing_step gives no reason"),
-        (lambda: Check(LIT(X), FaultKind.PARSING, "no"), "check 'no' names parsing, which no check can find"),
+        (lambda: missing(LIT(X), ""), "a check of missing_step has an empty reason"),
+        (
+            lambda: Check(LIT(X), FaultKind.PARSING, "no"),
+            "check 'no' has fault parsing, which no check can find",
+        ),
         (
             lambda: lamps(press(Add(Atom("lt", (X,))))),
             "operator PRESS: predicate lt is not declared; did you mean lit?",
@@ -82,7 +91,7 @@ def circle(name: str, other: str) -> Defined:
         (lambda: lamps(press(Add(FIXED(X)))), "operator PRESS: an effect changes fixed, which is declared"),
         (
             lambda: lamps(press(Add(Atom("bright", (X,)))), derived=(Defined("bright", (X,), LIT(X)),)),
-            "operator PRESS: an effect changes bright, which is not a stored predicate",
+            "operator PRESS: an effect changes bright, which is derived: change the predicates",
         ),
         (
             lambda: lamps(press(checks=(missing(Atom("nearr", (X, X)), "far"),))),

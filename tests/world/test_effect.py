@@ -91,7 +91,7 @@ X = Variable("x")
         (Add(STATIC(X)), "STATIC, which is declared static"),
         (Add(Predicate("OTHER", 1)(X)), "predicate OTHER is not declared"),
         (Add(Predicate("PAIR", 1)(X)), "PAIR takes 2 arguments, not 1"),
-        (Add(PAIR(X, ANYTHING)), "an addition of PAIR cannot be a pattern"),
+        (Add(PAIR(X, ANYTHING)), "an effect adds PAIR with ANYTHING"),
         (Delete(PAIR(Variable("y"), AGENT)), "variable y is not bound"),
     ],
 )

@@ -105,15 +105,15 @@ NUMBERS = count()
         (LAMP_LIGHTS, None),
         (
             world(lambda before, action, after: after.scene.state(after.facts())),
-            "GO: the simulator makes two outcomes of equal worlds and actions",
+            "GO: two equal simulators give different outcomes of the action",
         ),
         (
             world(lambda before, action, after: before if action.operator == "LIFT" else after),
-            "LIFT: carried out without bringing about holding(x)",
+            "LIFT: executed without its intended effect holding(x)",
         ),
         (
             world(lambda before, action, after: STUCK if next(NUMBERS) % 3 else after),
-            "GO: the simulator makes two outcomes of equal worlds and actions",
+            "GO: two equal simulators give different outcomes of the action",
         ),
         (
             replace(toy.DOMAIN, begin=lambda initial: Simulated(with_facts(initial, (), ["at(blue, shed)"]))),
@@ -132,12 +132,12 @@ def test_a_state_beside_the_outcome_is_found() -> None:
             return declared
 
     found = check(replace(toy.DOMAIN, begin=Late), [toy.initial()])
-    assert "GO: the simulator's state is not that which its outcome tells" in found
+    assert "GO: the simulator's state differs from the outcome that it returned" in found
 
 
 def test_what_is_not_measured_follows_the_declaration() -> None:
     found = check(LAMP_LIGHTS, [toy.initial()], measured=("at", "holding"))
-    assert any("the simulator decides lit, which is to follow the declaration" in each for each in found)
+    assert any("the simulator changes lit, which must follow the declaration" in each for each in found)
     moved = world(lambda before, action, after: with_facts(after, ["at(lamp, hall)"]))
     assert check(moved, [toy.initial()], measured=("at",)) == ()
 

@@ -47,12 +47,15 @@ def test_facts_are_said_by_index_by_name_or_as_text() -> None:
         (Fact("att", (0, 1)), "predicate att is not declared; did you mean at?"),
         ("att(robot, dock)", "predicate att is not declared; did you mean at?"),
         ("at(robot)", "at takes 2 arguments, not 1"),
-        (("open", ("dock")), "open: expected a tuple of objects; of one it is written with a comma, (x,)"),
-        (("open", 1), "open: expected a tuple of objects; of one it is written with a comma, (x,)"),
+        (
+            ("open", ("dock")),
+            "open: expected a tuple of objects; write a tuple of one object with a comma, (x,)",
+        ),
+        (("open", 1), "open: expected a tuple of objects; write a tuple of one object with a comma, (x,)"),
         (("open", "dock", "robot"), "('open', 'dock', 'robot'): expected a fact, as in 'at(robot, dock)'"),
         ("not open(dock)", "'not open(dock)': expected a fact, as in 'at(robot, dock)'"),
         ("at(robot dock)", "line 1, column 10: expected ')' or ','"),
-        ("shut(dock)", "shut is derived from other facts; a state has none of it"),
+        ("shut(dock)", "shut is derived from other facts: state those facts instead"),
     ],
 )
 def test_a_mistake_in_a_fact_is_named(fact: object, problem: str) -> None:

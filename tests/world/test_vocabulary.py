@@ -23,9 +23,12 @@ P, Q = Predicate("P", 1), Predicate("Q", 2)
             "d reads Q, which is not declared",
         ),
         (lambda: Q(Variable("x")), "Q takes 2 arguments, not 1"),
-        (lambda: Vocabulary(P), r"^predicates: expected a tuple; of one .* with a comma, \(x,\)$"),
+        (lambda: Vocabulary(P), r"^predicates: expected a tuple; write .* with a comma, \(x,\)$"),
         (lambda: Vocabulary(("P",)), "^predicates: expected Predicate, found str$"),
-        (lambda: Vocabulary((P,), (DERIVED)), "^derived predicates: expected a tuple; of one "),
+        (
+            lambda: Vocabulary((P,), (DERIVED)),
+            "^derived predicates: expected a tuple; write a tuple of one value ",
+        ),
         (lambda: Vocabulary((P,), 3), "^derived predicates: expected a tuple of DerivedPredicate, found int"),
     ],
 )

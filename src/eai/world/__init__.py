@@ -1,6 +1,7 @@
-"""The typed core: objects, predicates, states, operators, domains; execution and diagnosis.
+"""Worlds: objects, predicates, states, operators, domains; execution of plans and diagnosis of failures.
 
-The words of a declaration, and what can be done with one, are all here; each is loaded when it is asked for::
+The package exports the vocabulary of declarations, and the functions that use a domain. Each name is imported
+when it is first used::
 
     from eai.world import Add, Domain, Operator, Predicate, Variable, Vocabulary, missing
 """
@@ -56,7 +57,7 @@ _MODULES = (
     "eai.world.state",
     "eai.world.vocabulary",
 )
-"""The modules that define the names."""
+"""The modules that define the exported names."""
 
 __all__ = [
     "AGENT",
@@ -124,7 +125,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """A name, of which nothing is loaded before somebody asks for it."""
+    """Import the module that defines a name, when the name is first used."""
     for module in map(import_module, _MODULES if name in __all__ else ()):
         if name in vars(module):
             return vars(module)[name]

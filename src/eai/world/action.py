@@ -1,4 +1,4 @@
-"""Ground actions, and the faults for which they are not executed."""
+"""Ground actions, and the faults that keep steps from being executed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from eai.world.operator import Check
 
 
 class Action(NamedTuple):
-    """A ground action: an operator's name and object indices."""
+    """A ground action: the name of an operator, and the objects by index."""
 
     operator: str
     arguments: tuple[int, ...]
@@ -18,13 +18,14 @@ class Action(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """Why a step was not executed.
+    """The reason why a step was not executed.
 
     Attributes:
-        kind: the kind that counts.
-        check: the check whose failure it is.
-        earlier: the index of the last state of the trajectory at which what the check seeks was there,
-            negative for one before the trajectory; given exactly for a wrong order.
+        kind: the kind of error.
+        check: the check that failed.
+        earlier: index of the last state of the trajectory at which the missing condition held; negative for a
+            state
+            before the trajectory. It is given exactly for a wrong order.
     """
 
     kind: FaultKind

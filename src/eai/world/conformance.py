@@ -1,4 +1,4 @@
-"""The conformance suite for domains and their simulators: what the engine, the prompts and reports rely on.
+"""The conformance suite for domains and their simulators: it checks the assumptions of the package.
 
 Run it over a domain of your own with a few of its initial states::
 
@@ -6,12 +6,13 @@ Run it over a domain of your own with a few of its initial states::
     for defect in check(domain, states):
         print(defect)
 
-It takes random walks from the states and watches the laws of execution. One of them is the paper's: a step is
-additional only if its intended effect is already there (appendix, "Action Sequencing: Trajectory Error
-Detection"). The intended effect is what the operator does in any case and can be seen: its own additions and
-deletions. What it does besides, for each object that happens to be there or only under a condition, is no
-reason to do it again: who sits on a sofa already does not sit down because he has turned away from what it
-faces.
+It takes random walks from the states and checks the laws of execution. One law is the paper's: a step is
+additional
+only if its intended effect already holds (appendix, "Action Sequencing: Trajectory Error Detection"). The
+intended effect consists of the operator's own visible additions and deletions. Effects for each object that
+happens to be there, and conditional effects, are not intended effects. For example, an agent that already
+sits
+on a sofa need not sit down again because it no longer faces an object.
 """
 
 from __future__ import annotations
@@ -41,112 +42,120 @@ def check(
     steps: int = 200,
     measured: Collection[str] | None = None,
 ) -> tuple[str, ...]:
-    """All defects of a domain and its simulator, each in words behind its operator; none if they conform.
+    """Return all defects of a domain and its simulator, each as a text that begins with the operator.
 
     Args:
         domain: the domain.
-        states: initial states to walk from.
-        seed: of the random walks.
-        steps: how many actions to try from each state.
-        measured: the stored predicates of which the simulator decides what holds; all others are to follow
-            the declaration. None if it decides all.
+        states: initial states of the walks.
+        seed: seed of the random walks.
+        steps: number of actions tried from each state.
+        measured: the stored predicates that the simulator changes; all others must follow the declaration.
+            None if
+            the simulator changes all.
     """
     rng = random.Random(seed)  # noqa: S311 - a walk, not a secret
-    names = {each.name for each in domain.vocabulary.predicates}
+    names = {predicate.name for predicate in domain.vocabulary.predicates}
     follow = frozenset() if measured is None else names.difference(measured)
     walks = (defect for state in states for defect in _walk(domain, state, rng, steps, follow))
     return tuple(dict.fromkeys(walks))
 
 
 def _walk(
-    domain: Domain, initial: State, rng: random.Random, steps: int, follow: AbstractSet[str]
+    domain: Domain, initial: State, rng: random.Random, steps: int, declared: AbstractSet[str]
 ) -> Iterator[str]:
-    """Try random actions, keep those that are possible, and compare what happens with what must."""
+    """Try random actions, execute the possible ones, and yield the broken laws."""
     if initial.scene.vocabulary.predicates != domain.vocabulary.predicates:
         yield f"{domain.name}: a state belongs to another vocabulary"
         return
-    simulator, twin = domain.begin(initial), domain.begin(initial)
-    if lost := set(initial.facts()).difference(simulator.state.facts()):
-        yield f"{domain.name}: the simulator begins without {min(lost).predicate} of the initial state"
-    past = History(simulator.state)
+    simulator, second_simulator = domain.begin(initial), domain.begin(initial)
+    if missing := set(initial.facts()).difference(simulator.state.facts()):
+        yield f"{domain.name}: the simulator begins without {min(missing).predicate} of the initial state"
+    history = History(simulator.state)
     for _ in range(steps):
         action = _random_action(domain.operators, initial, rng)
-        before = _fingerprint(past.state)
-        outcome, again = attempt(domain, past, action), attempt(domain, past, action)
-        if outcome != again:
+        before = _fingerprint(history.state)
+        outcome, second_outcome = attempt(domain, history, action), attempt(domain, history, action)
+        if outcome != second_outcome:
             yield f"{action.operator}: the same action in the same state has two outcomes"
-        if _fingerprint(past.state) != before:
+        if _fingerprint(history.state) != before:
             yield f"{action.operator}: trying the action changed the state in which it was tried"
         if isinstance(outcome, Fault):
-            yield from _fault(domain, past, action, outcome)
+            yield from _check_fault(domain, history, action, outcome)
             continue
         after = simulator.act(action, outcome)
-        if twin.act(action, outcome) != after:
-            yield f"{action.operator}: the simulator makes two outcomes of equal worlds and actions"
+        if second_simulator.act(action, outcome) != after:
+            yield f"{action.operator}: two equal simulators give different outcomes of the action"
         if _fingerprint(simulator.state) != (before if isinstance(after, Fault) else _fingerprint(after)):
-            yield f"{action.operator}: the simulator's state is not that which its outcome tells"
+            yield f"{action.operator}: the simulator's state differs from the outcome that it returned"
         if isinstance(after, State):
-            yield from _simulated(domain, past.state, action, outcome, after, follow)
-            past = past.extended(after)
+            yield from _check_simulator(domain, history.state, action, outcome, after, declared)
+            history = history.extended(after)
 
 
-def _simulated(
-    domain: Domain, before: State, action: Action, declared: State, after: State, follow: AbstractSet[str]
+def _check_simulator(
+    domain: Domain,
+    before: State,
+    action: Action,
+    declared: State,
+    after: State,
+    declared_predicates: AbstractSet[str],
 ) -> Iterator[str]:
-    """The laws that a simulator has broken in carrying an action out."""
-    for effect in _brought_about(domain, before, action, declared):
+    """Yield the laws that a simulator has broken when it executed an action."""
+    for effect in _new_effects(domain, before, action, declared):
         if not domain.holds(effect, after, argument_indices(action, domain)):
-            yield f"{action.operator}: carried out without bringing about {print_ltl(effect)}"
-    for name in sorted(compare_states(declared, after).predicates & follow):
-        yield f"{action.operator}: the simulator decides {name}, which is to follow the declaration"
+            yield f"{action.operator}: executed without its intended effect {print_ltl(effect)}"
+    for name in sorted(compare_states(declared, after).predicates & declared_predicates):
+        yield f"{action.operator}: the simulator changes {name}, which must follow the declaration"
 
 
-def _brought_about(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
-    """The intended effects of an action that hold after it and did not before."""
+def _new_effects(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
+    """Yield the intended effects of an action that hold after it and did not hold before."""
     arguments = argument_indices(action, domain)
-    for effect in _intended(domain.compiled[action.operator].operator.effects, domain.vocabulary):
+    for effect in _intended_effects(domain.compiled[action.operator].operator.effects, domain.vocabulary):
         if domain.holds(effect, after, arguments) and not domain.holds(effect, before, arguments):
             yield effect
 
 
 def _fingerprint(state: State) -> int:
-    """A hash of what the state holds now, past any that it has stored."""
+    """Return a hash of the facts of a state, without the hash that the state caches."""
     return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
 
-def _fault(domain: Domain, past: History, action: Action, fault: Fault) -> Iterator[str]:
-    if not describe(fault, domain, action, past.state.scene):
-        yield f"{action.operator}: a failure has no reason"
+def _check_fault(domain: Domain, history: History, action: Action, fault: Fault) -> Iterator[str]:
+    if not describe(fault, domain, action, history.state.scene):
+        yield f"{action.operator}: a fault has no description"
     if (fault.kind is FaultKind.WRONG_ORDER) != (fault.earlier is not None):
-        yield f"{action.operator}: a wrong order comes without the earlier state, or the other way round"
-    if fault.earlier is not None and not 0 <= fault.earlier <= past.number:
-        yield f"{action.operator}: the history rule points outside the trajectory"
+        yield f"{action.operator}: only a fault of kind wrong_order must have an earlier state"
+    if fault.earlier is not None and not 0 <= fault.earlier <= history.number:
+        yield f"{action.operator}: the history rule returned a state outside the trajectory"
     if fault.kind is FaultKind.ADDITIONAL_STEP:
-        yield from _needed(domain, past.state, action)
+        yield from _check_additional_step(domain, history.state, action)
 
 
-def _needed(domain: Domain, before: State, action: Action) -> Iterator[str]:
-    """The changes that an action which counts as an additional step would still make."""
+def _check_additional_step(domain: Domain, before: State, action: Action) -> Iterator[str]:
+    """Yield the changes that an allegedly additional step would still make."""
     after = domain.apply(before, action)
-    for effect in _brought_about(domain, before, action, after):
+    for effect in _new_effects(domain, before, action, after):
         yield f"{action.operator}: an additional step that would bring about {print_ltl(effect)}"
 
 
-def _intended(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
-    """The changes that effects make in any case and can be seen: of two alternatives, one or the other."""
+def _intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
+    """Yield the visible changes that effects make in any case; two branches give a disjunction."""
 
-    def can_be_seen(atom: Atom) -> bool:
+    def is_visible(atom: Atom) -> bool:
         predicate = vocabulary.find_stored(atom.predicate)
         return predicate is not None and predicate.visible
 
     for effect in effects:
         match effect:
-            case Add(atom) if can_be_seen(atom):
+            case Add(atom) if is_visible(atom):
                 yield atom
-            case Delete(atom) if can_be_seen(atom) and ANYTHING not in atom.arguments:
+            case Delete(atom) if is_visible(atom) and ANYTHING not in atom.arguments:
                 yield Not(atom)
             case When(_, then, otherwise):
-                yield Or(tuple(And(tuple(_intended(each, vocabulary))) for each in (then, otherwise)))
+                yield Or(
+                    tuple(And(tuple(_intended_effects(branch, vocabulary))) for branch in (then, otherwise))
+                )
             case _:
                 pass
 

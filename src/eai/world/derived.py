@@ -1,7 +1,8 @@
-"""Derived predicates: computed from the stored ones of a state.
+"""Derived predicates: predicates that are computed from the stored ones of a state.
 
-Most are given by a formula; the few that need arithmetic or a walk along a chain, by a pure function that
-names what it reads.
+Most are defined by a formula. The few that need arithmetic, or a walk along a chain, are pure functions that
+list
+the predicates that they read.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary, make_atom
 
 LookupFunction: TypeAlias = Callable[[State, tuple[int, ...]], int]
-"""Gives the mask of the objects that make a predicate true as last argument, from the other arguments."""
+"""Function from all arguments but the last to the mask of the last arguments that make a predicate true."""
 
 TestFunction: TypeAlias = Callable[[State, tuple[int, ...]], bool]
 """Whether a predicate holds of objects in a state."""
@@ -24,10 +25,15 @@ TestFunction: TypeAlias = Callable[[State, tuple[int, ...]], bool]
 
 @dataclass(frozen=True, slots=True)
 class Defined:
-    """A derived predicate given by a formula over its parameters.
+    """A derived predicate that a formula over its parameters defines.
 
-    ``values``, where there is one, is a faster way to the same: a pure function from all arguments but the
-    last to the mask of the objects that make the predicate true as last argument.
+    Attributes:
+        name: the name.
+        parameters: the parameters.
+        definition: the formula.
+        values: an optional faster equivalent: a pure function from all arguments but the last to the mask of
+            the
+            objects that make the predicate true as last argument.
     """
 
     name: str
@@ -42,19 +48,24 @@ class Defined:
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Nothing beyond what its formula says."""
+        """Always empty, since the formula names the predicates that it reads."""
         return ()
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:
-        """The atom of this predicate with these terms."""
+        """Return the atom of this predicate with these terms."""
         return make_atom(self.name, self.arity, terms)
 
 
 @dataclass(frozen=True, slots=True)
 class Computed:
-    """A derived predicate given by a pure test of a state and object indices.
+    """A derived predicate that a pure function of a state and object indices decides.
 
-    ``meaning``, where there is one, says the same as a formula, for syntaxes that have no functions.
+    Attributes:
+        name: the name.
+        arity: the number of arguments.
+        test: the function.
+        reads: the predicates that the function reads.
+        meaning: an optional equivalent formula, for syntaxes that have no functions.
     """
 
     name: str
@@ -64,19 +75,26 @@ class Computed:
     meaning: Defined | None = None
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:
-        """The atom of this predicate with these terms."""
+        """Return the atom of this predicate with these terms."""
         return make_atom(self.name, self.arity, terms)
 
 
 @dataclass(frozen=True, slots=True)
 class Lookup:
-    """A derived predicate whose last argument is looked up: a pure function from the others to a mask.
+    """A derived predicate whose last argument a pure function looks up from the others.
 
-    ``values(state, arguments)`` is the mask of all objects that make the predicate true as last argument.
-    ``meaning``, where there is one, says the same as a formula, for syntaxes that have no functions;
-    ``single`` says that the mask never has more than one object; ``open_in_meaning``, what the formula leaves
-    open, in words. ``inverse``, where there is one, of two arguments, is the mask of all objects that make
-    the predicate true as first argument, from the last.
+    Attributes:
+        name: the name.
+        arity: the number of arguments.
+        values: ``values(state, arguments)`` is the mask of all objects that make the predicate true as last
+            argument.
+        reads: the predicates that the function reads.
+        meaning: an optional equivalent formula, for syntaxes that have no functions.
+        single: whether the mask never has more than one object.
+        open_in_meaning: description of the aspects that the formula leaves open.
+        inverse: for two arguments, an optional function that returns the mask of all objects that make the
+            predicate
+            true as first argument, given the last.
     """
 
     name: str
@@ -89,26 +107,26 @@ class Lookup:
     inverse: LookupFunction | None = None
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:
-        """The atom of this predicate with these terms."""
+        """Return the atom of this predicate with these terms."""
         return make_atom(self.name, self.arity, terms)
 
 
 def is_a(term: f.Term, *categories: str) -> f.Formula:
-    """The object belongs to one of the categories."""
+    """Return a formula: the object belongs to one of the categories."""
     member = f.Variable("member")
     memberships = tuple(f.Exists(f.Variable(member.name, c), f.Equals(member, term)) for c in categories)
     return memberships[0] if len(memberships) == 1 else f.Or(memberships)
 
 
 def to_evaluated_form(derived: DerivedPredicate) -> DerivedPredicate:
-    """The form in which a derived predicate is evaluated: that with a function where it has one."""
+    """Return the form that evaluation uses: the function of a derived predicate, or else its formula."""
     if isinstance(derived, Defined) and derived.values is not None:
         return Lookup(derived.name, derived.arity, derived.values, ())
     return derived
 
 
 def find_definition(derived: DerivedPredicate) -> Defined | None:
-    """The definition by a formula that says the same as a derived predicate, if there is one."""
+    """Return the formula that is equivalent to a derived predicate, or None if it has no such formula."""
     match derived:
         case Defined():
             return derived
@@ -119,11 +137,11 @@ def find_definition(derived: DerivedPredicate) -> Defined | None:
 
 
 def find_stored_predicates(predicates: Iterable[str], vocabulary: Vocabulary) -> list[str]:
-    """The stored predicates that predicates come down to, each once."""
+    """Return the stored predicates that some predicates depend on, each once."""
     reached = list(dict.fromkeys(predicates))
-    for name in reached:  # which grows
+    for name in reached:  # the loop appends to the list
         derived = vocabulary.derived_by_name.get(name)
         if derived is not None:
             read = predicates_of(derived.definition) if isinstance(derived, Defined) else derived.reads
-            reached += [each for each in dict.fromkeys(read) if each not in reached]
+            reached += [other for other in dict.fromkeys(read) if other not in reached]
     return [name for name in reached if name not in vocabulary.derived_by_name]

@@ -1,4 +1,4 @@
-"""Domains: everything there is to know about a world, declared in one value, and who carries actions out."""
+"""Domains: complete declarations of worlds, and the simulators that execute actions."""
 
 from __future__ import annotations
 
@@ -26,55 +26,57 @@ FAULT_PRECEDENCE = (
     FaultKind.WRONG_ORDER,
     FaultKind.MISSING_STEP,
 )
-"""Which kind of fault counts where a step has several, first to last."""
+"""Order by which one kind of fault is chosen for a step that has several; the first kind wins."""
 
 
 class Simulator(Protocol):
-    """A world in which actions are carried out, begun anew for each episode.
+    """A world in which actions are executed. Each episode begins a new one.
 
-    Its domain says what can be told of it and which actions are possible, and diagnoses those that are not:
-    these never get here. Slips do not either. What plans are searched with, and exported, is the declaration.
+    The domain declares the predicates and the possible actions, and diagnoses impossible actions. The
+    simulator gets
+    neither impossible actions nor slips. Plans are searched, and exported, by the declaration alone.
     """
 
     @property
     def state(self) -> State:
-        """The facts that hold now: a state of the same episode as that in which it began.
+        """The facts that hold now, as a state of the same episode as the initial state.
 
-        `State.with_exactly` makes one of facts.
+        `State.replace_facts` makes such a state.
         """
 
     def act(self, action: Action, declared: State) -> State | Fault:
-        """Carry out an action that is possible by its declaration.
+        """Execute an action that is possible by its declaration.
 
         Args:
             action: the action.
             declared: the state that follows by the declared effects.
 
         Returns:
-            The state after it, in which its intended effects hold; or why it failed, and then nothing has
-            changed. The check of a fault need not be one of the declaration.
+            The state after the action, in which its intended effects hold; or the fault of a failed action,
+            which
+            changes nothing. The check of the fault need not be part of the declaration.
         """
 
 
 BeginEpisode: TypeAlias = Callable[[State], Simulator]
-"""Begins an episode in a state: equal states make equal worlds. It raises InputError where it cannot."""
+"""Function that begins an episode in a state. Equal states make equal worlds. It may raise InputError."""
 
 
-class _Declared:
-    """The world as it is declared: an action has the effects that its operator has."""
+class _DeclaredSimulator:
+    """A world in which an action has exactly its declared effects."""
 
     def __init__(self, initial: State) -> None:
         self.state = initial
 
     def act(self, action: Action, declared: State) -> State | Fault:
-        """Take the declared state."""
+        """Return the declared state."""
         self.state = declared
         return declared
 
 
 def begin_as_declared(initial: State) -> Simulator:
-    """Begin an episode in which actions have their declared effects, and no others."""
-    return _Declared(initial)
+    """Begin an episode in which actions have exactly their declared effects."""
+    return _DeclaredSimulator(initial)
 
 
 @dataclass(frozen=True)
@@ -82,21 +84,24 @@ class Domain:
     """A declared world.
 
     Attributes:
-        name: the domain's name, as the command line takes it.
+        name: the domain's name on the command line.
         vocabulary: stored and derived predicates.
         operators: the actions.
         history_rule: tells a wrong order from a missing step.
-        precedence: which kind of fault counts where a step has several, first to last.
-        visible: what an agent sees that does not see everything: the objects that make this true as ``x``,
-            its only free variable. None where whoever acts sees all there is.
-        landmarks: what such an agent knows of from the start without seeing it: the objects that make this
-            true as ``x``. None where there is nothing.
-        egocentric: the relations that such an agent perceives of itself alone, not between other things.
-        begin: begins the world of an episode; by default one in which actions have their declared effects.
+        precedence: order by which one kind of fault is chosen for a step that has several; the first kind
+            wins.
+        visible: a formula about ``x``, its only free variable: the objects that an agent with a limited view
+            sees.
+            None if agents see everything.
+        landmarks: a formula about ``x``: the objects that such an agent knows from the start without seeing
+            them.
+            None if there are none.
+        egocentric: the relations that such an agent perceives of itself only, not between other objects.
+        begin: begins the world of an episode; by default actions have exactly their declared effects.
 
     Raises:
-        DomainError: two operators have one name, or a formula or effect uses what is not declared. All of
-            the declaration is compiled to find out.
+        DomainError: two operators have one name, or a formula or effect uses an undeclared name. The whole
+            declaration is compiled to find out.
     """
 
     name: str
@@ -132,7 +137,7 @@ class Domain:
 
     @cached_property
     def compiled(self) -> Mapping[str, CompiledOperator]:
-        """The operators by name, ready to run."""
+        """The compiled operators by name."""
         compiled: dict[str, CompiledOperator] = {}
         for operator in self.operators:
             with prefix_errors(f"operator {operator.name}", DomainError):
@@ -141,43 +146,45 @@ class Domain:
 
     @cached_property
     def applicability(self) -> Mapping[str, FindArguments]:
-        """With which objects no check of an operator fails, by its name."""
+        """By operator name, the function that finds the objects for which no check fails."""
         return {operator.name: applicability(operator, self.vocabulary) for operator in self.operators}
 
     def operator(self, name: str) -> Operator | None:
-        """The operator of this name, or None."""
+        """Return the operator of this name, or None."""
         compiled = self.compiled.get(name)
         return None if compiled is None else compiled.operator
 
     def apply(self, state: State, action: Action) -> State:
-        """The state after an action that is possible, without diagnosis; of others nothing is promised."""
+        """Return the state after a possible action. It does not check that the action is possible."""
         operator = self.compiled[action.operator]
         return operator.apply(state, operator.bind(state, action.arguments))
 
     def replace_operators(self, *changed: Operator, without: Sequence[str] = ()) -> Domain:
-        """The domain in which these operators replace those of their name, and some are left out."""
+        """Return the domain with some operators replaced by name, or added, and others left out."""
         by_name = {operator.name: operator for operator in changed}
-        kept = tuple(by_name.pop(o.name, o) for o in self.operators if o.name not in without)
-        return replace(self, operators=(*kept, *by_name.values()))
+        operators = tuple(by_name.pop(o.name, o) for o in self.operators if o.name not in without)
+        return replace(self, operators=(*operators, *by_name.values()))
 
     @cached_property
     def find_visible(self) -> Callable[[State, int], int]:
-        """The visible ones among some objects in a state, both as masks."""
-        return self._among(self.visible or TRUE)
+        """Function that returns which of some objects are visible in a state; objects are masks."""
+        return self._compile_extension(self.visible or TRUE)
 
     @cached_property
     def find_landmarks(self) -> Callable[[State, int], int]:
-        """The ones among some objects that are known of from the start, which is a state; both as masks."""
-        return self._among(self.landmarks or FALSE)
+        """Function that returns which of some objects are known from the start; objects are masks."""
+        return self._compile_extension(self.landmarks or FALSE)
 
-    def _among(self, formula: Formula) -> Callable[[State, int], int]:
-        """Of some objects those that make a formula about ``x`` true in a state; both as masks."""
+    def _compile_extension(self, formula: Formula) -> Callable[[State, int], int]:
+        """Compile a formula about ``x`` to a function that selects the objects that make it true."""
         frame = Frame((Variable("x"),))
-        found = ConditionCompiler(self.vocabulary, frame).extension(formula, frame.scope["x"], frame.scope)
-        return lambda state, among: found(state, frame.bind(state.scene, (UNBOUND,)), among)
+        extension = ConditionCompiler(self.vocabulary, frame).extension(
+            formula, frame.scope["x"], frame.scope
+        )
+        return lambda state, among: extension(state, frame.bind(state.scene, (UNBOUND,)), among)
 
     def holds(self, formula: Formula, state: State, arguments: Mapping[str, int] | None = None) -> bool:
-        """Whether a state formula holds; ``arguments`` gives its free variables their objects."""
+        """Whether a state formula holds; ``arguments`` has the objects of its free variables."""
         arguments = arguments or {}
         frame = Frame(tuple(Variable(name) for name in arguments))
         truth = ConditionCompiler(self.vocabulary, frame).truth(formula)

@@ -1,7 +1,8 @@
-"""Effects of operators on states: a closed set of effects, compiled once, with no Python of the domain.
+"""Effects of operators on states: a closed set of types, compiled once, without Python code of the domain.
 
-Every condition in an effect is read in the state *before* the action; the changes are then made in the order
-in which they are written.
+Conditions in effects are evaluated in the state *before* the action. Then the changes are made in the order
+in
+which they are written.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from eai.world.state import Draft, State
 from eai.world.vocabulary import Vocabulary
 
 ANYTHING: Final = Variable("*")
-"""In a deletion: whatever object stands here."""
+"""A wildcard for any object in a deletion."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,16 +72,16 @@ Apply: TypeAlias = Callable[[State, Draft, FrameBinding], None]
 
 
 def both_ways(effect: type[Add] | type[Delete], atom: Atom) -> tuple[Effect, Effect]:
-    """The effect on a binary atom and on its mirror image."""
+    """Return the effect on a binary atom, and on its mirror image."""
     left, right = atom.arguments
     return effect(atom), effect(Atom(atom.predicate, (right, left)))
 
 
 class EffectCompiler:
-    """A compiler of effects over one vocabulary, sharing a frame with the conditions of the operator.
+    """A compiler of effects over one vocabulary. It shares a frame with the conditions of the operator.
 
     Raises:
-        DomainError: from its methods, for what is not declared, derived or static.
+        DomainError: raised by the methods if a changed predicate is not declared, derived or static.
     """
 
     def __init__(self, vocabulary: Vocabulary, frame: Frame) -> None:
@@ -89,7 +90,7 @@ class EffectCompiler:
         self._conditions = ConditionCompiler(vocabulary, frame)
 
     def sequence(self, effects: Iterable[Effect], scope: Mapping[str, int] | None = None) -> Apply:
-        """All effects, one after the other."""
+        """Compile effects that take place one after the other."""
         scope = self._frame.scope if scope is None else scope
         steps = tuple([self._effect(effect, scope) for effect in effects])
 
@@ -106,7 +107,7 @@ class EffectCompiler:
             case When():
                 return self._when(effect, scope)
             case ForEach():
-                return self._for_each(effect, scope)
+                return self._compile_for_each(effect, scope)
             case Let():
                 return self._let(effect, scope)
             case _:
@@ -140,11 +141,11 @@ class EffectCompiler:
 
         return apply
 
-    def _for_each(self, effect: ForEach, scope: Mapping[str, int]) -> Apply:
+    def _compile_for_each(self, effect: ForEach, scope: Mapping[str, int]) -> Apply:
         slot = self._frame.new_slot()
         inner = {**scope, effect.variable.name: slot}
         matching = self._conditions.extension(effect.condition, slot, inner)
-        steps = tuple([self._effect(each, inner) for each in effect.effects])
+        steps = tuple([self._effect(inner_effect, inner) for inner_effect in effect.effects])
 
         def apply(before: State, draft: Draft, binding: FrameBinding) -> None:
             mask = matching(before, binding, before.scene.everything)
@@ -160,7 +161,9 @@ class EffectCompiler:
     def _write(self, atom: Atom, scope: Mapping[str, int], *, adding: bool) -> Apply:
         index = self._slot_of_predicate(atom)
         if adding and ANYTHING in atom.arguments:
-            raise DomainError(f"an addition of {atom.predicate} cannot be a pattern")
+            raise DomainError(
+                f"an effect adds {atom.predicate} with ANYTHING, which is for deletions only: name an object"
+            )
         if len(atom.arguments) == 2:
             return self._write_pair(atom, index, scope, adding=adding)
         if len(atom.arguments) > 2:
@@ -194,7 +197,9 @@ class EffectCompiler:
         self._vocabulary.require_arity(atom.predicate, len(atom.arguments))
         predicate = self._vocabulary.find_stored(atom.predicate)
         if predicate is None:
-            raise DomainError(f"an effect changes {atom.predicate}, which is not a stored predicate")
+            raise DomainError(
+                f"an effect changes {atom.predicate}, which is derived: change the predicates that define it"
+            )
         if predicate.static:
             raise DomainError(f"an effect changes {atom.predicate}, which is declared static")
         return self._vocabulary.slots(predicate.arity)[predicate.name]

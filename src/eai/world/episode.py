@@ -1,4 +1,4 @@
-"""Episodes: one action after the other in a world that stays, where a possible action may slip."""
+"""Episodes: a world in which actions are tried one after the other. A possible action may slip."""
 
 from __future__ import annotations
 
@@ -18,32 +18,33 @@ from eai.world.state import State
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """An action that was possible did not work: nothing has changed."""
+    """An action that was possible but had no effect."""
 
 
 Outcome: TypeAlias = State | Fault | Slip
-"""The outcome of an action: the state after it, the diagnosis of its failure, or a slip."""
+"""The outcome of an action: the state after it, the fault, or a slip."""
 
 
 KnownOutcomes: TypeAlias = "dict[Action, tuple[State | Fault, KnownOutcomes]]"
-"""The outcome of each action that was tried in a state, and what is known of the state after it.
+"""A cache of the outcomes of actions tried in a state, each with the cache for the state after it.
 
-Episodes that begin alike may share it: then a step is worked out once for all that took the same way there.
+Episodes with equal beginnings may share it: then each step is computed once.
 """
 
 
 class SlipSampler:
-    """The draws for one task and epoch: one for each possible action, none for an impossible one.
+    """Draws whether possible actions slip, for one task and epoch. Impossible actions draw nothing.
 
-    So two policies meet the same luck at the same executed step. Episodes that share it continue its draws
+    So two policies get the same draw at the same executed step. Episodes that share a sampler continue its
+    draws
     (paper, appendix on replanning with stochastic actions).
 
     Args:
-        probability: that a possible action slips, from 0 to 1, independently of all others.
+        probability: probability that a possible action slips, from 0 to 1, independent of all others.
         task_id: the task.
-        seed: of the draws.
-        epoch: which of several independent repetitions this is.
-        notice: whether a slip is noticed.
+        seed: seed of the draws.
+        epoch: number of the independent repetition.
+        notice: whether the agent notices a slip.
     """
 
     def __init__(
@@ -55,22 +56,24 @@ class SlipSampler:
         self._random = random.Random(stream)  # noqa: S311 - chance, not secrets
 
     def slips(self) -> bool:
-        """Whether the next possible action slips."""
+        """Draw whether the next possible action slips."""
         return self._random.random() < self._probability
 
 
 class Episode:
-    """A world in which one action after the other is tried, and what has happened in it so far.
+    """A world in which actions are tried one after the other, with its history so far.
 
-    An action that is impossible or slips changes nothing, and the next one is tried in the same state. A
-    wrong order looks back over the whole episode. A plan that runs in a new episode without slips becomes
-    what `execute` makes of it.
+    An action that is impossible or slips changes nothing, and the next action is tried in the same state. A
+    wrong
+    order is searched for in the whole episode. In a new episode without slips, `run` gives the same
+    trajectory as
+    `execute`.
 
     Args:
         domain: the world.
-        initial: the state to begin in, as `Domain.begin` may complete it.
-        luck: which possible actions slip; none if None.
-        known: what other episodes of the domain found out from this state on; this one adds to it.
+        initial: the initial state, which `Domain.begin` may complete.
+        slip_sampler: draws which possible actions slip; None for no slips.
+        known_outcomes: cache of outcomes from the initial state on, which the episode extends.
     """
 
     def __init__(
@@ -81,40 +84,40 @@ class Episode:
         known_outcomes: KnownOutcomes | None = None,
     ) -> None:
         self.domain = domain
-        self._luck = slip_sampler
-        self._known = {} if known_outcomes is None else known_outcomes
+        self._slip_sampler = slip_sampler
+        self._known_outcomes = {} if known_outcomes is None else known_outcomes
         self._simulator = domain.begin(initial)
-        self._past = History(self._simulator.state)
+        self._history = History(self._simulator.state)
         self._steps: list[Step] = []
 
     @property
     def state(self) -> State:
-        """The state now."""
-        return self._past.state
+        """The current state."""
+        return self._history.state
 
     @property
     def trajectory(self) -> Trajectory:
-        """All that has happened so far."""
-        return Trajectory(self._past.states, tuple(self._steps))
+        """The states and steps so far."""
+        return Trajectory(self._history.states, tuple(self._steps))
 
     def trajectory_from(self, start: int) -> Trajectory:
-        """The steps from one on, as a trajectory of its own; what it lacks may be before that.
+        """Return the steps from one on as a trajectory of its own. Faults may refer to earlier states.
 
         Args:
-            start: how many steps had been tried before.
+            start: number of steps tried before.
         """
         offset = sum([step.executed for step in self._steps[:start]])
-        steps = [_later(step, offset) for step in self._steps[start:]]
-        return Trajectory(self._past.states[offset:], tuple(steps))
+        steps = [_shift_step(step, offset) for step in self._steps[start:]]
+        return Trajectory(self._history.states[offset:], tuple(steps))
 
     def act(self, action: Action) -> Outcome:
-        """Try one action; it must name an operator of the domain and have as many arguments."""
-        known = self._known.get(action)
-        if known is None:
-            known = self._known[action] = (attempt(self.domain, self._past, action), {})
-        tried, then = known
+        """Try one action. It must name an operator of the domain, and have the right number of arguments."""
+        outcome = self._known_outcomes.get(action)
+        if outcome is None:
+            outcome = self._known_outcomes[action] = (attempt(self.domain, self._history, action), {})
+        tried, then = outcome
         if isinstance(tried, State):
-            if self._luck is not None and self._luck.slips():
+            if self._slip_sampler is not None and self._slip_sampler.slips():
                 return self.record_slip(action)
             declared, tried = tried, self._simulator.act(action, tried)
             if tried is not declared:
@@ -122,13 +125,13 @@ class Episode:
         if isinstance(tried, Fault):
             self._steps.append(Step(action, tried))
             return tried
-        self._known = then
-        self._past = self._past.extended(tried)
+        self._known_outcomes = then
+        self._history = self._history.extended(tried)
         self._steps.append(Step(action, None))
         return tried
 
     def record_slip(self, action: Action) -> Slip:
-        """Let an action slip that was not tried: nothing changes."""
+        """Record a slip of an action without trying it. The state stays as it is."""
         self._steps.append(Step(action, None, slipped=True))
         return Slip()
 
@@ -139,7 +142,7 @@ class Episode:
 
         Args:
             plan: the actions.
-            until: asked after each executed action; the plan ends early where it is true.
+            until: called after each executed action; the plan ends early if it returns True.
 
         Returns:
             The fault or slip that ended the plan, or None.
@@ -152,13 +155,13 @@ class Episode:
                         return None
                 case Fault(kind) if kind is not FaultKind.ADDITIONAL_STEP:
                     return outcome
-                case Slip() if self._luck is not None and self._luck.notice == "detected":
+                case Slip() if self._slip_sampler is not None and self._slip_sampler.notice == "detected":
                     return outcome
         return None
 
 
-def _later(step: Step, offset: int) -> Step:
-    """A step of a trajectory that begins so many states later."""
+def _shift_step(step: Step, offset: int) -> Step:
+    """Return a step of a trajectory that begins ``offset`` states later."""
     fault = step.fault
     if fault is None or fault.earlier is None or not offset:
         return step

@@ -1,6 +1,6 @@
-"""Operators ready to run: their checks and effects as functions of a state and a binding.
+"""Compiled operators: checks and effects as functions of a state and a binding.
 
-For which objects no check of an operator fails, `applicability` says.
+`applicability` finds the objects for which no check of an operator fails.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from eai.world.vocabulary import Vocabulary
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _CompiledCheck:
-    """A check with its condition, and each formula of what it seeks in the past, as functions.
+    """A check whose condition and ``sought`` formulas are compiled.
 
-    It is equal to itself alone, and belongs to one list of checks.
+    Checks are compared by identity; each belongs to one list of checks.
     """
 
     check: Check
@@ -41,15 +41,15 @@ class _CompiledTry(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """A check that fails of some objects, in the list of checks of the operator or of one of its tries."""
+    """A failed check, with the objects and the list of checks of the operator, or of its try."""
 
     check: _CompiledCheck
     checks: tuple[_CompiledCheck, ...]
     arguments: tuple[int, ...]
 
 
-class _Undone(NamedTuple):
-    """A try of an action that fails: the condition that stays as it is, and the check that fails."""
+class _FailedTry(NamedTuple):
+    """A failed try of an action: its condition, which remains true, and the check that failed."""
 
     condition: Formula
     check: Check
@@ -61,8 +61,8 @@ class CompiledOperator:
     Attributes:
         operator: the operator.
         checks: its checks, in order.
-        tries: what it tries.
-        is_possible: whether no check fails, and some try succeeds if any is made: all checks asked together.
+        tries: its tries, in order.
+        is_possible: whether no check fails and, if any try is made, one succeeds.
     """
 
     __slots__ = ("_apply", "_frame", "checks", "is_possible", "operator", "tries")
@@ -72,122 +72,122 @@ class CompiledOperator:
         self._frame = Frame(operator.parameters)
         conditions = ConditionCompiler(vocabulary, self._frame)
         effects = EffectCompiler(vocabulary, self._frame)
-        self.checks = _compiled(operator.checks, conditions)
+        self.checks = _compile_checks(operator.checks, conditions)
         passes = conditions.truth(And(tuple(check.condition for check in operator.checks)))
         self.is_possible: Truth = passes
         if operator.tries:
             self.is_possible = lambda state, binding: (
-                passes(state, binding) and not self._failed_tries(state, binding)
+                passes(state, binding) and not self._find_failures_of_tries(state, binding)
             )
         self.tries = tuple(
             _CompiledTry(
-                conditions.truth(each.condition),
-                _compiled(each.checks, conditions),
-                effects.sequence(each.effects),
+                conditions.truth(attempt.condition),
+                _compile_checks(attempt.checks, conditions),
+                effects.sequence(attempt.effects),
             )
-            for each in operator.tries
+            for attempt in operator.tries
         )
         self._apply: Apply | None = effects.sequence(operator.effects) if operator.effects else None
 
     def bind(self, state: State, arguments: Sequence[int]) -> FrameBinding:
-        """The binding of the operator's variables for these arguments."""
+        """Bind the operator's variables to these arguments."""
         return self._frame.bind(state.scene, arguments)
 
     def failures(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
-        """All that is wrong: the first check that fails, or that of every try; empty if it is possible."""
+        """Return the first failed check, or that of every try; () if the action is possible."""
         failed = find_failing_check(self.checks, state, binding)
         if failed is not None:
             return (Failure(failed, self.checks, self._arguments(binding)),)
-        return self._failed_tries(state, binding)
+        return self._find_failures_of_tries(state, binding)
 
     def apply(self, state: State, binding: FrameBinding) -> State:
-        """The state after the action, whatever the operator's own checks say."""
+        """Return the state after the action; the operator's own checks are not evaluated."""
         if self._apply is None and not self.tries:
             return state
         draft = Draft(state)
-        for each in self.tries:
-            if each.is_made(state, binding) and find_failing_check(each.checks, state, binding) is None:
-                each.apply(state, draft, binding)
+        for attempt in self.tries:
+            if attempt.is_made(state, binding) and find_failing_check(attempt.checks, state, binding) is None:
+                attempt.apply(state, draft, binding)
         if self._apply is not None:
             self._apply(state, draft, binding)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary), draft.tuples)
 
-    def find_failed_tries(self, before: State, after: State, binding: FrameBinding) -> tuple[_Undone, ...]:
-        """The tries that fail: each try that was made before, and would be made again after."""
-        undone = []
-        for each, compiled in zip(self.operator.tries, self.tries, strict=True):
+    def find_failed_tries(self, before: State, after: State, binding: FrameBinding) -> tuple[_FailedTry, ...]:
+        """Return each failed try that was made before, and would be made again after."""
+        failed_tries = []
+        for attempt, compiled in zip(self.operator.tries, self.tries, strict=True):
             if compiled.is_made(before, binding) and compiled.is_made(after, binding):
                 failed = find_failing_check(compiled.checks, before, binding)
                 if failed is not None:
-                    undone.append(_Undone(each.condition, failed.check))
-        return tuple(undone)
+                    failed_tries.append(_FailedTry(attempt.condition, failed.check))
+        return tuple(failed_tries)
 
-    def _failed_tries(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
-        """The failure of each try that is made; empty if one succeeds or none is made."""
+    def _find_failures_of_tries(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
+        """Return the failure of each try that is made; () if one succeeds or none is made."""
         failures = []
-        for each in self.tries:
-            if each.is_made(state, binding):
-                failed = find_failing_check(each.checks, state, binding)
+        for attempt in self.tries:
+            if attempt.is_made(state, binding):
+                failed = find_failing_check(attempt.checks, state, binding)
                 if failed is None:
                     return ()
-                failures.append(Failure(failed, each.checks, self._arguments(binding)))
+                failures.append(Failure(failed, attempt.checks, self._arguments(binding)))
         return tuple(failures)
 
     def _arguments(self, binding: FrameBinding) -> tuple[int, ...]:
-        """The arguments that a binding was made for."""
         return tuple(binding[1 : 1 + self.operator.arity])
 
 
 def find_failing_check(
     checks: Sequence[_CompiledCheck], state: State, binding: FrameBinding
 ) -> _CompiledCheck | None:
-    """The first of the checks that fails in the state, or None."""
+    """Return the first check that fails in the state, or None."""
     for check in checks:
         if not check.holds(state, binding):
             return check
     return None
 
 
-def _compiled(checks: Sequence[Check], conditions: ConditionCompiler) -> tuple[_CompiledCheck, ...]:
-    found = []
+def _compile_checks(checks: Sequence[Check], conditions: ConditionCompiler) -> tuple[_CompiledCheck, ...]:
+    compiled_checks = []
     for check in checks:
         sought = (check.condition,) if check.sought is None else check.sought
-        compiled = conditions.truth(check.condition), tuple(map(conditions.truth, sought))
-        found.append(_CompiledCheck(check, *compiled))
-    return tuple(found)
+        functions = conditions.truth(check.condition), tuple(map(conditions.truth, sought))
+        compiled_checks.append(_CompiledCheck(check, *functions))
+    return tuple(compiled_checks)
 
 
 Spend: TypeAlias = Callable[[], bool]
-"""Counts one binding of a variable, and returns whether there were too many."""
+"""Function that counts one binding of a variable, and returns whether the limit is exceeded."""
 
 FindArguments: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
-"""The arguments among some objects with which no check fails, in the order of `itertools.product`.
+"""Function that yields the arguments for which no check fails, in the order of `itertools.product`.
 
-They end early when too many values of parameters were looked at.
+It stops early when it has tried too many values of parameters.
 """
 
 
 def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
-    """Return a function that finds the arguments with which no check of an operator fails.
+    """Return a function that finds the arguments for which no check of an operator fails.
 
-    A check of one parameter is read once for all objects. A check of several parameters is read as soon as
-    the last of them has its turn, for all values of that one at once. What the operator tries is not read.
+    A check of one parameter is evaluated once for all objects. A check of several parameters is evaluated as
+    soon as
+    the last of them is bound, for all values of this parameter at once. Tries are not evaluated.
     """
     names = [parameter.name for parameter in operator.parameters]
-    alone: list[list[Formula]] = [[] for _ in names]
-    together: list[list[Formula]] = [[] for _ in names]
+    single: list[list[Formula]] = [[] for _ in names]
+    several: list[list[Formula]] = [[] for _ in names]
     closed: list[Formula] = []
     for check in operator.checks:
-        about = free_variables(check.condition)
-        places = [place for place, name in enumerate(names) if name in about]
-        asked = (alone if len(places) == 1 else together)[places[-1]] if places else closed
-        asked.append(check.condition)
+        variables = free_variables(check.condition)
+        positions = [position for position, name in enumerate(names) if name in variables]
+        group = (single if len(positions) == 1 else several)[positions[-1]] if positions else closed
+        group.append(check.condition)
     frame = Frame(operator.parameters)
     conditions = ConditionCompiler(vocabulary, frame)
     first = conditions.truth(And(tuple(closed)))
-    own, joint = [
-        [conditions.extension(And(tuple(asked)), slot, frame.scope) for slot, asked in enumerate(parts, 1)]
-        for parts in (alone, together)
+    own_extensions, joint_extensions = [
+        [conditions.extension(And(tuple(group)), slot, frame.scope) for slot, group in enumerate(groups, 1)]
+        for groups in (single, several)
     ]
 
     def complete(
@@ -198,11 +198,11 @@ def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
         among: Sequence[int],
         spend: Spend,
     ) -> Iterator[tuple[int, ...]]:
-        """Yield the arguments that begin with those of a binding before a slot."""
+        """Yield the arguments that extend those that are bound before a slot."""
         if slot > len(names):
             yield tuple(binding[1:slot])
             return
-        matching = joint[slot - 1](state, binding, among[slot - 1])
+        matching = joint_extensions[slot - 1](state, binding, among[slot - 1])
         for index in objects:
             if matching >> index & 1:
                 if spend():
@@ -216,7 +216,7 @@ def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
         if not first(state, binding):
             return
         among: list[int] = []
-        for matching in own:
+        for matching in own_extensions:
             among.append(matching(state, binding, mask_of(objects)))
             if not among[-1]:
                 return

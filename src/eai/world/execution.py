@@ -1,4 +1,4 @@
-"""Running plans: the trajectory of a plan, and the diagnosis of its first fatal step."""
+"""Execution of plans: the trajectory of a plan, and the diagnosis of its first fatal step."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from eai.world.state import Scene, State
 
 
 class Step(NamedTuple):
-    """A step that was tried: executed, unless it has a fault or was possible but ``slipped``."""
+    """A step that was tried. It was executed unless it has a fault or ``slipped``."""
 
     action: Action
     fault: Fault | None
@@ -28,17 +28,18 @@ class Step(NamedTuple):
 
     @property
     def executed(self) -> bool:
-        """Whether the action was carried out."""
+        """Whether the action was executed."""
         return self.fault is None and not self.slipped
 
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """The course of a plan, or of all that was tried in an episode.
+    """The states and steps of a plan, or of an episode.
 
     Attributes:
         states: the initial state, then the state after each executed step.
-        steps: every step tried, in order. Of a plan only the last can have a fault other than an additional
+        steps: every step tried, in order. In a plan only the last step can have a fault other than an
+            additional
             step; the steps after it were not tried.
     """
 
@@ -52,7 +53,7 @@ class Trajectory:
 
     @property
     def failure(self) -> Fault | None:
-        """The fault of the last step, which ended the plan, or None if none did."""
+        """The fault of the last step, which ended the plan; None if no fault did."""
         fault = self.steps[-1].fault if self.steps else None
         return None if fault is None or fault.kind is FaultKind.ADDITIONAL_STEP else fault
 
@@ -62,37 +63,38 @@ class Trajectory:
         return tuple(step.action for step in self.steps if step.executed)
 
     def prefix(self, executed: int) -> Trajectory:
-        """The steps taken when so many actions were executed."""
+        """Return the trajectory of the first ``executed`` executed steps."""
         steps = [step for step in self.steps if step.executed][:executed]
         return Trajectory(self.states[: executed + 1], tuple(steps))
 
     @property
     def additional_steps(self) -> int:
-        """How many steps were skipped because they were not needed."""
+        """Number of steps that were skipped because they were not needed."""
         return sum([s.fault is not None and s.fault.kind is FaultKind.ADDITIONAL_STEP for s in self.steps])
 
 
 def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajectory:
     """Execute a plan up to its first fatal step.
 
-    Every action must name an operator of the domain and have as many arguments as it has parameters.
+    Every action must name an operator of the domain, and have as many arguments as the operator has
+    parameters.
     """
-    past = History(initial)
+    history = History(initial)
     steps: list[Step] = []
     for action in plan:
-        outcome = attempt(domain, past, action)
+        outcome = attempt(domain, history, action)
         if isinstance(outcome, State):
-            past = past.extended(outcome)
+            history = history.extended(outcome)
             steps.append(Step(action, None))
             continue
         steps.append(Step(action, outcome))
         if outcome.kind is not FaultKind.ADDITIONAL_STEP:
             break
-    return Trajectory(past.states, tuple(steps))
+    return Trajectory(history.states, tuple(steps))
 
 
 def attempt(domain: Domain, history: History, action: Action) -> State | Fault:
-    """Try one action in the last state of a past: the state after it, or the diagnosis of its failure."""
+    """Try one action in the last state of a history. Return the state after it, or the fault."""
     operator = domain.compiled[action.operator]
     state = history.state
     binding = operator.bind(state, action.arguments)
@@ -101,14 +103,14 @@ def attempt(domain: Domain, history: History, action: Action) -> State | Fault:
     return _diagnose(domain, history, operator, binding)
 
 
-def _diagnose(domain: Domain, past: History, operator: CompiledOperator, binding: FrameBinding) -> Fault:
-    """The fault that counts of all; one that the history rule finds in the past is a wrong order besides."""
+def _diagnose(domain: Domain, history: History, operator: CompiledOperator, binding: FrameBinding) -> Fault:
+    """Choose the fault of all failures that counts. The history rule may find a wrong order in addition."""
     kinds: dict[FaultKind, Check] = {}
     earlier = None
-    for failure in operator.failures(past.state, binding):
+    for failure in operator.failures(history.state, binding):
         check = failure.check.check
         kinds.setdefault(check.fault, check)
-        index = domain.history_rule(failure, binding, past)
+        index = domain.history_rule(failure, binding, history)
         if index is not None:
             kinds.setdefault(FaultKind.WRONG_ORDER, check)
             earlier = index if earlier is None else max(earlier, index)
@@ -118,41 +120,41 @@ def _diagnose(domain: Domain, past: History, operator: CompiledOperator, binding
 
 
 def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:
-    """The reason of a fault in words, with the names of the objects."""
+    """Return the reason of a fault, with the names of the objects."""
     return fault.check.reason.format_map(argument_names(action, domain, scene))
 
 
 def witnesses_of(check: Check, domain: Domain, action: Action, state: State) -> tuple[str, ...]:
-    """The names of what the reason of a check speaks of without a name, in the state in which it failed."""
+    """Return the names of the witnesses of a failed check: objects that its reason does not name."""
     if check.witness is None:
         return ()
     scope = argument_indices(action, domain)
-    found = FormulaEvaluator(domain.vocabulary).witnesses(
+    indices = FormulaEvaluator(domain.vocabulary).witnesses(
         check.witness.variable, check.witness.body, scope, state
     )
-    return tuple([state.scene.objects[i].name for i in found])
+    return tuple([state.scene.objects[i].name for i in indices])
 
 
 def argument_names(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
-    """The names of the objects of an action, by the parameters that they stand for."""
+    """Return the names of the objects of an action, by parameter."""
     return {name: scene.objects[index].name for name, index in argument_indices(action, domain).items()}
 
 
 def argument_indices(action: Action, domain: Domain) -> dict[str, int]:
-    """The objects of an action, by index, by the parameters that they stand for."""
+    """Return the indices of the objects of an action, by parameter."""
     return domain.compiled[action.operator].operator.scope(action.arguments)
 
 
 def to_trace(trajectory: Trajectory) -> Trace:
-    """The states of a trajectory and the actions between them, as temporal formulas ask for them, by name."""
+    """Convert a trajectory to a trace, in which temporal formulas use names of objects."""
     scene = trajectory.states[0].scene
     readings, atoms = FormulaEvaluator(scene.vocabulary), dict[str, Atom]()
     actions = [(a.operator, tuple([scene.objects[i].name for i in a.arguments])) for a in trajectory.executed]
-    return Trace([_Seen(state, readings, atoms) for state in trajectory.states], actions)
+    return Trace([_NamedState(state, readings, atoms) for state in trajectory.states], actions)
 
 
-class _Seen:
-    """One state, as a formula asks for it; all of a trajectory share the atoms of derived predicates."""
+class _NamedState:
+    """One state with objects by name. All states of a trajectory share the atoms of derived predicates."""
 
     __slots__ = ("_atoms", "_readings", "_state")
 
@@ -160,19 +162,17 @@ class _Seen:
         self._state, self._readings, self._atoms = state, readings, atoms
 
     def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
-        """Whether an atom is true."""
         index, vocabulary = self._state.scene.index, self._state.scene.vocabulary
         if vocabulary.arity(predicate) != len(arguments) or any(name not in index for name in arguments):
             return False
-        things = [index[name] for name in arguments]
+        indices = [index[name] for name in arguments]
         if vocabulary.find_stored(predicate) is not None:
-            return self._state.has(predicate, *things)
-        names = [f"argument {i}" for i in range(len(things))]
+            return self._state.has(predicate, *indices)
+        names = [f"argument {i}" for i in range(len(indices))]
         if predicate not in self._atoms:
             self._atoms[predicate] = Atom(predicate, tuple([Variable(name) for name in names]))
-        scope = dict(zip(names, things, strict=True))
+        scope = dict(zip(names, indices, strict=True))
         return self._readings.holds(self._atoms[predicate], scope, self._state)
 
     def objects(self, category: str | None) -> Sequence[str]:
-        """The objects of a category, in the order of the scene."""
         return self._state.scene.names_of_category(category)

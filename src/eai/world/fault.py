@@ -1,4 +1,4 @@
-"""The kinds of fault that a step of a plan may have, and whether a slip is noticed."""
+"""The kinds of fault that a step of a plan may have, and whether the agent notices a slip."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from typing import Literal, TypeAlias
 
 
 class FaultKind(str, Enum):
-    """The kinds of error of the paper (section "Error types"), by their wire strings.
+    """The kinds of error of the paper (section "Error types"), by their names in records.
 
-    `ADDITIONAL_STEP` is a remark: the step is skipped and the plan continues. All others end the plan.
-    `SLIP`, which only experiments have, is no error of whoever acts: the step was possible and did not work.
+    After `ADDITIONAL_STEP` the step is skipped and the plan continues. All other kinds end the plan. `SLIP`
+    occurs
+    only in experiments and is not an error of the agent: the action was possible but had no effect.
     """
 
     PARSING = "parsing"
@@ -25,11 +26,12 @@ class FaultKind(str, Enum):
 
 
 NOT_EXECUTED = frozenset({FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER})
-"""The kinds of error for which nothing of an answer is carried out, so that its goals say nothing."""
+"""The kinds of error after which no step of an answer is executed, so that its goals are not evaluated."""
 
 Notice: TypeAlias = Literal["detected", "silent"]
-"""Whether whoever acts learns of a slip.
+"""Whether the agent notices a slip.
 
-A detected slip ends the plan. After a silent one the plan continues as if the action had worked, and what
-depends on it fails later.
+A detected slip ends the plan. After a silent slip the plan continues as if the action had worked, and steps
+that
+depend on the action fail later.
 """

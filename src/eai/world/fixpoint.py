@@ -13,31 +13,31 @@ from eai.world.listing import FactListing, make_listing
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
 
-_KEPT = 1024
-"""For how many states the relations are remembered."""
+_MAX_CACHED_STATES = 1024
+"""Maximum number of states, and of scenes, whose relations are cached."""
 
 
 def define_recursively(
     circle: Sequence[Defined], vocabulary: Callable[[], Vocabulary]
 ) -> Sequence[DerivedPredicate]:
-    """Predicates that are defined by each other, or one that is defined by itself.
+    """Make derived predicates from definitions that use each other, or themselves.
 
     Args:
-        circle: their definitions.
-        vocabulary: gives the vocabulary that has them; it is asked when a state is read for the first time.
+        circle: the definitions.
+        vocabulary: returns the vocabulary of these predicates; it is called when a state is first read.
 
     Raises:
-        DomainError: one of them depends on its own negation, so that there are no least relations.
+        DomainError: a predicate depends on its own negation, so that there are no least relations.
     """
-    names = {each.name for each in circle}
-    for each in circle:
-        if not _is_positive(each.definition, names):
-            raise DomainError(f"the derived predicate {each.name} depends on its own negation")
+    names = {definition.name for definition in circle}
+    for definition in circle:
+        if not _is_positive(definition.definition, names):
+            raise DomainError(f"the derived predicate {definition.name} depends on its own negation")
     return _Recursion(circle, vocabulary).predicates
 
 
 class _Recursion:
-    """Predicates that are defined by each other, with the relations that were found in states.
+    """Predicates that are defined by each other, with the relations computed in states.
 
     Attributes:
         predicates: the derived predicates, in order.
@@ -45,11 +45,11 @@ class _Recursion:
 
     def __init__(self, circle: Sequence[Defined], vocabulary: Callable[[], Vocabulary]) -> None:
         self._circle = circle
-        self._names = {each.name for each in circle}
+        self._names = {definition.name for definition in circle}
         self._whole = vocabulary
-        self._scene = lru_cache(_KEPT)(self._extended)
-        self._least = lru_cache(_KEPT)(self._found)
-        self.predicates: list[DerivedPredicate] = [self._predicate(each) for each in circle]
+        self._scene = lru_cache(_MAX_CACHED_STATES)(self._extend_scene)
+        self._least = lru_cache(_MAX_CACHED_STATES)(self._find_least)
+        self.predicates: list[DerivedPredicate] = [self._predicate(definition) for definition in circle]
 
     def _predicate(self, defined: Defined) -> DerivedPredicate:
         reads = predicates_of(defined.definition)
@@ -65,50 +65,55 @@ class _Recursion:
         return self._least(state).has(name, *arguments)
 
     @cached_property
-    def _own(self) -> Vocabulary:
-        """The circle as if it were stored."""
-        return Vocabulary(tuple([Predicate(each.name, each.arity) for each in self._circle]))
+    def _circle_vocabulary(self) -> Vocabulary:
+        """The vocabulary that has only the circle, as stored predicates."""
+        return Vocabulary(
+            tuple([Predicate(definition.name, definition.arity) for definition in self._circle])
+        )
 
     @cached_property
     def _vocabulary(self) -> Vocabulary:
-        """The vocabulary in which the circle is stored, and what follows from that at once is derived."""
+        """The vocabulary in which the circle is stored, and the next round of its definitions is derived."""
         whole = self._whole()
-        others = [each for each in whole.derived if each.name not in self._names]
-        next_ones = [Defined(f"{each.name} ", each.parameters, each.definition) for each in self._circle]
-        return Vocabulary((*whole.predicates, *self._own.predicates), (*others, *next_ones))
+        others = [item for item in whole.derived if item.name not in self._names]
+        next_ones = [Defined(f"{item.name} ", item.parameters, item.definition) for item in self._circle]
+        return Vocabulary((*whole.predicates, *self._circle_vocabulary.predicates), (*others, *next_ones))
 
     @cached_property
     def _listings(self) -> Sequence[tuple[str, FactListing]]:
-        names = [each.name for each in self._circle]
+        names = [definition.name for definition in self._circle]
         return [(name, make_listing(self._vocabulary, f"{name} ", repeated=True)) for name in names]
 
-    def _extended(self, scene: Scene) -> tuple[Scene, Scene]:
-        """The scene in the whole vocabulary, and for the circle alone."""
-        whole, own = [Scene(each, scene.objects, scene.agent) for each in (self._vocabulary, self._own)]
-        return whole, own
+    def _extend_scene(self, scene: Scene) -> tuple[Scene, Scene]:
+        """Return the scene in the extended vocabulary, and in that of the circle."""
+        whole, circle = [
+            Scene(vocabulary, scene.objects, scene.agent)
+            for vocabulary in (self._vocabulary, self._circle_vocabulary)
+        ]
+        return whole, circle
 
-    def _found(self, state: State) -> State:
-        """The state in which the least relations are stored: all that follows is added until nothing does."""
-        scene, alone = self._scene(state.scene)
+    def _find_least(self, state: State) -> State:
+        """Return the state with the least relations: consequences are added until no new fact follows."""
+        scene, circle_scene = self._scene(state.scene)
         everything = range(len(scene.objects))
         facts: list[Fact] = []
         while True:
-            own = alone.state(facts)
-            known = State(
-                scene, state.unary + own.unary, state.binary + own.binary, state.tuples + own.tuples
+            circle = circle_scene.state(facts)
+            extended = State(
+                scene, state.unary + circle.unary, state.binary + circle.binary, state.tuples + circle.tuples
             )
-            found = [
-                Fact(name, each.arguments)
-                for name, listed in self._listings
-                for each in listed.facts(known, everything)
+            next_facts = [
+                Fact(name, fact.arguments)
+                for name, facts_of in self._listings
+                for fact in facts_of.facts(extended, everything)
             ]
-            if len(found) == len(facts):
-                return known
-            facts = found
+            if len(next_facts) == len(facts):
+                return extended
+            facts = next_facts
 
 
 def _is_positive(formula: f.Formula, names: set[str], truth: bool = True) -> bool:
-    """Whether a formula names predicates only where their truth helps it to its own."""
+    """Whether a formula depends on predicates only positively: if they become true, it stays true."""
     match formula:
         case f.Atom(predicate):
             return truth or predicate not in names

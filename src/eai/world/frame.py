@@ -1,4 +1,4 @@
-"""Frames, for which formulas are compiled: a binding of its variables to objects, by numbered slots."""
+"""Frames of compiled formulas: the numbered slots that hold the objects of variables."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FrameBinding: TypeAlias = list[int]
 Truth: TypeAlias = Callable[[State, FrameBinding], bool]
 
 Extension: TypeAlias = Callable[[State, FrameBinding, int], int]
-"""Of some objects (a mask) those that make a formula true; no others are looked at."""
+"""Function that returns which of some objects (a mask) make a formula true."""
 
 AGENT = Constant("agent")
 """The acting object, in any formula of a domain."""
@@ -25,24 +25,24 @@ UNBOUND = -1
 
 
 class Frame:
-    """The slots of one binding: the agent, the parameters, then every other variable and constant in use."""
+    """The slots of one binding: the agent, the parameters, then all other variables and constants."""
 
     def __init__(self, parameters: Sequence[Variable] = ()) -> None:
         self._first_other = 1 + len(parameters)
-        self._others: list[int] = []  # all slots after the parameters', unbound
+        self._others: list[int] = []  # the slots after those of the parameters, all unbound
         self._constants: dict[str, int] = {}
         self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
 
     def new_slot(self) -> int:
-        """A slot that nothing else uses."""
+        """Return a new slot."""
         self._others.append(UNBOUND)
         return self._first_other + len(self._others) - 1
 
     def slot_of(self, term: Term, scope: Mapping[str, int]) -> int:
-        """The slot of a term.
+        """Return the slot of a term.
 
         Raises:
-            DomainError: the variable is bound nowhere.
+            DomainError: the term is a variable that is not bound.
         """
         if isinstance(term, Constant):
             if term == AGENT:
@@ -55,7 +55,10 @@ class Frame:
         return scope[term.name]
 
     def bind(self, scene: Scene, arguments: Sequence[int]) -> FrameBinding:
-        """A binding for these arguments, one a parameter; other slots are unbound but the constants'."""
+        """Bind the parameters to these arguments.
+
+        Constants get their objects; all other slots are unbound.
+        """
         binding = [UNBOUND if scene.agent is None else scene.agent, *arguments, *self._others]
         if self._constants:
             for name, slot in self._constants.items():

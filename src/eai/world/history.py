@@ -1,6 +1,6 @@
-"""The past of a trajectory, and history rules: whether what a failed check misses was there before.
+"""Histories of states, and history rules, which decide whether a failed condition held before.
 
-Trajectories that begin alike share their beginning.
+Trajectories with equal beginnings share the histories of these beginnings.
 """
 
 from __future__ import annotations
@@ -17,103 +17,104 @@ from eai.world.state import State
 
 
 class History:
-    """A state with all those before it.
+    """A state with all states before it.
 
-    Trajectories that begin alike share their beginning, so that going on costs the same however long they
-    are. So does asking the same again some states later: what was found out about a past is remembered there.
+    Histories share their beginnings, so extending one takes constant time. A history caches the answers of
+    `last_where`, so that asking the same question some states later takes only those states.
 
     Args:
-        state: the last of the states.
-        before: those before it; None where it is the initial one.
+        state: the last state.
+        before: the history before it; None for the initial state.
 
     Attributes:
-        state: the last of the states.
-        before: those before it, or None.
-        number: how many states are before it.
+        state: the last state.
+        before: the history before it, or None.
+        number: number of states before the last one.
     """
 
-    __slots__ = ("_latest", "before", "number", "state")
+    __slots__ = ("_answers", "before", "number", "state")
 
     def __init__(self, state: State, before: History | None = None) -> None:
         self.state = state
         self.before = before
         self.number: int = 0 if before is None else before.number + 1
-        self._latest: dict[Hashable, int | None] = {}
+        self._answers: dict[Hashable, int | None] = {}
 
     def extended(self, state: State) -> History:
-        """The past after one more state."""
+        """Return the history with one more state."""
         return History(state, self)
 
     @property
     def states(self) -> tuple[State, ...]:
-        """All states, from the initial one on."""
-        found = []
-        moment: History | None = self
-        while moment is not None:
-            found.append(moment.state)
-            moment = moment.before
-        return tuple(reversed(found))
+        """All states, the initial one first."""
+        states = []
+        history: History | None = self
+        while history is not None:
+            states.append(history.state)
+            history = history.before
+        return tuple(reversed(states))
 
     def last_where(self, question: Hashable, test: Callable[[State], bool]) -> int | None:
-        """The number of the latest state that passes a test, or None.
+        """Return the number of the last state that passes a test, or None.
 
         Args:
-            question: stands for the test: where it is the same, so is what the test says of any state.
-            test: looks at a state.
+            question: a key for the test: equal keys must stand for equal tests.
+            test: the test.
         """
-        moment: History | None = self
-        found = None
-        while moment is not None:
-            if question in moment._latest:
-                found = moment._latest[question]
+        history: History | None = self
+        number = None
+        while history is not None:
+            if question in history._answers:
+                number = history._answers[question]
                 break
-            if test(moment.state):
-                found = moment.number
+            if test(history.state):
+                number = history.number
                 break
-            moment = moment.before
-        self._latest[question] = found
-        return found
+            history = history.before
+        self._answers[question] = number
+        return number
 
 
 HistoryRule: TypeAlias = Callable[[Failure, FrameBinding, History], int | None]
-"""Judges a failed check against the past: the number of the earlier state that makes it a wrong order.
+"""Function that returns the number of the earlier state that makes a failed check a wrong order.
 
-Its last argument is the trajectory so far: the initial state, then the state after each executed step. None
-means that the step which should have prepared the action was never taken.
+Its last argument is the history: the initial state, then the state after each executed step. It returns None
+if
+the step that should have prepared the action was never taken.
 """
 
 
 def conditions_held_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule: all that a missing step's check seeks held at some time, not necessarily at once.
+    """A history rule: all conditions that a missing step should establish held before, at any times.
 
-    Returns the latest state by which all of it had been seen.
+    Returns the number of the last state at which such a condition last held, or None.
     """
     if failure.check.check.fault is not FaultKind.MISSING_STEP:
         return None
     latest = 0
-    for number, sought in enumerate(failure.check.sought):
-        question = (failure.check, number, failure.arguments)
-        found = history.last_where(question, partial(_in_state, sought, binding))
-        if found is None:
+    for index, sought in enumerate(failure.check.sought):
+        question = (failure.check, index, failure.arguments)
+        number = history.last_where(question, partial(_holds, sought, binding))
+        if number is None:
             return None
-        latest = max(latest, found)
+        latest = max(latest, number)
     return latest
 
 
-def _in_state(truth: Truth, binding: FrameBinding, state: State) -> bool:
+def _holds(truth: Truth, binding: FrameBinding, state: State) -> bool:
     return truth(state, binding)
 
 
 def was_possible_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule: in a state before the last one no check failed, and all that this check seeks held.
+    """A history rule: in some earlier state no check failed, and the sought conditions of this check held.
 
-    Returns the latest such state.
+    Returns the number of the last such state, or None.
     """
     if history.before is None:
         return None
-    had_it = conjunction(failure.check.sought)
+    sought_holds = conjunction(failure.check.sought)
 
-    def sufficed(state: State) -> bool:
-        return had_it(state, binding) and find_failing_check(failure.checks, state, binding) is None
+    def is_possible(state: State) -> bool:
+        return sought_holds(state, binding) and find_failing_check(failure.checks, state, binding) is None
 
-    return history.before.last_where((failure.check, failure.arguments), sufficed)
+    return history.before.last_where((failure.check, failure.arguments), is_possible)

@@ -1,4 +1,4 @@
-"""Listings: which facts about some objects hold, said with chosen predicates, stored or derived."""
+"""Listings of facts: the facts of one stored or derived predicate about some objects."""
 
 from __future__ import annotations
 
@@ -18,72 +18,73 @@ from eai.world.relation import bits, mask_of
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
 
-_Objects: TypeAlias = Sequence[int]
-_Tuples: TypeAlias = Callable[[_Objects], Iterable[tuple[int, ...]]]
-_Holding: TypeAlias = Callable[[State, _Objects, int], Iterator[tuple[int, ...]]]
-"""The tuples of objects, out of some, that make a predicate true, in the order of these.
+_ObjectIndices: TypeAlias = Sequence[int]
+_MakeTuples: TypeAlias = Callable[[_ObjectIndices], Iterable[tuple[int, ...]]]
+_FindTuples: TypeAlias = Callable[[State, _ObjectIndices, int], Iterator[tuple[int, ...]]]
+"""Function that yields the tuples of given objects that make a predicate true, in the objects' order.
 
-The mask is of those of which at least one is in each tuple; `_ANY` does not ask for one."""
+Its last argument is a mask. Each tuple contains at least one object of the mask; `_ANY` admits all tuples.
+"""
 
 _ANY = -1
 
 
 @dataclass(frozen=True, slots=True)
 class FactListing:
-    """The facts of one predicate.
+    """Lists the facts of one predicate.
 
     Attributes:
-        predicate: its name.
-        sources: the stored predicates that decide it: where these are as they were, so is the listing.
-        repeated: whether facts in which an object stands twice are listed, too.
+        predicate: the name of the predicate.
+        sources: the stored predicates that decide it: while they do not change, the facts do not change.
+        repeated: whether facts in which an object occurs twice are listed.
     """
 
     predicate: str
     sources: tuple[str, ...]
     repeated: bool
-    _holding: _Holding
+    _find_tuples: _FindTuples
 
     @property
     def is_stored(self) -> bool:
-        """Whether the predicate is stored and not derived."""
+        """Whether the predicate is stored, not derived."""
         return self.sources == (self.predicate,)
 
     def lists(self, fact: Fact) -> bool:
-        """Whether a fact of this predicate is listed where it holds."""
+        """Whether a fact of this predicate is listed if it holds."""
         return self.repeated or len({*fact.arguments}) == len(fact.arguments)
 
     def facts(self, state: State, objects: Sequence[int], about: Iterable[int] | None = None) -> list[Fact]:
-        """The facts about these objects, by their order: first arguments first.
+        """Return the facts about these objects, in the objects' order, first arguments first.
 
         Args:
-            state: in which they hold.
+            state: the state in which the facts hold.
             objects: the objects.
-            about: some of them; only facts with at least one of these are listed. None for all facts.
+            about: objects of which a listed fact contains at least one; None for all facts.
         """
         chosen = _ANY if about is None else mask_of(about)
-        return [Fact(self.predicate, arguments) for arguments in self._holding(state, objects, chosen)]
+        return [Fact(self.predicate, arguments) for arguments in self._find_tuples(state, objects, chosen)]
 
 
 def make_listing(vocabulary: Vocabulary, predicate: str, *, repeated: bool = False) -> FactListing:
-    """The listing of a predicate.
+    """Return the listing of a predicate.
 
     Args:
-        vocabulary: that declares it.
-        predicate: its name.
-        repeated: whether facts in which an object stands twice are listed, too.
+        vocabulary: the vocabulary that declares the predicate.
+        predicate: the name of the predicate.
+        repeated: whether facts in which an object occurs twice are listed.
 
     Raises:
-        DomainError: it is not declared.
+        DomainError: the predicate is not declared.
     """
     sources = tuple(find_stored_predicates((predicate,), vocabulary))
-    return FactListing(predicate, sources, repeated, _holding(vocabulary, predicate, repeated))
+    return FactListing(predicate, sources, repeated, _find_tuples(vocabulary, predicate, repeated))
 
 
-def _holding(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _Holding:
+def _find_tuples(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _FindTuples:
     if vocabulary.find_stored(predicate) is not None and vocabulary.arity(predicate) == 2:
-        return partial(_related, predicate, repeated)
+        return partial(_stored_pairs, predicate, repeated)
     if predicate in vocabulary.tuple_slots:
-        return partial(_among, predicate, repeated)
+        return partial(_stored_tuples, predicate, repeated)
     declared = vocabulary.find_stored(predicate) or vocabulary.derived_by_name.get(predicate)
     if declared is None:
         raise DomainError(f"predicate {predicate} is not declared")
@@ -92,15 +93,14 @@ def _holding(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _Holding
     conditions = ConditionCompiler(vocabulary, frame)
     if declared.arity == 2:
         values = conditions.extension(declared(*variables), frame.scope["x1"], frame.scope)
-        return partial(_paired, values, frame, repeated)
+        return partial(_derived_pairs, values, frame, repeated)
     tuples = partial(product, repeat=declared.arity) if repeated else partial(permutations, r=declared.arity)
-    return partial(_true, conditions.truth(declared(*variables)), frame, tuples)
+    return partial(_tuples_by_trial, conditions.truth(declared(*variables)), frame, tuples)
 
 
-def _related(
-    predicate: str, repeated: bool, state: State, objects: _Objects, chosen: int
+def _stored_pairs(
+    predicate: str, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
 ) -> Iterator[tuple[int, ...]]:
-    """Pairs of a stored relation."""
     relation, among = state.relation(predicate), mask_of(objects)
     sources = relation.sources
     if chosen != _ANY:
@@ -111,20 +111,18 @@ def _related(
             yield from _pairs(x, relation.row(x) & wanted, objects, repeated)
 
 
-def _among(
-    predicate: str, repeated: bool, state: State, objects: _Objects, chosen: int
+def _stored_tuples(
+    predicate: str, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
 ) -> Iterator[tuple[int, ...]]:
-    """Tuples of a stored predicate of three or more arguments."""
-    order = {index: place for place, index in enumerate(objects)}
+    order = {index: position for position, index in enumerate(objects)}
     members = [m for m in state.tuple_set(predicate).members if _has_one(m, chosen)]
-    found = [m for m in members if order.keys() >= {*m} and (repeated or len({*m}) == len(m))]
-    yield from sorted(found, key=lambda member: [order[index] for index in member])
+    listed = [m for m in members if order.keys() >= {*m} and (repeated or len({*m}) == len(m))]
+    yield from sorted(listed, key=lambda member: [order[index] for index in member])
 
 
-def _paired(
-    values: Extension, frame: Frame, repeated: bool, state: State, objects: _Objects, chosen: int
+def _derived_pairs(
+    values: Extension, frame: Frame, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
 ) -> Iterator[tuple[int, ...]]:
-    """Pairs of a derived relation."""
     among = mask_of(objects)
     for x in objects:
         wanted = among if chosen >> x & 1 else among & chosen
@@ -132,14 +130,14 @@ def _paired(
         yield from _pairs(x, row, objects, repeated)
 
 
-def _pairs(x: int, row: int, objects: _Objects, repeated: bool) -> Iterator[tuple[int, ...]]:
+def _pairs(x: int, row: int, objects: _ObjectIndices, repeated: bool) -> Iterator[tuple[int, ...]]:
     return ((x, y) for y in objects if row >> y & 1 and (repeated or y != x)) if row else iter(())
 
 
-def _true(
-    truth: Truth, frame: Frame, tuples: _Tuples, state: State, objects: _Objects, chosen: int
+def _tuples_by_trial(
+    truth: Truth, frame: Frame, tuples: _MakeTuples, state: State, objects: _ObjectIndices, chosen: int
 ) -> Iterator[tuple[int, ...]]:
-    """Tuples of any length, one by one."""
+    """Yield the true tuples, evaluating one tuple after the other."""
     for arguments in tuples(objects):
         if _has_one(arguments, chosen) and truth(state, frame.bind(state.scene, arguments)):
             yield arguments

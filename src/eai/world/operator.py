@@ -1,4 +1,4 @@
-"""Operators: an ordered list of checks and a list of effects."""
+"""Operators: actions of a domain, each with an ordered list of checks and a list of effects."""
 
 from __future__ import annotations
 
@@ -21,20 +21,22 @@ _PAPER_ORDER = (FaultKind.AFFORDANCE, FaultKind.ADDITIONAL_STEP, FaultKind.MISSI
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """A condition for an action, and what its failure means.
+    """A condition for an action, and the error that its failure means.
 
     Attributes:
         condition: must hold in the state in which the action is tried.
-        fault: the kind of error if it does not.
-        reason: what is wrong then, in words; ``{x}`` stands for the name of the argument of parameter ``x``.
-        sought: what the history rule looks for in earlier states to tell a wrong order from a missing step:
-            each of these formulas must have held at some time. None means the condition itself.
-        id: what records call the check; by default the words of its reason without the objects. A check that
-            is worded anew keeps its id by giving it here.
-        witness: tells what the reason speaks of without a name; explanations name what it is true of.
+        fault: the kind of error if it does not hold.
+        reason: description of the failure; ``{x}`` stands for the name of the argument of parameter ``x``.
+        sought: formulas by which the history rule tells a wrong order from a missing step: each of them must
+            have
+            held in some earlier state. None means the condition itself.
+        id: name of the check in records; by default the words of its reason without the objects. Give the old
+            id
+            here when you reword a reason.
+        witness: a formula whose true instances explanations name, for objects that the reason does not name.
 
     Raises:
-        DomainError: it gives no reason, or names a kind of error that no check can find.
+        DomainError: the reason is empty, or the kind of error is one that no check can find.
     """
 
     condition: Formula
@@ -46,31 +48,31 @@ class Check:
 
     def __post_init__(self) -> None:
         if not self.reason:
-            raise DomainError(f"a check of {self.fault.value} gives no reason")
+            raise DomainError(f"a check of {self.fault.value} has an empty reason: describe the failure")
         if self.fault not in (*_PAPER_ORDER, FaultKind.UNCATEGORISED):
-            raise DomainError(f"check {self.reason!r} names {self.fault.value}, which no check can find")
+            raise DomainError(f"check {self.reason!r} has fault {self.fault.value}, which no check can find")
         if not self.id:
             words = _WORD.findall(_PARAMETER.sub("", self.reason))
             object.__setattr__(self, "id", "_".join(words).lower())
 
     @property
     def mentioned_parameters(self) -> tuple[str, ...]:
-        """The parameters whose objects the reason speaks of, in the order of its words."""
-        return _concerned(self.reason)
+        """The parameters that the reason mentions, in the order of its words."""
+        return _mentioned_parameters(self.reason)
 
 
 @lru_cache(maxsize=1024)
-def _concerned(reason: str) -> tuple[str, ...]:
+def _mentioned_parameters(reason: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(_PARAMETER.findall(reason)))
 
 
 def affordance(condition: Formula, reason: str) -> Check:
-    """A check that the objects are of the right kind for the action."""
+    """Return a check that the objects are of the right kind for the action."""
     return Check(condition, FaultKind.AFFORDANCE, reason)
 
 
 def additional(condition: Formula, reason: str) -> Check:
-    """A check that the action is still needed."""
+    """Return a check that the action is still needed."""
     return Check(condition, FaultKind.ADDITIONAL_STEP, reason)
 
 
@@ -80,18 +82,18 @@ def missing(
     sought: tuple[Formula, ...] | None = None,
     witness: Exists | None = None,
 ) -> Check:
-    """A check that an earlier step has prepared the action."""
+    """Return a check that an earlier step has prepared the action."""
     return Check(condition, FaultKind.MISSING_STEP, reason, sought, witness=witness)
 
 
 @dataclass(frozen=True, slots=True)
 class Try:
-    """One of several things that an action tries.
+    """One of several alternatives that an action tries.
 
     Attributes:
         condition: the try is made if this holds in the state in which the action is tried.
-        checks: in order; the first one that fails is what is wrong with the try.
-        effects: read in the state before, made in order, if no check fails.
+        checks: the first check that fails is the error of the try.
+        effects: the effects, in order, if no check fails; their conditions are read in the state before.
     """
 
     condition: Formula
@@ -100,15 +102,16 @@ class Try:
 
     @property
     def conditions(self) -> tuple[Formula, ...]:
-        """All that must hold where something is tried."""
+        """The condition of the try, and those of its checks."""
         return (self.condition, *(check.condition for check in self.checks))
 
 
 class Role(str, Enum):
-    """The purpose of an operator, as far as carrying out a subgoal is concerned.
+    """The purpose of an operator for subgoals.
 
-    Movement changes only where the agent is, what it faces and its posture. What takes an object into a hand
-    or releases it changes the agent's hands. Everything else is a change of the world.
+    Movement changes only the place of the agent, the objects that it faces, and its posture. Taking and
+    releasing an
+    object changes the agent's hands. All other operators change the world.
     """
 
     MOVEMENT = "movement"
@@ -122,17 +125,19 @@ class Operator:
     """An action of a domain.
 
     Attributes:
-        name: as it is written in plans.
+        name: the name, as in plans.
         parameters: its arguments, in order. The agent is not among them.
-        checks: in order; the first one that fails is the verdict.
-        effects: read in the state before, made in order.
-        description: what it does, for prompts.
-        tries: where there are any, the action succeeds if one of those made succeeds, or if none is made; it
-            has the effects of all that do. If all fail, what is wrong with each is reported together.
-        role: what it is for; by default inferred from its effects (`eai.planning.role`).
+        checks: the first check that fails is the verdict.
+        effects: the effects, in order; their conditions are read in the state before.
+        description: description for prompts.
+        tries: alternatives. The action succeeds if one of the tries made succeeds, or if none is made. It has
+            the
+            effects of all that succeed. If all fail, their errors are reported together.
+        role: the purpose; by default inferred from the effects (`eai.planning.role`).
 
     Raises:
-        DomainError: two parameters have one name, a reason speaks of no parameter, or a part is no tuple.
+        DomainError: two parameters have one name, a reason mentions an unknown parameter, or a value is not a
+            tuple.
     """
 
     name: str
@@ -144,20 +149,20 @@ class Operator:
     role: Role | None = None
 
     def __post_init__(self) -> None:
-        place = f"operator {self.name}"
-        parts = ((self.checks, self.effects), *((each.checks, each.effects) for each in self.tries))
-        require_tuple(f"{place}, parameters", self.parameters, Variable)
+        location = f"operator {self.name}"
+        parts = ((self.checks, self.effects), *((check.checks, check.effects) for check in self.tries))
+        require_tuple(f"{location}, parameters", self.parameters, Variable)
         for checks, effects in parts:
-            require_tuple(f"{place}, checks", checks, Check)
-            require_tuple(f"{place}, effects", effects, Effect)
+            require_tuple(f"{location}, checks", checks, Check)
+            require_tuple(f"{location}, effects", effects, Effect)
         names = [parameter.name for parameter in self.parameters]
         for name in names:
             if names.count(name) > 1:
-                raise DomainError(f"{place}: two parameters are called {name}")
-        for name in (name for checks, _ in parts for each in checks for name in each.mentioned_parameters):
+                raise DomainError(f"{location}: two parameters are called {name}")
+        for name in (name for checks, _ in parts for check in checks for name in check.mentioned_parameters):
             if name not in names:
                 raise DomainError(
-                    f"{place}: a reason speaks of {name}, no parameter{did_you_mean(name, names)}"
+                    f"{location}: a reason mentions {name}, which is no parameter{did_you_mean(name, names)}"
                 )
 
     @property
@@ -166,36 +171,36 @@ class Operator:
         return len(self.parameters)
 
     def scope(self, arguments: Sequence[int]) -> dict[str, int]:
-        """The objects of an action, by the names of the parameters that they stand for."""
+        """Return the objects of an action, by the names of the parameters."""
         return {p.name: index for p, index in zip(self.parameters, arguments, strict=True)}
 
 
 def conditions_of(operator: Operator) -> Iterator[Formula]:
-    """All conditions of an operator."""
+    """Yield all conditions of an operator: of its checks, effects and tries."""
     yield from (check.condition for check in operator.checks)
-    yield from _conditions(operator.effects)
-    for each in operator.tries:
-        yield from each.conditions
-        yield from _conditions(each.effects)
+    yield from _effect_conditions(operator.effects)
+    for attempt in operator.tries:
+        yield from attempt.conditions
+        yield from _effect_conditions(attempt.effects)
 
 
-def _conditions(effects: Iterable[Effect]) -> Iterator[Formula]:
+def _effect_conditions(effects: Iterable[Effect]) -> Iterator[Formula]:
     for effect in effects:
         if isinstance(effect, When | ForEach | Let):
             yield effect.condition
-            yield from _conditions(effect.effects)
+            yield from _effect_conditions(effect.effects)
         if isinstance(effect, When):
-            yield from _conditions(effect.otherwise)
+            yield from _effect_conditions(effect.otherwise)
 
 
 def sort_checks(operator: Operator) -> Operator:
-    """The operator with its checks in the order of the paper: affordance, additional step, missing step.
+    """Return an operator with its checks in the paper's order: affordance, additional step, missing step.
 
     Checks of one kind keep their order.
     """
-    tries = tuple(replace(each, checks=_sorted(each.checks)) for each in operator.tries)
-    return replace(operator, checks=_sorted(operator.checks), tries=tries)
+    tries = tuple(replace(attempt, checks=_sort_by_kind(attempt.checks)) for attempt in operator.tries)
+    return replace(operator, checks=_sort_by_kind(operator.checks), tries=tries)
 
 
-def _sorted(checks: tuple[Check, ...]) -> tuple[Check, ...]:
+def _sort_by_kind(checks: tuple[Check, ...]) -> tuple[Check, ...]:
     return tuple(sorted(checks, key=lambda check: _PAPER_ORDER.index(check.fault)))

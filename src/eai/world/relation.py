@@ -1,11 +1,13 @@
-"""Relations over objects 0..n-1: immutable, and cheap to change.
+"""Immutable relations over the objects 0..n-1, with cheap changed copies.
 
-A binary relation is kept as bit masks that share a base; one of three or more arguments as a set of tuples.
+A binary relation is kept as bit masks that share a base. A relation of three or more arguments is a set of
+tuples.
 
-Row ``x`` is the mask of all ``y`` with ``(x, y)`` in the relation, column ``y`` the mask of all such ``x``.
-A base matrix is shared by every state of an episode; a relation on top of it overrides whole rows and
-columns. Household actions move one object at a time, so a handful of overridden lines describes any state,
-and forgetting everything about an object ("remove all CLOSE edges, both ways") costs two dictionary entries.
+Row ``x`` is the mask of all ``y`` with ``(x, y)`` in the relation. Column ``y`` is the mask of all ``x`` with
+``(x, y)`` in the relation. All states of an episode share a base matrix. A relation overrides whole rows and
+columns of the base. Household actions move one object at a time, so a handful of overridden lines describes
+any
+state. Removing all edges of an object, both ways, costs two dictionary entries.
 """
 
 from __future__ import annotations
@@ -16,13 +18,14 @@ from itertools import islice
 from operator import or_
 
 _PRIME = (1 << 60) - 93
-"""A prime number modulo which few powers of 2 are the same."""
+"""A prime modulus under which few powers of 2 coincide."""
 
 
 class Matrix:
-    """The base of relations: all rows and all columns, never changed after construction.
+    """The base of relations: all rows and columns. It never changes after construction.
 
-    ``sources`` and ``targets`` are masks of all objects whose row, or column, is not empty, and may be given.
+    ``sources`` and ``targets`` are masks of all objects with a nonempty row or column. They are computed if
+    not given.
     """
 
     __slots__ = ("columns", "rows", "sources", "targets")
@@ -36,7 +39,7 @@ class Matrix:
 
     @classmethod
     def from_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> Matrix:
-        """The matrix over ``size`` objects that holds exactly these pairs."""
+        """Return the matrix over ``size`` objects that contains exactly these pairs."""
         rows, columns = [0] * size, [0] * size
         for source, target in pairs:
             rows[source] |= 1 << target
@@ -45,11 +48,12 @@ class Matrix:
 
 
 class Relation:
-    """A set of pairs on top of a shared matrix; once it is part of a state, it never changes.
+    """A set of pairs on top of a shared matrix. A relation that is part of a state never changes.
 
-    Two relations are equal if they stand on one matrix and have the same pairs.
+    Two relations are equal if they share a matrix and have the same pairs.
 
-    ``sources`` and ``targets`` are masks: an object that is not in them is source, or target, of no pair.
+    ``sources`` and ``targets`` are masks: an object outside of them is not the source, or target, of any
+    pair.
     """
 
     __slots__ = (
@@ -63,9 +67,9 @@ class Relation:
         "targets",
     )
 
-    # Invariant: `_rows[x]` and `_columns[y]` are the true lines; where both exist they agree on (x, y).
-    # `_row_keys` and `_column_keys` are the masks of the overridden lines. `_hash` is kept for the
-    # many states that share a relation; None after a change.
+    # Invariant: `_rows[x]` and `_columns[y]` are the true lines; if both exist they agree on (x, y).
+    # `_row_keys` and `_column_keys` are the masks of the overridden lines. `_hash` caches the hash for
+    # the many states that share a relation; None after a change.
 
     def __init__(self, base: Matrix, changed: Relation | None = None) -> None:
         self._base = base
@@ -81,7 +85,7 @@ class Relation:
             self.sources, self.targets = changed.sources, changed.targets
 
     def row(self, source: int) -> int:
-        """The mask of all targets of ``source``."""
+        """Return the mask of all targets of ``source``."""
         if not self.sources >> source & 1:
             return 0
         line = self._rows.get(source)
@@ -91,11 +95,11 @@ class Relation:
         return _line(line, source, self._columns, self._column_keys) if self._column_keys else line
 
     def base_row(self, source: int) -> int:
-        """The mask of the targets that ``source`` had at the start of the episode."""
+        """Return the mask of the targets that ``source`` had at the start of the episode."""
         return self._base.rows[source]
 
     def column(self, target: int) -> int:
-        """The mask of all sources of ``target``."""
+        """Return the mask of all sources of ``target``."""
         if not self.targets >> target & 1:
             return 0
         line = self._columns.get(target)
@@ -115,7 +119,10 @@ class Relation:
         return bool(self._base.rows[source] >> target & 1)
 
     def copy(self) -> Relation:
-        """A relation with the same pairs that its maker may change, before anyone else has it."""
+        """Return a relation with the same pairs.
+
+        The caller may change it before it becomes part of a state.
+        """
         return Relation(self._base, self)
 
     def set_row(self, source: int, targets: int) -> None:
@@ -141,14 +148,16 @@ class Relation:
             _patch(self._rows, target, sources)
 
     def flip(self, source: int, target: int) -> None:
-        """Change a copy so that it has a pair that it lacked, or lacks one that it had."""
-        if target in self._columns and source not in self._rows:  # a line that is overridden already
+        """Change a copy: add the pair if it is missing, else remove it."""
+        if (
+            target in self._columns and source not in self._rows
+        ):  # the column is overridden already, the row is not
             self.set_column(target, self._columns[target] ^ 1 << source)
         else:
             self.set_row(source, self.row(source) ^ 1 << target)
 
     def pairs(self) -> Iterator[tuple[int, int]]:
-        """All members, as source and target, ascending."""
+        """Yield all pairs as (source, target), ascending."""
         for source in range(len(self._base.rows)):
             for target in bits(self.row(source)):
                 yield source, target
@@ -157,7 +166,7 @@ class Relation:
         return sum(self.row(source).bit_count() for source in range(len(self._base.rows)))
 
     def find_changed_sources(self, other: Relation) -> list[int]:
-        """The sources that have other targets in the other relation, ascending; both must have one base."""
+        """Return the sources whose targets differ in another relation on the same base, ascending."""
         changed = self._row_keys | other._row_keys
         for target in self._columns.keys() | other._columns.keys():
             changed |= self.column(target) ^ other.column(target)
@@ -179,7 +188,7 @@ class Relation:
         return True
 
     def __hash__(self) -> int:
-        """The sum of 2 to the power of x + y over the pairs (x, y), less that of the base."""
+        """Return the sum of 2 to the power of x + y over the pairs (x, y), minus that sum for the base."""
         if self._hash is None:
             base, other_rows = self._base, ~self._row_keys
             total = 0
@@ -192,7 +201,7 @@ class Relation:
 
 
 class TupleSet:
-    """The facts of a predicate of three or more arguments; a change makes another one."""
+    """The facts of a predicate of three or more arguments. Changes create a new set."""
 
     __slots__ = ("_by_others", "members")
 
@@ -200,15 +209,15 @@ class TupleSet:
         self.members = frozenset(members)
         self._by_others: dict[int, dict[tuple[int, ...], int]] = {}
 
-    def find_completions(self, place: int, others: tuple[int, ...]) -> int:
-        """The mask of the objects that make a member with all other arguments, in order."""
-        known = self._by_others.get(place)
-        if known is None:
-            known = self._by_others[place] = {}
-            for each in self.members:
-                rest = each[:place] + each[place + 1 :]
-                known[rest] = known.get(rest, 0) | 1 << each[place]
-        return known.get(others, 0)
+    def find_completions(self, position: int, others: tuple[int, ...]) -> int:
+        """Return the mask of the objects that complete a member at a position, given its other arguments."""
+        by_others = self._by_others.get(position)
+        if by_others is None:
+            by_others = self._by_others[position] = {}
+            for member in self.members:
+                rest = member[:position] + member[position + 1 :]
+                by_others[rest] = by_others.get(rest, 0) | 1 << member[position]
+        return by_others.get(others, 0)
 
     def __eq__(self, other: object) -> bool:
         return self.members == other.members if isinstance(other, TupleSet) else NotImplemented
@@ -218,12 +227,12 @@ class TupleSet:
 
 
 def mask_of(indices: Iterable[int]) -> int:
-    """The mask whose set bits have these indices, each once or more often."""
+    """Return the mask whose set bits have these indices; repeated indices count once."""
     return sum([1 << index for index in set(indices)])
 
 
 def bits(mask: int) -> Iterator[int]:
-    """The positions of the set bits, ascending."""
+    """Yield the positions of the set bits, ascending."""
     while mask:
         low = mask & -mask
         yield low.bit_length() - 1
@@ -231,12 +240,12 @@ def bits(mask: int) -> Iterator[int]:
 
 
 def first_bits(mask: int, number: int) -> int:
-    """The lowest set bits of a mask, as many as asked for."""
+    """Return the lowest ``number`` set bits of a mask."""
     return sum([1 << position for position in islice(bits(mask), number)])
 
 
 def _line(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:
-    """A line of the base, corrected by the overridden lines that cross it."""
+    """Return a line of the base, corrected by the overridden lines that cross it."""
     line = base & ~crossing_keys
     for key, mask in crossing.items():
         if mask >> index & 1:

@@ -1,8 +1,9 @@
-"""Scenes and states: who is there, and what is true of them.
+"""Scenes and states: the objects of a task, and the facts that hold.
 
-Objects are numbered; sets of objects are bit masks (bit i = object i). A state is an immutable value: a mask
-for each unary predicate, a `Relation` for each binary one, a `TupleSet` for each of more arguments. A
-`Draft` is the one mutable thing; it lives inside the execution of one action.
+Objects are numbered, and sets of objects are bit masks (bit i = object i). A state is an immutable value: a
+mask
+for each unary predicate, a `Relation` for each binary one, a `TupleSet` for each of more arguments. A `Draft`
+is the only mutable value; it exists while one action is executed.
 """
 
 from __future__ import annotations
@@ -21,21 +22,21 @@ from eai.world.vocabulary import Vocabulary, require_tuple
 
 @dataclass(frozen=True, slots=True)
 class WorldObject:
-    """An object of a scene: a name that is unique in it, and its category (class, synset)."""
+    """An object of a scene: its unique name, and its category (class, synset)."""
 
     name: str
     category: str
 
 
 class Fact(NamedTuple):
-    """A ground atom that holds, by object index."""
+    """A ground atom that holds; its arguments are object indices."""
 
     predicate: str
     arguments: tuple[int, ...]
 
 
 StatedFact: TypeAlias = "str | tuple[str, Sequence[int | str]]"
-"""A fact as it is declared: a text, ``at(robot, dock)``, or a predicate with objects by index or name."""
+"""A declared fact: a text, ``at(robot, dock)``, or a predicate with objects by index or name."""
 
 
 class Scene:
@@ -43,11 +44,11 @@ class Scene:
 
     Args:
         vocabulary: the predicates that states over this scene keep.
-        objects: all objects, or their names with their categories; the index of one is its position here.
-        agent: the acting object by name or index, or None if the domain has no object for it.
+        objects: all objects, or their categories by name. The position of an object here is its index.
+        agent: the acting object by name or index; None if the domain has no object for the agent.
 
     Raises:
-        InputError: two objects have one name, or there is no such agent.
+        InputError: two objects have one name, or the agent is not an object of the scene.
     """
 
     __slots__ = ("_categories", "agent", "everything", "index", "objects", "vocabulary")
@@ -62,66 +63,68 @@ class Scene:
         objects = starmap(WorldObject, objects.items()) if isinstance(objects, Mapping) else objects
         self.objects = tuple(objects)
         require_tuple("objects", self.objects, WorldObject)
-        self.index = {thing.name: i for i, thing in enumerate(self.objects)}
+        self.index = {item.name: i for i, item in enumerate(self.objects)}
         if len(self.index) < len(self.objects):
-            name = next(each.name for i, each in enumerate(self.objects) if self.index[each.name] != i)
+            name = next(item.name for i, item in enumerate(self.objects) if self.index[item.name] != i)
             raise InputError(f"two objects are called {name}")
         self.agent = None if agent is None else self.find(agent)
         self.everything = (1 << len(self.objects)) - 1
         self._categories: dict[str, int] | None = None
 
     def category(self, name: str | None) -> int:
-        """The mask of all objects of a category; None means every object."""
+        """Return the mask of all objects of a category; None means every object."""
         if name is None:
             return self.everything
         if self._categories is None:
-            self._categories = _by_category(self.objects)
+            self._categories = _masks_by_category(self.objects)
         return self._categories.get(name, 0)
 
     def names(self, mask: int) -> tuple[str, ...]:
-        """The names of the objects in a mask, by index."""
+        """Return the names of the objects in a mask, by index."""
         return tuple(self.objects[i].name for i in bits(mask))
 
     def names_of_category(self, category: str | None) -> tuple[str, ...]:
-        """The names of the objects of a category, in the scene's order; of all if it is None."""
+        """Return the names of the objects of a category, in the scene's order; None means every object."""
         return self.names(self.category(category))
 
     def find(self, name: int | str) -> int:
-        """The index of an object by its name, which may be spelt as in formulas.
+        """Return the index of an object by its name, which may be spelt as in formulas.
 
         Raises:
-            InputError: there is no such object.
+            InputError: no object has this name or index.
         """
-        found = self.index.get(name) if isinstance(name, str) else name
-        if isinstance(name, str) and found is None:
-            found = self.index.get(spell_names(self.index).get(name, ""))
-        if found is None or not 0 <= found < len(self.objects):
+        index = self.index.get(name) if isinstance(name, str) else name
+        if isinstance(name, str) and index is None:
+            index = self.index.get(spell_names(self.index).get(name, ""))
+        if index is None or not 0 <= index < len(self.objects):
             hint = did_you_mean(name, self.index) if isinstance(name, str) else ""
             raise InputError(f"there is no object {name}{hint}")
-        return found
+        return index
 
     def fact(self, stated: StatedFact) -> Fact:
-        """A fact about a stored predicate.
+        """Read a fact about a stored predicate.
 
         Raises:
-            InputError: it is none; says what was expected.
+            InputError: the value is not such a fact; the message gives the expected form.
         """
-        said = _in_text(stated) if isinstance(stated, str) else stated
-        if not isinstance(said, tuple) or len(said) != 2 or not isinstance(said[0], str):
+        parts = _parse_fact(stated) if isinstance(stated, str) else stated
+        if not isinstance(parts, tuple) or len(parts) != 2 or not isinstance(parts[0], str):
             raise InputError(f"{stated!r}: expected a fact, as in 'at(robot, dock)'")
-        name, arguments = said
+        name, arguments = parts
         if isinstance(arguments, str) or not isinstance(arguments, Sequence):
-            raise InputError(f"{name}: expected a tuple of objects; of one it is written with a comma, (x,)")
+            raise InputError(
+                f"{name}: expected a tuple of objects; write a tuple of one object with a comma, (x,)"
+            )
         self.vocabulary.require_arity(name, len(arguments))
         if self.vocabulary.find_stored(name) is None:
-            raise InputError(f"{name} is derived from other facts; a state has none of it")
-        return Fact(name, tuple([self.find(each) for each in arguments]))
+            raise InputError(f"{name} is derived from other facts: state those facts instead")
+        return Fact(name, tuple([self.find(argument) for argument in arguments]))
 
     def state(self, facts: Iterable[StatedFact]) -> State:
-        """The state in which exactly these facts about stored predicates hold.
+        """Return the state in which exactly these facts about stored predicates hold.
 
         Raises:
-            InputError: one is no fact; says what was expected.
+            InputError: a value is not such a fact; the message gives the expected form.
         """
         slots, objects = self.vocabulary.unary_slots, range(len(self.objects))
         arities = {predicate.name: predicate.arity for predicate in self.vocabulary.predicates}
@@ -143,8 +146,8 @@ class Scene:
         return State(self, tuple(unary), binary, tuple(map(TupleSet, tuples.values())))
 
 
-def _in_text(stated: str) -> tuple[str, Sequence[str]] | None:
-    """The predicate and the objects of a fact that is written down; None if it is no fact."""
+def _parse_fact(stated: str) -> tuple[str, Sequence[str]] | None:
+    """Return the predicate and the objects of a written fact; None if the text is another formula."""
     match parse(stated):
         case Atom(predicate, arguments):
             return predicate, [term.name for term in arguments]
@@ -152,21 +155,27 @@ def _in_text(stated: str) -> tuple[str, Sequence[str]] | None:
             return None
 
 
-def _by_category(objects: Iterable[WorldObject]) -> dict[str, int]:
-    """The masks of the objects of each category; few scenes are asked for one."""
-    found: dict[str, int] = {}
-    for i, thing in enumerate(objects):
-        found[thing.category] = found.get(thing.category, 0) | 1 << i
-    return found
+def _masks_by_category(objects: Iterable[WorldObject]) -> dict[str, int]:
+    """Return the mask of the objects of each category.
+
+    It is computed on demand: most scenes never need it.
+    """
+    masks: dict[str, int] = {}
+    for i, item in enumerate(objects):
+        masks[item.category] = masks.get(item.category, 0) | 1 << i
+    return masks
 
 
 class State:
-    """All that is true at one moment: immutable, sharing structure with the states around it.
+    """All facts at one moment. States are immutable and share structure with the states around them.
 
     ``unary[i]`` is the mask of objects with the i-th unary predicate (for arity 0: 1 or 0), ``binary[i]`` the
-    i-th relation, ``tuples[i]`` the i-th set of tuples, numbered by the scene's vocabulary. Two states of one
-    episode (that is, reached from one initial state) are equal if the same facts hold; states of different
-    episodes never are.
+    i-th
+    relation, ``tuples[i]`` the i-th set of tuples, numbered by the scene's vocabulary. Two states of one
+    episode
+    (that is, reached from one initial state) are equal if the same facts hold. States of different episodes
+    are
+    never equal.
     """
 
     __slots__ = ("_hash", "binary", "scene", "tuples", "unary")
@@ -195,19 +204,19 @@ class State:
         return bool(self.unary[slot] >> (arguments[0] if arguments else 0) & 1)
 
     def mask(self, predicate: str) -> int:
-        """The mask of all objects with a unary predicate."""
+        """Return the mask of all objects with a unary predicate."""
         return self.unary[self.scene.vocabulary.unary_slots[predicate]]
 
     def relation(self, predicate: str) -> Relation:
-        """The relation kept for a binary predicate."""
+        """Return the relation of a binary predicate."""
         return self.binary[self.scene.vocabulary.binary_slots[predicate]]
 
     def tuple_set(self, predicate: str) -> TupleSet:
-        """The tuples kept for a predicate of three or more arguments."""
+        """Return the tuples of a predicate of three or more arguments."""
         return self.tuples[self.scene.vocabulary.tuple_slots[predicate]]
 
     def facts(self) -> Iterator[Fact]:
-        """All facts, by predicate in the order of the vocabulary, then by object index."""
+        """Yield all facts, by predicate in the order of the vocabulary, then by object index."""
         vocabulary = self.scene.vocabulary
         for name, slot in vocabulary.unary_slots.items():
             arity = vocabulary.arity(name)
@@ -217,19 +226,19 @@ class State:
             for pair in self.binary[slot].pairs():
                 yield Fact(name, pair)
         for name, slot in vocabulary.tuple_slots.items():
-            yield from [Fact(name, each) for each in sorted(self.tuples[slot].members)]
+            yield from [Fact(name, arguments) for arguments in sorted(self.tuples[slot].members)]
 
     def replace_facts(self, facts: Iterable[StatedFact]) -> State:
-        """The state of the same episode in which exactly these facts about stored predicates hold.
+        """Return the state of the same episode in which exactly these facts about stored predicates hold.
 
         Raises:
-            InputError: one is no fact; says what was expected.
+            InputError: a value is not such a fact; the message gives the expected form.
         """
-        told, draft = self.scene.state(facts), Draft(self)
-        for slot, relation in enumerate(told.binary):
+        stated, draft = self.scene.state(facts), Draft(self)
+        for slot, relation in enumerate(stated.binary):
             for source in range(len(self.scene.objects)):
                 draft.set_row(slot, source, relation.row(source))
-        return State(self.scene, told.unary, tuple(draft.binary), told.tuples)
+        return State(self.scene, stated.unary, tuple(draft.binary), stated.tuples)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, State):
@@ -248,19 +257,19 @@ class State:
 
 
 class StateChange(NamedTuple):
-    """The facts that one state has and another lacks, and the other way round."""
+    """The difference of two states: the facts that became true, and the facts that became false."""
 
     added: tuple[Fact, ...]
     removed: tuple[Fact, ...]
 
     @property
     def predicates(self) -> set[str]:
-        """The predicates of these facts."""
+        """The predicates of the changed facts."""
         return {fact.predicate for fact in self.added} | {fact.predicate for fact in self.removed}
 
 
 def compare_states(before: State, after: State) -> StateChange:
-    """The facts that became true and those that became false, in the order of `State.facts`.
+    """Return the facts that became true and those that became false, in the order of `State.facts`.
 
     Both states must be of one episode.
     """
@@ -281,18 +290,18 @@ def compare_states(before: State, after: State) -> StateChange:
             removed += [Fact(name, (x, y)) for y in bits(old & ~new)]
     for name, slot in vocabulary.tuple_slots.items():
         had, has = before.tuples[slot].members, after.tuples[slot].members
-        added += [Fact(name, each) for each in sorted(has - had)]
-        removed += [Fact(name, each) for each in sorted(had - has)]
+        added += [Fact(name, arguments) for arguments in sorted(has - had)]
+        removed += [Fact(name, arguments) for arguments in sorted(had - has)]
     return StateChange(tuple(added), tuple(removed))
 
 
 class Draft:
-    """The state after an action, while it is being changed.
+    """The state after an action, while it is built.
 
     Attributes:
-        unary: the masks of unary predicates by slot, to be changed in place.
+        unary: the masks of unary predicates by slot, changed in place.
         binary: the relations by slot, changed by the methods.
-        tuples: the sets of tuples by slot, likewise.
+        tuples: the sets of tuples by slot, changed by the methods.
     """
 
     __slots__ = ("_copied", "binary", "tuples", "unary")
@@ -313,36 +322,36 @@ class Draft:
         self.unary[slot] = objects
 
     def relate(self, slot: int, source: int, target: int, related: bool) -> None:
-        """Relate two objects, or (not ``related``) remove the pair."""
+        """Add a pair to a relation, or (not ``related``) remove it."""
         if self.binary[slot].has(source, target) is not related:
-            self._own(slot).flip(source, target)
+            self._copy_relation(slot).flip(source, target)
 
     def set_row(self, slot: int, source: int, targets: int) -> None:
         """Relate ``source`` to exactly these targets, a mask."""
         if self.binary[slot].row(source) != targets:
-            self._own(slot).set_row(source, targets)
+            self._copy_relation(slot).set_row(source, targets)
 
     def clear_column(self, slot: int, target: int) -> None:
         """Remove all pairs with ``target``."""
         if self.binary[slot].column(target):
-            self._own(slot).set_column(target, 0)
+            self._copy_relation(slot).set_column(target, 0)
 
     def include(self, slot: int, arguments: tuple[int, ...]) -> None:
         """Add a tuple."""
         self._replace(slot, self.tuples[slot].members | {arguments})
 
     def exclude(self, slot: int, pattern: tuple[int | None, ...]) -> None:
-        """Remove all tuples that are like a pattern, in which None stands for any object."""
+        """Remove all tuples that match a pattern, in which None stands for any object."""
         members = self.tuples[slot].members
-        like = [m for m in members if all(p is None or p == i for p, i in zip(pattern, m, strict=True))]
-        self._replace(slot, members.difference(like))
+        matching = [m for m in members if all(p is None or p == i for p, i in zip(pattern, m, strict=True))]
+        self._replace(slot, members.difference(matching))
 
     def _replace(self, slot: int, members: frozenset[tuple[int, ...]]) -> None:
         if members != self.tuples[slot].members:
             self.tuples = (*self.tuples[:slot], TupleSet(members), *self.tuples[slot + 1 :])
 
-    def _own(self, slot: int) -> Relation:
-        """The relation in a slot, copied from the state before at its first change."""
+    def _copy_relation(self, slot: int) -> Relation:
+        """Return the relation in a slot; its first change copies it from the state before."""
         if not self._copied >> slot & 1:
             self._copied |= 1 << slot
             self.binary[slot] = self.binary[slot].copy()

@@ -1,4 +1,4 @@
-"""The predicates of a domain, and where states keep it: stored and derived predicates.
+"""The predicates of a domain, and the slots in which states keep them.
 
 A stored predicate is part of every state. A derived predicate is computed from the stored ones.
 """
@@ -19,9 +19,14 @@ from eai.logic.signature import describe_arity, join_with_or
 class Predicate:
     """A stored predicate. Calling it with terms makes an atom.
 
-    ``static`` says that no operator changes it. ``visible`` is False for memory that the simulator needs but
-    that no prompt, goal or answer may mention. ``single`` says that in every state that can be reached at
-    most one object makes it true as last argument, whatever the others: so "the first" such object is it.
+    Attributes:
+        name: the name.
+        arity: the number of arguments.
+        static: whether no operator changes it.
+        visible: False for memory that the simulator needs but that no prompt, goal or answer may mention.
+        single: whether, in every reachable state, at most one object makes it true as last argument, for any
+            other
+            arguments. Then "the first" such object is the only one.
     """
 
     name: str
@@ -31,17 +36,17 @@ class Predicate:
     single: bool = False
 
     def __call__(self, *terms: Term | str) -> Atom:
-        """The atom of this predicate with these terms; a text is the name of an object."""
+        """Return the atom of this predicate with these terms; a text is the name of an object."""
         return make_atom(self.name, self.arity, terms)
 
 
 @runtime_checkable
 class DerivedPredicate(Protocol):
-    """A predicate that is computed from the stored ones: `eai.world.derived` has its forms."""
+    """A predicate that is computed from the stored ones. `eai.world.derived` has its forms."""
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """The name of the predicate."""
         ...
 
     @property
@@ -51,22 +56,23 @@ class DerivedPredicate(Protocol):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """The predicates that it reads, where it does not say so by a formula."""
+        """The predicates that the predicate reads, unless a formula defines it."""
         ...
 
     def __call__(self, *terms: Term | str) -> Atom:
-        """The atom of this predicate with these terms."""
+        """Return the atom of this predicate with these terms."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Vocabulary:
-    """The predicates of a domain and the slot in which a state keeps each stored one.
+    """The predicates of a domain, and the slot in which a state keeps each stored one.
 
-    Predicates of arity 0 and 1 share one numbering, those of arity 2 have another, and those of more a third.
+    Slots are numbered in three groups: predicates of arity 0 and 1, of arity 2, and of higher arity.
 
     Raises:
-        DomainError: two predicates have one name, an arity is negative, or a derived one reads the unknown.
+        DomainError: two predicates have one name, an arity is negative, or a derived predicate reads an
+            unknown one.
     """
 
     predicates: tuple[Predicate, ...]
@@ -91,30 +97,30 @@ class Vocabulary:
             for read in derived.reads:
                 if read not in names:
                     raise DomainError(f"derived predicate {derived.name} reads {read}, which is not declared")
-        for kept, arities in (("unary_slots", (0, 1)), ("binary_slots", (2,)), ("tuple_slots", (3,))):
-            those = [p.name for p in self.predicates if min(p.arity, 3) in arities]
-            object.__setattr__(self, kept, MappingProxyType({name: i for i, name in enumerate(those)}))
+        for slots, arities in (("unary_slots", (0, 1)), ("binary_slots", (2,)), ("tuple_slots", (3,))):
+            group = [p.name for p in self.predicates if min(p.arity, 3) in arities]
+            object.__setattr__(self, slots, MappingProxyType({name: i for i, name in enumerate(group)}))
         object.__setattr__(self, "derived_by_name", MappingProxyType({d.name: d for d in self.derived}))
         object.__setattr__(self, "_stored", MappingProxyType({p.name: p for p in self.predicates}))
 
     def slots(self, arity: int) -> Mapping[str, int]:
-        """The slots of stored predicates of so many arguments, by name."""
+        """Return the slots of the stored predicates of an arity, by name."""
         return self.unary_slots if arity < 2 else self.binary_slots if arity == 2 else self.tuple_slots
 
     def find_stored(self, name: str) -> Predicate | None:
-        """The stored predicate of this name, or None."""
+        """Return the stored predicate of this name, or None."""
         return self._stored.get(name)
 
     def arity(self, name: str) -> int | None:
-        """The arity of a stored or derived predicate, or None if there is none of this name."""
-        found = self.find_stored(name) or self.derived_by_name.get(name)
-        return None if found is None else found.arity
+        """Return the arity of a stored or derived predicate, or None if the name is unknown."""
+        predicate = self.find_stored(name) or self.derived_by_name.get(name)
+        return None if predicate is None else predicate.arity
 
     def require_arity(self, name: str, number: int) -> None:
-        """Check that a predicate of this name takes so many arguments.
+        """Check that a predicate of this name takes this number of arguments.
 
         Raises:
-            DomainError: it takes more or fewer, or is not declared.
+            DomainError: the predicate takes another number of arguments, or is not declared.
         """
         arity = self.arity(name)
         if arity is None:
@@ -124,33 +130,34 @@ class Vocabulary:
             raise DomainError(f"{describe_arity(name, arity, 'argument')}, not {number}")
 
 
-def require_tuple(place: str, values: object, kind: type | UnionType) -> None:
-    """Check that a part of a declaration is a tuple of some kind of value.
+def require_tuple(location: str, values: object, kind: type | UnionType) -> None:
+    """Check that a part of a declaration is a tuple of values of some type.
 
     Raises:
-        DomainError: it is a single one, as where a comma was forgotten, or has something else in it.
+        DomainError: the part is a single value, perhaps because of a forgotten comma, or a value has another
+            type.
     """
     if isinstance(values, kind):
-        raise DomainError(f"{place}: expected a tuple; of one it is written with a comma, (x,)")
-    expected = join_with_or([each.__name__ for each in get_args(kind) or (kind,)])
+        raise DomainError(f"{location}: expected a tuple; write a tuple of one value with a comma, (x,)")
+    expected = join_with_or([type_.__name__ for type_ in get_args(kind) or (kind,)])
     if isinstance(values, str) or not isinstance(values, Iterable):
-        raise DomainError(f"{place}: expected a tuple of {expected}, found {type(values).__name__}")
-    one_of_each_type = {type(value): value for value in values}  # a scene has hundreds of objects
-    for value in one_of_each_type.values():
+        raise DomainError(f"{location}: expected a tuple of {expected}, found {type(values).__name__}")
+    value_by_type = {type(value): value for value in values}  # a scene has hundreds of objects
+    for value in value_by_type.values():
         if not isinstance(value, kind):
-            raise DomainError(f"{place}: expected {expected}, found {type(value).__name__}")
+            raise DomainError(f"{location}: expected {expected}, found {type(value).__name__}")
 
 
 def parameter_names(arity: int) -> tuple[str, ...]:
-    """Names of so many parameters: x, y and z; numbered where there are more."""
+    """Return the names of parameters: x, y and z; or x1, x2, ... if there are more than three."""
     return tuple("xyz"[:arity]) if arity <= len("xyz") else tuple([f"x{i}" for i in range(1, arity + 1)])
 
 
 def make_atom(name: str, arity: int, terms: Sequence[Term | str]) -> Atom:
-    """The atom of a predicate with these terms.
+    """Return the atom of a predicate with these terms.
 
     Raises:
-        DomainError: there are more or fewer than its arity.
+        DomainError: the number of terms differs from the arity.
     """
     if len(terms) != arity:
         raise DomainError(f"{describe_arity(name, arity, 'argument')}, not {len(terms)}")
