@@ -135,22 +135,6 @@ def test_what_comes_without_gymnasium_is_said() -> None:
     assert "pip install 'eai-bench[envs]'" in result.stderr.splitlines()[-1]
 
 
-@pytest.mark.parametrize(
-    "rules", [{"observe": "full"}, {"observe": "partial"}, {"feedback": "outcome"}, {"feedback": "pictures"}]
-)
-def test_what_is_seen_can_be_drawn(rules: dict[str, str]) -> None:
-    pytest.importorskip("matplotlib")
-    environment = make(SWITCHES, render_mode="rgb_array", **rules)
-    with pytest.raises(ResetNeeded):
-        environment.render()
-    environment.reset(seed=0)
-    before = environment.render()
-    assert before.shape[1:] == (1024, 3)
-    assert before.dtype.name == "uint8"
-    environment.step(WON[0])
-    assert before.tobytes() != environment.render().tobytes()
-
-
 def test_nothing_is_drawn_unless_it_is_asked_for() -> None:
     environment = make(SWITCHES)
     environment.reset()

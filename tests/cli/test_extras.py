@@ -52,7 +52,6 @@ NEEDED = {
     "analyze table runs --out out --with formats=parquet": "analysis",
     "analyze cofactors runs --out out": "analysis",
     "analyze all runs --out out": "analysis",
-    "export pictures --domain virtualhome --tasks 27_2 --out out": "plots",
     "data stats --distributions": "plots",
     "serve mcp --domain virtualhome --out out": "mcp",
     "score m_outputs.json --domain behavior --ability transition_modeling --planner fast_downward": "planner",
@@ -73,7 +72,6 @@ SPARED = {
     "analyze table runs --out out": "",
     "explain runs --failed": "",
     "report runs": "",
-    "export pictures --domain virtualhome --tasks 27_2 --out out --format svg": "",
     "data stats": "",
 }
 """Commands that can, and what they say of it."""

@@ -24,7 +24,6 @@ WITHOUT = {"demo", "serve mcp"}
 PLAN = ("--domain", "lamps:lamps", "--ability", "action_sequencing")
 MADE: dict[tuple[str, ...], dict[str, Any]] = {
     ("export", "prompts", *PLAN, "--out", "p.json"): {"files": ["p.json"]},
-    ("export", "pictures", *PLAN[:2], "--format", "svg"): {"folder": "pictures", "pictures": 2},
     ("export", "tasks", *PLAN[:2], "--out", "t.jsonl"): {"file": "t.jsonl", "tasks": 2},
     ("export", "prompts", *PLAN, "--out", "r.jsonl"): {"path": "r.jsonl", "rows": 2, "left_out": {}},
     ("generate", "--like", "lamps:lamps", "--n", "1", "--out", "new"): {

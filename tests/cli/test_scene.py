@@ -52,46 +52,6 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
     assert refused.status == 2
 
 
-def test_a_model_sees_for_another_one(data_store: Store, tmp_path: Path) -> None:
-    """Twice: what was seen is in the journal, and is not asked for again."""
-    predicted = with_options(
-        "scene=predicted", "scene_model=eai/captioner", "scene_args.rate=0.5", "clutter=some"
-    )
-    abilities = ("--ability", "subgoal_decomposition", *PLANS[1:])
-    folder = tmp_path / "behavior" / "scene_graph" / "eai_captioner" / "scene-image-some"
-    for _ in range(2):
-        command = (*HOW, PLANS[0], *abilities, *predicted, "--out", tmp_path)
-        done = run_eai(*command)
-        assert done.status == 0, done.err
-        assert "BEHAVIOR, scene graphs, protocol strict" in done.out
-        assert len(lines_of(folder / "answers.jsonl")) == 1
-    (seen,) = lines_of(folder / "records.jsonl")
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    lost = seen["seen"]["missing"] + seen["seen"]["misplaced"]
-    assert summary["predicate_error"]["numerator"] == lost > 0
-    for ability in ("action_sequencing", "subgoal_decomposition"):
-        label = "scene-predicted-eai_captioner-some"
-        (line,) = lines_of(tmp_path / "behavior" / ability / "eai_planner" / label / "records.jsonl")
-        assert line["study"]["perception"]["summary"] == seen["seen"]
-
-
-def must_ask_with_pictures(scene: str, folder: Path) -> None:
-    """Fail unless gold answers stay right: pictures change what is asked, not what is scored."""
-    asked = ("eai/oracle", "--ability", "goal_interpretation", *with_options(f"scene={scene}"))
-    assert run_eai(*HOW, *asked, "--out", folder).status == 0
-    (line,) = lines_of(
-        folder / "behavior" / "goal_interpretation" / "eai_oracle" / f"scene-{scene}" / "records.jsonl"
-    )
-    assert line["counts"]["all"][1:] == [0, 0]
-    assert "perceived" not in line
-
-
-@pytest.mark.parametrize("scene", ["image", "both"])
-def test_questions_come_with_pictures(scene: str, data_store: Store, tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib")
-    must_ask_with_pictures(scene, tmp_path)
-
-
 @pytest.mark.parametrize(
     ("options", "why"),
     [
@@ -150,13 +110,3 @@ def test_the_captioner_only_lists_scenes(eai: Command, tmp_path: Path) -> None:
     done = eai("run", "--model", "eai/captioner", "--out", tmp_path)
     assert (done.status, done.err.partition(":")[0]) == (2, "eai")
     assert "it only lists scenes" in done.err
-
-
-def test_pictures_are_written_with_their_truth(eai: Command, data_store: Store, tmp_path: Path) -> None:
-    done = eai(
-        "export", "pictures", "--domain", "behavior", "--tasks", JARS, "--format", "svg", "--out", tmp_path
-    )
-    assert done.status == 0, done.err
-    assert done.out == f"1 picture, each with its scene graph; in {tmp_path}\n"
-    assert sorted(file.name for file in tmp_path.iterdir()) == [f"{JARS}.json", f"{JARS}.svg"]
-    assert json.loads((tmp_path / f"{JARS}.json").read_text(encoding="utf-8"))["facts"]

@@ -6,7 +6,6 @@ import json
 import signal
 import time
 from collections.abc import Iterator, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 
 import inspect_ai
@@ -99,27 +98,6 @@ def test_a_model_without_tools_writes_commands(data_store: Store, tmp_path: Path
     assert [turn["said"] for turn in turns] == said
     assert turns[-1]["thought"] == "I think.\nDONE"
     assert sample.store  # the commands are there for who reads the log
-
-
-def test_a_model_is_shown_the_world_after_each_action(data_store: Store, tmp_path: Path) -> None:
-    if find_spec("mujoco") is None:
-        pytest.skip("the extra physics is not installed")
-    suite = open_suite("behavior", ACTING)
-    picked = next(each for each in suite.task_ids if each.startswith("installing_a_modem"))
-    first = (Arena(suite.benchmark).stage(suite.tasks[picked]).reference.commands or ())[0]
-    setting = {"feedback": "pictures", "observe": "full"}
-    task = TASKS["behavior_acting"](tasks=[picked], **setting)
-    model = scripted([call(first), call("FLY(moon)"), tool("done")])
-    (log,) = inspect_ai.eval(task, model=model, log_dir=str(tmp_path), display="none")
-    (sample,) = log.samples or ()
-    assert sample.error is None, sample.error
-    asked, moved, failed, over = [each for each in sample.messages if each.role in ("user", "tool")]
-    assert "Now:\nWhat the pictures show." in asked.text
-    shown = [[part.image for part in each.content if part.type == "image"] for each in (asked, moved, failed)]
-    assert [len(images) for images in shown] == [2, 2, 2]
-    assert shown[0] != shown[1] == shown[2]
-    assert over.text.endswith("The episode is over.")
-    assert over.text == over.content
 
 
 def test_an_agent_of_ones_own_gets_the_tools(

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 from inspect_ai.log import read_eval_log
-from inspect_ai.model import ContentImage
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.errors import InputError
@@ -38,19 +37,6 @@ def process() -> Iterator[Executor]:
     """A process of its own for Inspect."""
     with own_process() as pool:
         yield pool
-
-
-@pytest.mark.parametrize(("scene", "told"), [("image", False), ("both", True)])
-def test_a_task_shows_pictures(data_store: Store, scene: str, told: bool) -> None:
-    pytest.importorskip("matplotlib")
-    (sample,) = MAKE(tasks=[JARS], prompts="eai", scene=scene, clutter="none").dataset
-    assert isinstance(sample.input, list)
-    picture, *_ = sample.input[-1].content
-    assert isinstance(picture, ContentImage)
-    assert picture.image.startswith("data:image/png;base64,")
-    suite = open_suite("behavior", PLANS)
-    facts = scene_words(suite.benchmark).wording.initial(suite.tasks[JARS]).splitlines()
-    assert all((fact in sample.input[-1].text) is told for fact in facts)
 
 
 def test_a_question_lists_what_is_seen_be_it_there_or_not(data_store: Store) -> None:

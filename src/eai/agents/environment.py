@@ -18,7 +18,7 @@ from eai.agents.observation import manual
 from eai.agents.reference import staged
 from eai.agents.rules import Rules
 from eai.agents.stage import Stage
-from eai.base.entry_points import load_offer
+from eai.base.entry_points import get_entry_points, load_offer
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
@@ -101,6 +101,8 @@ class TextEnvironment(gymnasium.Env[str, str]):
             raise InputError(f"render_mode: expected {known} or None, not {render_mode!r}")
         if render_mode == CAMERA:  # which not every world has
             self.metadata = {**self.metadata, "render_modes": [*_MODES]}
+        elif "diagrams" not in get_entry_points("eai.offers"):  # gymnasium's check renders in every mode
+            self.metadata = {**self.metadata, "render_modes": []}
         self.render_mode = render_mode
         self.benchmark = benchmark
         self.rules = rules

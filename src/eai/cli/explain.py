@@ -41,7 +41,7 @@ from eai.results.record import NOT_ANSWERED, Record
 from eai.results.records import read_records
 from eai.results.runs import find_record_files
 from eai.results.summary import outcome
-from eai.studies.report.course import film_name, states_of
+from eai.studies.report.explorer import film_name
 from eai.tasks.planning import find_plan
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
@@ -169,10 +169,8 @@ def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> 
         raise InputError(f"--film: expected one answer, found {len(chosen)}; give TASK and --model")
     (record,) = chosen
     benchmark = benchmarks_of_runs([records]).get(record.domain) or record.domain
-    found = states_of(record, _suite(record, benchmark, store))
-    if found is None:
-        raise InputError(f"--film: the course of the answer to {record.task_id} is not known")
-    film: bytes = load_offer("rendered_pictures", "--film").film_of(*found)
+    suite = _suite(record, benchmark, store)
+    film: bytes = load_offer("rendered_pictures", "--film").film_of_answer(record, suite)
     write_whole({file / film_name(record) if file.is_dir() else file: film})
 
 

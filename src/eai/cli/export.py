@@ -1,10 +1,10 @@
-"""Write prompts, data sets for training, task files and pictures; extensions write more."""
+"""Write prompts, data sets for training and task files; extensions write more."""
 
 from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -13,7 +13,6 @@ from typing import Annotated, Literal, TypeAlias
 import typer
 
 from eai.abilities.protocol import FOUR, Ability
-from eai.base.entry_points import load_offer
 from eai.base.errors import InputError
 from eai.base.files import Content, write_whole
 from eai.base.grouping import group_pairs
@@ -25,30 +24,22 @@ from eai.benchmarks.suite import open_suite
 from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, asked_by_default, counted, tell
 from eai.cli.options import AsJson, DataFolder, flag, opened_source
-from eai.cli.prompts import OfSet, drawn, is_list, tasks_of, write_prompts
+from eai.cli.prompts import OfSet, drawn, is_list, write_prompts
 from eai.pddl.planning import PlannerChoice
 from eai.results import training_data
 from eai.results.records import read_records
 from eai.results.reward import Reward, Shaping, is_paid
 from eai.results.runs import find_record_files
 from eai.results.training_data import Row
-from eai.studies.perception.drawing import Drawing, png, svg
-from eai.studies.perception.picture import Clutter, picture_of, picture_words
 from eai.tasks.prompts.prompt import PromptSet
 from eai.tasks.source import ErrataChoice
-from eai.tasks.task import Task
 from eai.tasks.task_files import task_files_in
-from eai.world.domain import Domain
-from eai.world.execution import execute
-from eai.world.state import State
 
 app = typer.Typer(no_args_is_help=True)
 
 
 _Format: TypeAlias = Literal["jsonl", "hf"]
 """How a data set is written: one file of JSON Lines, or a folder that Hugging Face's datasets open."""
-
-_ImageFormat: TypeAlias = Literal["png", "svg", "rendered", "gif"]
 
 _Out = Annotated[Path, flag(help="The file to write; of --format hf, the folder.", metavar="FILE")]
 _OfFormat = Annotated[
@@ -266,70 +257,3 @@ def _tell(out: Path, number: int, left_out: Counter[str], *, as_json: bool) -> N
     lines = [f"left out: {counted(times, 'record')} {why}" for why, times in left_out.items()]
     made: Json = {"path": str(out), "rows": number, "left_out": {**left_out}}
     tell(f"{counted(number, 'row')} written to {out}", *lines, value=made, as_json=as_json)
-
-
-def pictures(
-    domain: options.OfDomain,
-    tasks: str = "",
-    limit: Annotated[int | None, flag(min=1)] = None,
-    clutter: Clutter = "none",
-    form: Annotated[_ImageFormat, flag("--format")] = "png",
-    out: Path = Path("pictures"),
-    as_json: AsJson = False,
-    data: DataFolder = None,
-) -> None:
-    """Draw the initial state of tasks; beside each picture stands its scene graph, as JSON.
-
-    Objects lie in what they are in or on, and say what else holds of them. Equal states give equal bytes.
-
-    Scenes with bodies are BEHAVIOR's, and those of BEHAVIOR-1K whose things have bodies.
-
-    Example: eai export pictures --domain virtualhome --tasks 27_2 --format svg --out pictures
-
-    Options:
-        tasks: Only these; short: forty.
-        limit: So many, at most.
-        clutter: How much else is shown.
-        form: png (extra 'plots') or svg: diagrams. rendered: three views of the scene with bodies; gif: the
-            data set's plan in it (extra 'physics').
-        out: The folder to write to.
-    """
-    with opened_source(data) as source:
-        suite = open_suite(domain, Ability.ACTION_SEQUENCING, source=source)
-    (chosen,) = tasks_of(tasks, [suite], limit)
-    words = picture_words(suite.benchmark)
-    refused: list[InputError] = []
-    for task_id in chosen:
-        drawing, truth = picture_of(suite.tasks[task_id], words, clutter)
-        try:
-            drawn = _drawn(suite.tasks[task_id], drawing, form, suite.benchmark.domain)
-        except InputError as error:
-            refused.append(error)
-            continue
-        beside = out / f"{task_id}.json"
-        write_whole(
-            {**{out / f"{task_id}{end}": each for end, each in drawn.items()}, beside: f"{truth.text}\n"}
-        )
-    if refused and len(refused) == len(chosen):
-        raise refused[0]
-    made = len(chosen) - len(refused)
-    without = f"\n{counted(len(refused), 'scene')} cannot be built: {refused[0]}" if refused else ""
-    message = f"{counted(made, 'picture')}, each with its scene graph; in {out}{without}"
-    tell(message, value={"folder": str(out), "pictures": made}, as_json=as_json)
-
-
-def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> dict[str, str | bytes]:
-    """The files of a picture by how their names end."""
-    match form:
-        case "png":
-            return {".png": png(drawing)}
-        case "svg":
-            return {".svg": svg(drawing)}
-        case "rendered":
-            rendered = load_offer("rendered_pictures", f"--format {form}")
-            taken = zip(rendered.VIEWS, rendered.photographs_of(task), strict=True)
-            return {f"_{view}.png": image.data for view, image in taken}
-        case "gif":
-            film_of: Callable[[Task, Sequence[State]], bytes]
-            film_of = load_offer("rendered_pictures", f"--format {form}").film_of
-            return {".gif": film_of(task, execute(domain, task.initial, task.script).states)}

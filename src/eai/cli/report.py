@@ -14,6 +14,7 @@ import typer
 
 from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.protocol import FOUR
+from eai.base.entry_points import load_offer
 from eai.base.errors import EaiError, InputError
 from eai.base.files import convert_write_errors, write_whole
 from eai.base.store import Store
@@ -31,9 +32,8 @@ from eai.results.record import Record
 from eai.results.runs import as_asked_in_paper, find_record_files, read_runs
 from eai.results.table import Table, superscript
 from eai.results.terminal import print_table
-from eai.studies.report.course import courses, film_name
 from eai.studies.report.document import unnamed_remark
-from eai.studies.report.explorer import Background, ExplorerData, explorer_html
+from eai.studies.report.explorer import Background, ExplorerData, explorer_html, film_name
 from eai.studies.report.plots import add_plots
 from eai.studies.report.rankings import Ranking, rankings
 from eai.studies.report.run_summary import RunSummary, plain_runs, summary_of
@@ -160,7 +160,9 @@ def background(
     words = _words(own.get(domain) or find_benchmark(domain), source) if prompts and known else Background()
     if (out / _FILMS).is_dir():
         words = replace(words, film=partial(_film, out))
-    return replace(words, course=courses(Source(source))) if pictures else words
+    if pictures:
+        return replace(words, course=load_offer("diagrams_of_answers", "--pictures")(Source(source)))
+    return words
 
 
 def _film(out: Path, record: Record) -> str:

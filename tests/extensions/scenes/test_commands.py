@@ -10,17 +10,26 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from cli.test_scene import JARS, must_ask_with_pictures
+from by_path import ROOT
+from cli.test_scene import JARS
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError
 from eai.base.store import Store
+from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import open_suite
+from eai.cli import app
 from eai.extensions.scenes.rendered import photographs_of
+from eai.results.batch import Scoring
+from eai.results.responses import Response, ResponseFile
 from eai.studies.perception.choice import Perception
 from eai.studies.perception.scenes import shown_scenes
 from eai.tasks.prompts.template import Templates
+from eai.tasks.source import Source
 from extensions.scenes.rooms import kitchen, task_of
+from extensions.scenes.test_questions import must_ask_with_pictures
+from studies.report.samples import write_runs
+from studies.report.test_commands import RUNNER
 
 
 def test_pictures_of_bodies_and_films_are_written(eai: Command, data_store: Store, tmp_path: Path) -> None:
@@ -83,3 +92,43 @@ def can_draw() -> None:
 def test_questions_come_with_rendered_pictures(scene: str, data_store: Store, tmp_path: Path) -> None:
     can_draw()
     must_ask_with_pictures(scene, tmp_path)
+
+
+def test_pictures_are_written_with_their_truth(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    done = eai(
+        "export", "pictures", "--domain", "behavior", "--tasks", JARS, "--format", "svg", "--out", tmp_path
+    )
+    assert done.status == 0, done.err
+    assert done.out == f"1 picture, each with its scene graph; in {tmp_path}\n"
+    assert sorted(file.name for file in tmp_path.iterdir()) == [f"{JARS}.json", f"{JARS}.svg"]
+    assert json.loads((tmp_path / f"{JARS}.json").read_text(encoding="utf-8"))["facts"]
+
+
+def test_pictures_come_from_the_data_set(data_store: Store, tmp_path: Path) -> None:
+    suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=Source(data_store))
+    gold = open_answer_book(suite.benchmark, suite.ability, suite.source)[suite.task_ids[0]]
+    answers = ResponseFile("me", (Response(suite.task_ids[0], gold.text),))
+    runs = write_runs(
+        tmp_path, [list(Scoring().records(suite, answers.model, answers.responses, explanations=True))]
+    )
+    command = ["report", str(runs), "--no-plots", "--no-prompts", "--pictures", "--out"]
+    done = RUNNER.invoke(app, [*command, str(tmp_path / "out"), "--data", str(data_store.folder)])
+    assert done.exit_code == 0, done.exception
+    page = (tmp_path / "out" / "explorer.html").read_text(encoding="utf-8")
+    data = json.loads(page.partition('id="data">')[2].partition("</script>")[0])
+    (answer,) = data["runs"][0]["answers"]
+    assert len(answer["P"]) == len(answer["s"]) + 1
+    assert max(answer["P"]) < len(data["scenes"])
+    refused = RUNNER.invoke(app, [*command, str(tmp_path / "out"), "--data", str(tmp_path / "none")])
+    assert "--pictures: the data set is not at hand" in str(refused.exception)
+
+
+def test_the_number_of_pictures_is_printed_as_json(
+    eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
+    done = eai(
+        "export", "pictures", "--domain", "lamps:lamps", "--format", "svg", "--out", tmp_path, "--json"
+    )
+    assert done.status == 0, done.err
+    assert json.loads(done.out) == {"folder": str(tmp_path), "pictures": 2}

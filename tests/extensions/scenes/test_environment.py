@@ -1,4 +1,4 @@
-"""What a camera shows of an environment."""
+"""Pictures of an environment: diagrams, and those of a camera."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from importlib.util import find_spec
 
 import gymnasium
 import pytest
+from gymnasium.error import ResetNeeded
 
-from agents.switches import SWITCHES
+from agents.switches import SWITCHES, WON
 from agents.test_environment import TASKS
 from eai.agents.gym import make
 from eai.base.errors import EaiError, InputError
@@ -40,3 +41,19 @@ def test_a_world_without_bodies_is_not_rendered() -> None:
     environment.reset(seed=0)
     with pytest.raises(InputError, match="no bodies: the world does not say"):
         environment.render()
+
+
+@pytest.mark.parametrize(
+    "rules", [{"observe": "full"}, {"observe": "partial"}, {"feedback": "outcome"}, {"feedback": "pictures"}]
+)
+def test_what_is_seen_can_be_drawn(rules: dict[str, str]) -> None:
+    pytest.importorskip("matplotlib")
+    environment = make(SWITCHES, render_mode="rgb_array", **rules)
+    with pytest.raises(ResetNeeded):
+        environment.render()
+    environment.reset(seed=0)
+    before = environment.render()
+    assert before.shape[1:] == (1024, 3)
+    assert before.dtype.name == "uint8"
+    environment.step(WON[0])
+    assert before.tobytes() != environment.render().tobytes()

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import re
-
 import eai.world as w
 from eai import Benchmark, Task, given, make_task
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords
-from eai.studies.report.tiles import BOTH_WAYS, HANDS, ONE_WAY, Tile
 
 X, Y = w.Variable("x"), w.Variable("y")
 HOLDS, IN, ON, LIT = (
@@ -55,21 +52,3 @@ def fact(text: str) -> NamedFact:
 def seen(*facts: str, objects: tuple[str, ...] = TRUTH.objects) -> SceneGraph:
     """A scene graph with these facts."""
     return SceneGraph(objects, tuple(map(fact, facts)))
-
-
-def told_by(tile: Tile, agent: str) -> set[NamedFact]:
-    """All that a tile says, and those in it."""
-    said = {NamedFact(mark, (tile.name,)) for mark in tile.marks}
-    for line in tile.lines:
-        predicate, arrow, *others = re.split(r"[ ,]+", line)
-        for other in others:
-            said.add(NamedFact(predicate, (tile.name, other)))
-            if arrow == BOTH_WAYS:
-                said.add(NamedFact(predicate, (other, tile.name)))
-        assert arrow in (BOTH_WAYS, ONE_WAY)
-    for relation, within in tile.zones.items():
-        for inner in within:
-            around = (tile.name, inner.name) if tile.name == agent else (inner.name, tile.name)
-            about = (inner.name,) if tile.name == HANDS else around
-            said |= {NamedFact(relation, about), *told_by(inner, agent)}
-    return said

@@ -8,14 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from eai.abilities.protocol import Ability
-from eai.base.store import Store
-from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.suite import open_suite
 from eai.cli import app
-from eai.results.batch import Scoring
-from eai.results.responses import Response, ResponseFile
-from eai.tasks.source import Source
 from record_files import write_records
 from results.verdicts import whole
 from studies.report.samples import action_run, goal_run, write_runs
@@ -95,22 +88,3 @@ def test_what_is_not_answered_is_said_wherever_a_run_is_shown(tmp_path: Path) ->
     assert said in page
     assert "|  | part¹ | 12/20 |" in page
     assert r" & part\textsuperscript{1} & 12/20 & " in (tmp_path / "out" / "tables.tex").read_text("utf-8")
-
-
-def test_pictures_come_from_the_data_set(data_store: Store, tmp_path: Path) -> None:
-    suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=Source(data_store))
-    gold = open_answer_book(suite.benchmark, suite.ability, suite.source)[suite.task_ids[0]]
-    answers = ResponseFile("me", (Response(suite.task_ids[0], gold.text),))
-    runs = write_runs(
-        tmp_path, [list(Scoring().records(suite, answers.model, answers.responses, explanations=True))]
-    )
-    command = ["report", str(runs), "--no-plots", "--no-prompts", "--pictures", "--out"]
-    done = RUNNER.invoke(app, [*command, str(tmp_path / "out"), "--data", str(data_store.folder)])
-    assert done.exit_code == 0, done.exception
-    page = (tmp_path / "out" / "explorer.html").read_text(encoding="utf-8")
-    data = json.loads(page.partition('id="data">')[2].partition("</script>")[0])
-    (answer,) = data["runs"][0]["answers"]
-    assert len(answer["P"]) == len(answer["s"]) + 1
-    assert max(answer["P"]) < len(data["scenes"])
-    refused = RUNNER.invoke(app, [*command, str(tmp_path / "out"), "--data", str(tmp_path / "none")])
-    assert "--pictures: the data set is not at hand" in str(refused.exception)

@@ -1,7 +1,8 @@
-"""Scenes with bodies: how objects look and where they are, drawn by cameras; no verdict uses them.
+"""Pictures of scenes: diagrams, and scenes with bodies, drawn by cameras; no verdict uses them.
 
-Entry point: `rendered_pictures`, which runs (`perception.scene`), environments (`render_mode="camera"`),
-`eai export pictures` and `eai explain --film` ask for.
-Extra: `physics`.
+Entry points: `diagrams` and `rendered_pictures`, which runs (`perception.scene`) and environments
+(`render_mode`) ask for; `diagrams_of_answers` (`eai report --pictures`); `export pictures` (a command).
+`eai explain --film` asks for `rendered_pictures`, too.
+Extra: `physics` (scenes with bodies); diagrams as PNG need `plots`.
 Page: docs/extensions/scenes/README.md.
 """

@@ -7,7 +7,10 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from eai.base.errors import InputError, require_extra
-from eai.studies.perception.picture import PNG
+from eai.benchmarks.suite import Suite
+from eai.extensions.scenes.course import states_of
+from eai.extensions.scenes.diagrams import PNG
+from eai.results.record import Record
 from eai.tasks.prompts.prompt import Image
 from eai.tasks.task import Task
 from eai.world.state import State
@@ -80,6 +83,19 @@ def film_of(task: Task, states: Sequence[State]) -> bytes:
         from eai.extensions.scenes.pictures import film
 
         return film(task, states)
+
+
+def film_of_answer(record: Record, suite: Suite) -> bytes:
+    """Return the film of the states that an answer passed through, as GIF.
+
+    Raises:
+        InputError: the states are not known, or the scene cannot be built.
+        EaiError: as of `photographs_of`.
+    """
+    found = states_of(record, suite)
+    if found is None:
+        raise InputError(f"--film: the course of the answer to {record.task_id} is not known")
+    return film_of(*found)
 
 
 def camera_of(task: Task) -> Camera:

@@ -13,7 +13,6 @@ from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.studies.perception.noise import Noise, noise_of
-from eai.studies.perception.picture import Clutter
 from eai.studies.variation import Variation
 from eai.tasks.options import Arguments
 
@@ -27,6 +26,14 @@ Showing: TypeAlias = Literal["text", "image", "both", "predicted", "noisy", "ren
 that a second model made from pictures. ``noisy``: as a list with seeded errors. Ours are ``rendered``: in
 pictures of things with bodies; ``numbered``: in these, with a number at each thing; and ``pointed``: in these
 as they are, and a pixel of each thing with its name.
+"""
+
+Clutter: TypeAlias = Literal["none", "some", "many"]
+"""How much a picture shows besides what the task is about.
+
+``none``: nothing. ``some``: up to as many other objects. ``many``: up to four times as many; fewer where the
+picture would be too high. Objects that are in or on what is shown come first. Where a scene
+has no other objects, all three are alike.
 """
 
 PICTURED = ("image", "rendered", "numbered", "pointed")

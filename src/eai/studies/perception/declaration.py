@@ -18,6 +18,7 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import add, confusion_shares, of_all
+from eai.base.entry_points import load_offer
 from eai.studies.perception.verdict import Perceived, SceneGraphVerdict
 from eai.tasks.share import Share
 
@@ -67,10 +68,10 @@ def _pose(world: AskedWorld, task: Task) -> Posed:
 
 
 def _pictures(world: AskedWorld, task: Task) -> Sequence[tuple[str, bytes]]:
-    from eai.studies.perception.picture import drawn_image
     from eai.studies.perception.scene_graph import SceneWords
 
-    return (drawn_image(task, SceneWords(world.observed())),)
+    diagrams = load_offer("diagrams", "questions of scene_graph")
+    return (diagrams.drawn_image(task, SceneWords(world.observed())),)
 
 
 def contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from eai.abilities.declaration import declaration_of
@@ -12,25 +13,32 @@ from eai.abilities.experiment import Experiment, named_choice
 from eai.abilities.protocol import SCENE_GRAPH
 from eai.base.entry_points import load_offer
 from eai.base.errors import InputError
+from eai.base.files import read_content
+from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import dataclass_to_json
 from eai.results.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
-from eai.studies.perception.choice import STUDY, Perception, Showing
+from eai.studies.perception.choice import STUDY, Clutter, Perception, Showing
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import perceive
-from eai.studies.perception.picture import Clutter, drawn_images, images_in, others_in_view
 from eai.studies.perception.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.prompts.prompt import TOLD, Belief, Image
 from eai.tasks.prompts.template import Templates
 from eai.tasks.task import Task
 from eai.tasks.wording import subjects
+from eai.world.relation import bits
 from eai.world.state import Fact
 
 _PLACE = 20
+
+_MEDIA_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".webp": "image/webp"}
+"""The media types of pictures by how their files' names end."""
+
+_TIMES: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 
 
 def _believed(label: str, beliefs: Mapping[str, Belief], **more: Any) -> Believed:
@@ -142,6 +150,16 @@ def context_of(task: Task, words: SceneWords, much: Clutter, templates: Template
     return templates.fill("scene_context.txt", values)
 
 
+def others_in_view(task: Task, words: SceneWords, shown: Sequence[int], clutter: Clutter) -> list[int]:
+    """Return further objects of a scene, first those that are in or on what is shown."""
+    state, scene = task.initial, task.scene
+    said = {index for fact in words.holding(state, range(len(scene.objects))) for index in fact.arguments}
+    supports = [state.relation(words.stored[name]) for name in words.supports]
+    near = {i for relation in supports for index in shown for i in bits(relation.column(index))}
+    ranked = sorted(said.difference(shown), key=lambda index: (index not in near, index))
+    return ranked[: _TIMES[clutter] * len(shown)]
+
+
 def _said(scene: Showing, task: Task, benchmark: Benchmark, templates: Templates) -> str:
     """The words of the question about its pictures."""
     text = templates.text(f"scene_{scene}.txt")
@@ -150,13 +168,13 @@ def _said(scene: Showing, task: Task, benchmark: Benchmark, templates: Templates
         return f"{text}\n{', '.join([f'{number} {names[number]}' for number in subjects(task)])}"
     if scene != "pointed":
         return text
-    where: Mapping[int, tuple[int, int, int]] = _rendered(scene).places_of(task)
+    where: Mapping[int, tuple[int, int, int]] = _offered("rendered_pictures", scene).places_of(task)
     lines = [f"{names[i]}: {'picture {}, ({}, {})'.format(*where[i])}" for i in subjects(task) if i in where]
     return "\n".join([text, *lines])
 
 
-def _rendered(scene: Showing) -> Any:
-    return load_offer("rendered_pictures", f"perception.scene {scene}")
+def _offered(name: str, scene: Showing) -> Any:
+    return load_offer(name, f"perception.scene {scene}")
 
 
 def _pictures(
@@ -164,11 +182,39 @@ def _pictures(
 ) -> Mapping[str, tuple[Image, ...]]:
     if choice.images is not None:
         return images_in(choice.images, tasks)
+    images: Mapping[str, tuple[Image, ...]]
     if choice.scene in ("rendered", "numbered", "pointed"):
-        images: Mapping[str, tuple[Image, ...]]
-        images = _rendered(choice.scene).photographed(tasks, numbered=choice.scene == "numbered")
-        return images
-    return drawn_images(benchmark, tasks, choice.clutter or "none")
+        rendered = _offered("rendered_pictures", choice.scene)
+        images = rendered.photographed(tasks, numbered=choice.scene == "numbered")
+    else:
+        diagrams = _offered("diagrams", choice.scene)
+        images = diagrams.drawn_images(benchmark, tasks, choice.clutter or "none")
+    return images
+
+
+def images_in(folder: Path, task_ids: Iterable[str]) -> dict[str, tuple[Image, ...]]:
+    """The pictures in a folder by task: the files whose names begin with its id, in their order.
+
+    Raises:
+        InputError: there is no picture of a task, or a file cannot be read.
+    """
+    known = list(task_ids)
+    found = [each for each in sorted(folder.glob("*")) if each.suffix.lower() in _MEDIA_TYPES]
+    files = group_pairs((_owner(file.stem, known), file) for file in found if file.is_file())
+    lacking = [task_id for task_id in known if task_id not in files]
+    if lacking:
+        shown = ", ".join(lacking[:3]) + (", ..." if len(lacking) > 3 else "")
+        raise InputError(f"images {folder}: no picture of {len(lacking)} of {len(known)} tasks ({shown})")
+    return {
+        i: tuple([Image(_MEDIA_TYPES[file.suffix.lower()], read_content(file)) for file in files[i]])
+        for i in known
+    }
+
+
+def _owner(stem: str, task_ids: Sequence[str]) -> str | None:
+    """The task whose id a file's name begins with: the longest one, ended by no letter or digit."""
+    begun = [i for i in task_ids if stem == i or (stem.startswith(i) and not stem[len(i)].isalnum())]
+    return max(begun, key=len, default=None)
 
 
 def _refuse_published(choice: Perception, library: Library, suite: Suite) -> None:

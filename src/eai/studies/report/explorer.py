@@ -11,7 +11,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Literal, TypeAlias, cast
 from urllib.parse import quote
 
 from eai.abilities.explanation import Explanation, StepReport, near_misses
@@ -19,14 +19,14 @@ from eai.abilities.protocol import Ability
 from eai.abilities.repair import repair_lines
 from eai.abilities.verdict import PlanVerdict, SpanKind, Verdict
 from eai.agents.verdict import ActingVerdict
+from eai.base.files import to_file_name
 from eai.base.json_value import Json
 from eai.benchmarks.registry import title_of
+from eai.results.codec import sha256_of
 from eai.results.page import build_page, for_script
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.results.summary import after, outcome
-from eai.studies.report.course import Course
-from eai.studies.report.tiles import Tile
 
 if TYPE_CHECKING:
     from eai.abilities.goal_interpretation.verdict import GoalVerdict
@@ -41,6 +41,33 @@ _PARTS = ("steps", "operators", "scenes", "tiles")
 
 _VIEWER = "http://127.0.0.1:7575/#/logs"
 """The address at which ``inspect view`` shows logs."""
+
+
+Owner: TypeAlias = Literal["agent", "object", "other"]
+"""The owner of a tile: the agent, an object that the task is about, or another one."""
+
+
+@dataclass(slots=True)
+class Tile:
+    """The view of an object in a picture.
+
+    Attributes:
+        name: its name.
+        kind: whose it is.
+        marks: what is said of it alone.
+        lines: its relations to others, each a line.
+        zones: the tiles that lie in it, by the relation in which they do.
+    """
+
+    name: str
+    kind: Owner
+    marks: list[str] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
+    zones: dict[str, list[Tile]] = field(default_factory=dict)
+
+
+Course: TypeAlias = Sequence[Sequence[Tile]]
+"""The outermost tiles at the start and after each step that was tried; nothing where they are not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +87,11 @@ class Background:
     instructions: Mapping[str, str] = field(default_factory=dict)
     course: Callable[[Record], Course] = lambda _: ()
     film: Callable[[Record], str] = lambda _: ""
+
+
+def film_name(record: Record) -> str:
+    """The name of the file with the film of an answer in a folder of films, the same for equal answers."""
+    return f"{to_file_name(record.task_id)}-{sha256_of(record.response)[:12]}.gif"
 
 
 class ExplorerData:

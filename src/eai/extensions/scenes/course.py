@@ -9,19 +9,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Protocol as Structure
-from typing import TypeAlias, runtime_checkable
+from typing import runtime_checkable
 
 from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
-from eai.base.files import to_file_name
 from eai.benchmarks.registry import registered
 from eai.benchmarks.suite import Suite, open_suite
-from eai.results.codec import sha256_of
+from eai.extensions.scenes.diagrams import picture_words
+from eai.extensions.scenes.tiles import tiles_of
 from eai.results.record import Record
-from eai.studies.perception.picture import picture_words
 from eai.studies.perception.scene_graph import SceneWords
-from eai.studies.report.tiles import Tile, tiles_of
+from eai.studies.report.explorer import Course, Tile
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
 from eai.tasks.wording import subjects
@@ -29,9 +28,6 @@ from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.episode import Episode
 from eai.world.state import Scene, State
-
-Course: TypeAlias = "Sequence[Sequence[Tile]]"
-"""The outermost tiles at the start and after each step that was tried; nothing where they are not known."""
 
 
 @runtime_checkable
@@ -84,11 +80,6 @@ def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
     before = _before(record)
     states = states_along(scorer.domain, scorer.task.initial, [*before, *_steps(record.explanation)])
     return None if states is None else (scorer.task, states[len(before) :])
-
-
-def film_name(record: Record) -> str:
-    """The name of the file with the film of an answer in a folder of films, the same for equal answers."""
-    return f"{to_file_name(record.task_id)}-{sha256_of(record.response)[:12]}.gif"
 
 
 def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) -> list[State] | None:

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from itertools import combinations
-from pathlib import Path
 from typing import get_args
 from xml.etree import ElementTree
 
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
-from eai.studies.perception.drawing import WIDTH, Drawing, _Rectangle, _Text, png, svg, text_width
+from eai.extensions.scenes.diagrams import picture_of, picture_words
+from eai.extensions.scenes.drawing import WIDTH, Drawing, _Rectangle, _Text, png, svg, text_width
+from eai.extensions.scenes.tiles import tiles_of
+from eai.studies.perception.choice import Clutter
 from eai.studies.perception.errors import perception_errors
-from eai.studies.perception.picture import Clutter, images_in, picture_of, picture_words
 from eai.studies.perception.scene_graph import SceneGraph
-from eai.studies.report.tiles import tiles_of
 from eai.tasks.source import Source
-from studies.perception.kitchen import TRUTH, WORDS, fact, kitchen_task, seen, told_by
+from extensions.scenes.tile_facts import told_by
+from studies.perception.kitchen import TRUTH, WORDS, fact, kitchen_task, seen
 
 
 def within(inner: _Rectangle, outer: _Rectangle) -> bool:
@@ -108,16 +108,3 @@ def test_equal_states_give_equal_bytes() -> None:
     assert png(one) == png(other)
     assert png(one).startswith(b"\x89PNG")
     assert ElementTree.fromstring(svg(one)).get("width") == str(WIDTH)  # noqa: S314 - our own
-
-
-def test_pictures_of_ones_own_belong_to_the_longest_id(tmp_path: Path) -> None:
-    for name in ("1_1.png", "1_1_left.jpg", "1_10.png", "1_1.txt", "2_1b.png"):
-        (tmp_path / name).write_bytes(name.encode())
-    found = images_in(tmp_path, ["1_1", "1_10"])
-    assert {task_id: [image.data.decode() for image in shown] for task_id, shown in found.items()} == {
-        "1_1": ["1_1.png", "1_1_left.jpg"],
-        "1_10": ["1_10.png"],
-    }
-    assert found["1_1"][1].media_type == "image/jpeg"
-    with pytest.raises(InputError, match=r"no picture of 1 of 2 tasks \(2_1\)"):
-        images_in(tmp_path, ["1_1", "2_1"])

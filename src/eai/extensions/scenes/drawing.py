@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
 from eai.base.errors import require_extra
-from eai.studies.report.tiles import BOTH_WAYS, ONE_WAY, Owner, Tile
+from eai.extensions.scenes.tiles import BOTH_WAYS, ONE_WAY
+from eai.studies.report.explorer import Owner, Tile
 
 if TYPE_CHECKING:
     from PIL.Image import Image

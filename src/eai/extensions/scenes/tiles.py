@@ -7,38 +7,13 @@ that holds of it is written in it, so that a picture says all that there is to p
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
 
 from eai.base.grouping import group_pairs
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
+from eai.studies.report.explorer import Tile
 
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
 """Between a relation and the other object: it holds in both directions, or in one."""
-
-
-Owner: TypeAlias = Literal["agent", "object", "other"]
-"""The owner of a tile: the agent, an object that the task is about, or another one."""
-
-
-@dataclass(slots=True)
-class Tile:
-    """The view of an object in a picture.
-
-    Attributes:
-        name: its name.
-        kind: whose it is.
-        marks: what is said of it alone.
-        lines: its relations to others, each a line.
-        zones: the tiles that lie in it, by the relation in which they do.
-    """
-
-    name: str
-    kind: Owner
-    marks: list[str] = field(default_factory=list)
-    lines: list[str] = field(default_factory=list)
-    zones: dict[str, list[Tile]] = field(default_factory=dict)
-
 
 HANDS = "(hands)"
 """The name of the tile that has the hands where no object of the scene acts."""

@@ -16,16 +16,18 @@ from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
+from eai.extensions.scenes.course import course_of, courses, states_along
+from eai.extensions.scenes.diagrams import picture_words
 from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.responses import Response
-from eai.studies.perception.picture import picture_words
-from eai.studies.report.course import Course, course_of, courses, states_along
+from eai.studies.report.explorer import Course
 from eai.tasks.source import Source
 from eai.tasks.wording import subjects
 from eai.world.execution import execute
 from experiments import experiment
-from studies.perception.kitchen import DOMAIN, KITCHEN, WORDS, fact, kitchen_task, told_by
+from extensions.scenes.tile_facts import told_by
+from studies.perception.kitchen import DOMAIN, KITCHEN, WORDS, fact, kitchen_task
 
 DONE = ("TAKE(cup_1)", "PUT_ON(cup_1, table_1)", "LIGHT(lamp_2)")
 

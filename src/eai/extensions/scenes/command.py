@@ -1,0 +1,88 @@
+"""``eai export pictures``: diagrams and rendered pictures of tasks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal, TypeAlias
+
+from eai.abilities.protocol import Ability
+from eai.base.errors import InputError
+from eai.base.files import write_whole
+from eai.benchmarks.suite import open_suite
+from eai.cli import options
+from eai.cli.console import counted, tell
+from eai.cli.options import AsJson, DataFolder, flag, opened_source
+from eai.cli.prompts import tasks_of
+from eai.extensions.scenes.diagrams import picture_of, picture_words
+from eai.extensions.scenes.drawing import Drawing, png, svg
+from eai.extensions.scenes.rendered import VIEWS, film_of, photographs_of
+from eai.studies.perception.choice import Clutter
+from eai.tasks.task import Task
+from eai.world.domain import Domain
+from eai.world.execution import execute
+
+_ImageFormat: TypeAlias = Literal["png", "svg", "rendered", "gif"]
+
+
+def pictures(
+    domain: options.OfDomain,
+    tasks: str = "",
+    limit: Annotated[int | None, flag(min=1)] = None,
+    clutter: Clutter = "none",
+    form: Annotated[_ImageFormat, flag("--format")] = "png",
+    out: Path = Path("pictures"),
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Draw the initial state of tasks; beside each picture stands its scene graph, as JSON.
+
+    Objects lie in what they are in or on, and say what else holds of them. Equal states give equal bytes.
+
+    Scenes with bodies are BEHAVIOR's, and those of BEHAVIOR-1K whose things have bodies.
+
+    Example: eai export pictures --domain virtualhome --tasks 27_2 --format svg --out pictures
+
+    Options:
+        tasks: Only these; short: forty.
+        limit: So many, at most.
+        clutter: How much else is shown.
+        form: png (extra 'plots') or svg: diagrams. rendered: three views of the scene with bodies; gif: the
+            data set's plan in it (extra 'physics').
+        out: The folder to write to.
+    """
+    with opened_source(data) as source:
+        suite = open_suite(domain, Ability.ACTION_SEQUENCING, source=source)
+    (chosen,) = tasks_of(tasks, [suite], limit)
+    words = picture_words(suite.benchmark)
+    refused: list[InputError] = []
+    for task_id in chosen:
+        drawing, truth = picture_of(suite.tasks[task_id], words, clutter)
+        try:
+            drawn = _drawn(suite.tasks[task_id], drawing, form, suite.benchmark.domain)
+        except InputError as error:
+            refused.append(error)
+            continue
+        beside = out / f"{task_id}.json"
+        write_whole(
+            {**{out / f"{task_id}{end}": each for end, each in drawn.items()}, beside: f"{truth.text}\n"}
+        )
+    if refused and len(refused) == len(chosen):
+        raise refused[0]
+    made = len(chosen) - len(refused)
+    without = f"\n{counted(len(refused), 'scene')} cannot be built: {refused[0]}" if refused else ""
+    message = f"{counted(made, 'picture')}, each with its scene graph; in {out}{without}"
+    tell(message, value={"folder": str(out), "pictures": made}, as_json=as_json)
+
+
+def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> dict[str, str | bytes]:
+    """The files of a picture by how their names end."""
+    match form:
+        case "png":
+            return {".png": png(drawing)}
+        case "svg":
+            return {".svg": svg(drawing)}
+        case "rendered":
+            taken = zip(VIEWS, photographs_of(task), strict=True)
+            return {f"_{view}.png": image.data for view, image in taken}
+        case "gif":
+            return {".gif": film_of(task, execute(domain, task.initial, task.script).states)}

@@ -1,0 +1,90 @@
+"""Diagrams of scenes: pictures in which each object is a tile, drawn from a state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from eai.benchmarks.benchmark import Benchmark
+from eai.extensions.scenes.drawing import Drawing, draw, image_of, png
+from eai.extensions.scenes.tiles import tiles_of
+from eai.studies.perception.choice import Clutter
+from eai.studies.perception.scene_graph import SceneGraph, SceneWords
+from eai.studies.perception.scenes import others_in_view
+from eai.tasks.prompts.prompt import Image
+from eai.tasks.task import Task
+from eai.tasks.wording import subjects
+from eai.world.state import State
+
+PNG = "image/png"
+
+MOST_HEIGHT = 1536
+"""How high a picture is at most, in pixels, unless a task takes more; models shrink higher ones."""
+
+
+def picture_words(benchmark: Benchmark) -> SceneWords:
+    """How pictures say what is so: as observations do, so that they show hands too."""
+    return SceneWords(benchmark.observed_wording())
+
+
+def picture_of(
+    task: Task,
+    words: SceneWords,
+    clutter: Clutter = "none",
+    state: State | None = None,
+    objects: Sequence[int] | None = None,
+) -> tuple[Drawing, SceneGraph]:
+    """The picture of a task's scene, and all that can be seen in it.
+
+    Args:
+        task: the task.
+        words: what things are called.
+        clutter: how much else is shown.
+        state: a state of the scene; the initial one if None.
+        objects: what to show, by index; what a prompt speaks of if None.
+    """
+    shown = subjects(task) if objects is None else objects
+    others = others_in_view(task, words, shown, clutter)
+    now = task if state is None else replace(task, initial=state)
+    names, agent = words.names(task), task.scene.agent
+    doer = None if agent is None else names[agent]
+    while True:
+        truth = words.describe(now, [*shown, *others])
+        drawing = draw(tiles_of(truth, words, doer, [names[index] for index in others]))
+        if drawing.height <= MOST_HEIGHT or not others:
+            return drawing, truth
+        others = others[: len(others) * 3 // 4]
+
+
+def drawn_images(
+    benchmark: Benchmark, tasks: Mapping[str, Task], clutter: Clutter
+) -> dict[str, tuple[Image, ...]]:
+    """A schematic picture of the initial state of each task, as PNG.
+
+    Raises:
+        EaiError: the library that draws them is not installed.
+    """
+    words = picture_words(benchmark)
+    return {i: (Image(*drawn_image(task, words, clutter)),) for i, task in tasks.items()}
+
+
+def drawn_image(task: Task, words: SceneWords, clutter: Clutter = "none") -> tuple[str, bytes]:
+    """A schematic picture of the initial state of a task, with its media type.
+
+    Raises:
+        EaiError: the library that draws them is not installed.
+    """
+    return PNG, png(picture_of(task, words, clutter)[0])
+
+
+def pixels(task: Task, benchmark: Benchmark, state: State, objects: Sequence[int]) -> Any:
+    """The picture of some objects in a state of a task, as an array of numpy's: height, width, 3 colours.
+
+    Raises:
+        EaiError: the library that draws them is not installed.
+    """
+    drawn = image_of(picture_of(task, picture_words(benchmark), state=state, objects=objects)[0])
+    import numpy as np  # which comes with matplotlib
+
+    return np.asarray(drawn)

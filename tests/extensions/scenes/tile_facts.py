@@ -1,0 +1,27 @@
+"""The facts that tiles show."""
+
+from __future__ import annotations
+
+import re
+
+from eai.extensions.scenes.tiles import BOTH_WAYS, HANDS, ONE_WAY
+from eai.studies.perception.scene_graph import NamedFact
+from eai.studies.report.explorer import Tile
+
+
+def told_by(tile: Tile, agent: str) -> set[NamedFact]:
+    """All that a tile says, and those in it."""
+    said = {NamedFact(mark, (tile.name,)) for mark in tile.marks}
+    for line in tile.lines:
+        predicate, arrow, *others = re.split(r"[ ,]+", line)
+        for other in others:
+            said.add(NamedFact(predicate, (tile.name, other)))
+            if arrow == BOTH_WAYS:
+                said.add(NamedFact(predicate, (other, tile.name)))
+        assert arrow in (BOTH_WAYS, ONE_WAY)
+    for relation, within in tile.zones.items():
+        for inner in within:
+            around = (tile.name, inner.name) if tile.name == agent else (inner.name, tile.name)
+            about = (inner.name,) if tile.name == HANDS else around
+            said |= {NamedFact(relation, about), *told_by(inner, agent)}
+    return said
