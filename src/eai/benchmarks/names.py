@@ -7,6 +7,9 @@ from typing import NamedTuple
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.base.errors import InputError
 
+OBFUSCATED, WITH_RULES = "-obfuscated", "-rules"
+"""Endings of names of benchmarks that have the tasks of another benchmark, but prompts of their own."""
+
 
 class TaskReference(NamedTuple):
     """A task by benchmark, ability and id, written ``virtualhome/action_sequencing/27_2``.
@@ -39,3 +42,8 @@ class TaskReference(NamedTuple):
 def suite_name(domain: str, ability: Ability) -> str:
     """Return the name of a suite, as tasks of Inspect and files of prompts have it."""
     return f"{domain}_{ability.value}"
+
+
+def plain_name(name: str) -> str:
+    """Return a name without such an ending: the name of the benchmark that has the tasks."""
+    return name.removesuffix(OBFUSCATED).removesuffix(WITH_RULES)

@@ -45,12 +45,6 @@ REFERENCES = (
 _SUFFIXES = (".pddl", ".jsonl", ".gz")
 """How the names of files end whose change is noticed in a folder."""
 
-OBFUSCATED = "obfuscated"
-"""The word before the colon in a reference to the twin of a benchmark whose words mean other things."""
-
-RULES = "rules"
-"""The word before the colon in a reference to a benchmark in its own words, with the rules of its twin."""
-
 CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
 """How identifiers with capitals spell the benchmarks of the paper."""
 
@@ -144,20 +138,6 @@ def is_task_files(reference: str) -> bool:
 def _has_opener(reference: str) -> bool:
     word, separator, _ = reference.partition(":")
     return bool(separator) and word in get_entry_points(OPENERS)
-
-
-def open_obfuscated(name: str) -> Benchmark:
-    """Open the twin of a benchmark whose words mean other things."""
-    from eai.benchmarks.obfuscated import obfuscated
-
-    return obfuscated(find_benchmark(name))
-
-
-def open_with_rules(name: str) -> Benchmark:
-    """Open a benchmark in its own words, with the rules of its twin."""
-    from eai.benchmarks.obfuscated import with_rules
-
-    return with_rules(find_benchmark(name))
 
 
 def open_pddl(files: str) -> Benchmark:

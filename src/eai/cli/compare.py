@@ -14,6 +14,7 @@ from rich.text import Text
 from eai.abilities.declaration import declaration_of
 from eai.base.errors import InputError
 from eai.base.json_value import Json
+from eai.benchmarks.names import plain_name
 from eai.cli.console import note, output, print_json
 from eai.cli.options import AsJson, flag
 from eai.cli.table import PERCENT, print_remark
@@ -156,8 +157,6 @@ def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
 
     An ability that is asked of files of its own has one run whatever the file is called.
     """
-    from eai.benchmarks.obfuscated import plain_name
-
     places = {}
     for place, run in runs.items():
         is_apart = declaration_of(run.key.ability).asked.written_by

@@ -8,7 +8,7 @@ from functools import partial
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.obfuscated import UNCHANGING, plain_name
+from eai.benchmarks.names import plain_name
 from eai.tasks.task import Task
 from tasks.prompts.sufficiency import ListingReader, Reader, Statement, Told
 
@@ -31,6 +31,9 @@ _STATES = (
 )
 _FOLLOWS = ("touching",)
 """Relations that follow from others that are told."""
+
+_UNCHANGING = "Facts that no action changes:"
+"""Heading of a list in prompts with exact rules."""
 
 _ROOMS = ("bathroom", "bedroom", "dining_room", "home_office", "kitchen", "living_room")
 
@@ -58,7 +61,7 @@ def _of_halves(line: str, told: Told) -> bool:
 
 
 def _is_heading(line: str, told: Told) -> bool:
-    return line == UNCHANGING
+    return line == _UNCHANGING
 
 
 def _stored(told: Told, relations: Mapping[str, str]) -> Iterator[Statement]:

@@ -114,8 +114,7 @@ def chosen(benchmark: Benchmark, ability: Ability, source: Source, step: int) ->
     "name",
     [
         *("virtualhome", "behavior", "behavior-1k"),
-        *swept("behavior-1k-challenge-2025", "behavior-1k-behavior-100", "rules:behavior-1k"),
-        *swept("obfuscated:virtualhome", "obfuscated:behavior", "obfuscated:behavior-1k"),
+        *swept("behavior-1k-challenge-2025", "behavior-1k-behavior-100"),
     ],
 )
 def test_gold_plans_work_in_the_worlds_of_our_prompts(

@@ -1,6 +1,7 @@
-"""An analysis that compares answers to public tasks with answers to generated tasks of the same world.
+"""Compares public tasks with generated tasks of the same world, and asks for tasks in other words.
 
-Entry point: `contamination` (a study).
+Entry points: `contamination` (a study); `obfuscated` and `rules`, which open the same tasks in swapped words
+and in plain words with exact rules.
 Extra: none.
 Page: docs/extensions/contamination/README.md.
 """

@@ -15,10 +15,10 @@ from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
-from eai.benchmarks.obfuscated import _cipher, _decoded, _encoded
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
+from eai.extensions.contamination.obfuscated import _cipher, _decoded, _encoded
 from eai.tasks.source import Source
 from eai.tasks.wording import is_property
 from sweeps import swept

@@ -23,6 +23,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.names import OBFUSCATED, WITH_RULES
+from eai.benchmarks.registry import find_benchmark
 from eai.tasks.english import PLAIN, English, sentences_of
 from eai.tasks.lexicon import FormulaLexicon
 from eai.tasks.operator_task import TransitionTask
@@ -50,8 +52,6 @@ _KEPT = frozenset(
 
 UNCHANGING = "Facts that no action changes:"
 """Heading of the facts that prompts of a twin state and plain prompts put into words."""
-
-_OBFUSCATED, _WITH_RULES = "-obfuscated", "-rules"
 
 
 def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
@@ -248,17 +248,22 @@ class _TwinSubgoals(SubgoalNotation):
 def obfuscated(benchmark: Benchmark) -> Benchmark:
     """The twin of a benchmark: its plans and subgoals are asked for in other words; nothing else is."""
     public = benchmark.open_public or benchmark.open_tasks
-    return _with_exact_rules(benchmark, _cipher(benchmark, public(USUAL).values()), _OBFUSCATED)
+    return _with_exact_rules(benchmark, _cipher(benchmark, public(USUAL).values()), OBFUSCATED)
 
 
 def with_rules(benchmark: Benchmark) -> Benchmark:
     """A benchmark in its own words, with the exact rules that the prompts of its twin tell."""
-    return _with_exact_rules(benchmark, {}, _WITH_RULES)
+    return _with_exact_rules(benchmark, {}, WITH_RULES)
 
 
-def plain_name(name: str) -> str:
-    """The name of the benchmark that a twin, or one with exact rules, is made of; any other name as it is."""
-    return name.removesuffix(_OBFUSCATED).removesuffix(_WITH_RULES)
+def open_obfuscated(name: str) -> Benchmark:
+    """Open the twin of a benchmark whose words mean other things."""
+    return obfuscated(find_benchmark(name))
+
+
+def open_with_rules(name: str) -> Benchmark:
+    """Open a benchmark in its own words, with the rules of its twin."""
+    return with_rules(find_benchmark(name))
 
 
 def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: str) -> Benchmark:
