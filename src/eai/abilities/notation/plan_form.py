@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
 
-from eai.abilities.answer_text import AnswerForm, Pairs
-from eai.abilities.verdict import Span
+from eai.abilities.answer_text import AnswerForm, Pairs, read_json
+from eai.abilities.verdict import Span, Unreadable
 
 ACTION, OBJECT = "action", "object"
 """Keys of a step that names its parts."""
@@ -94,34 +94,43 @@ def joined(parts: Iterable[StepList], *, is_piece: bool = False) -> StepList:
 
 
 def plan_form(
-    wanted: str,
-    read: Callable[[object], StepList | None],
-    flaw: Callable[[object], str | None],
-    actions: Collection[str],
-    wrapper: str,
+    wanted: str, read: Callable[[object], StepList | None], actions: Collection[str], wrapper: str
 ) -> AnswerForm[StepList]:
-    """Return the form of a plan in JSON.
+    """Return the form of a plan in JSON: a value with steps, or a list of such values.
 
     Args:
         wanted: the plan in words, after "there is no".
-        read: returns the steps of a value, or None.
-        flaw: returns why a value is no plan, or None if it does not look like one.
+        read: returns the steps of a value, or None; it is asked about the items of a list.
         actions: the names of actions as answers write them; empty if they are not known.
         wrapper: the key of an object around the plan that the question may ask for.
     """
     part, line = _signs(frozenset(actions))
     return AnswerForm(
         wanted,
-        read,
+        lambda value: listed_steps(value, read) if isinstance(value, list) else read(value),
         is_part=lambda text: part.search(text) is not None,
         is_line_of_answer=lambda text: line is not None and _is_step_line(line, text),
-        flaw=flaw,
+        flaw=lambda value: _flaw_of_list(value, read),
         join=joined,
         is_piece=lambda steps: steps.is_piece,
         repairs_of=lambda steps: steps.repairs,
         is_certain=lambda steps: any(not actions or step.action in actions for step in steps.steps),
         wrappers=frozenset((wrapper,)),
     )
+
+
+def listed_steps(items: Iterable[object], read: Callable[[object], StepList | None]) -> StepList | None:
+    """Return the steps of several values as one list, or None if one of them is no step."""
+    parts = [read(item) for item in items]
+    return None if None in parts else joined([part for part in parts if part is not None])
+
+
+def read_plan(text: str, form: AnswerForm[StepList]) -> WrittenPlan | Unreadable:
+    """Read the plan in an answer, or return why the answer cannot be read."""
+    reading = read_json(text, form)
+    if isinstance(reading, Unreadable):
+        return reading
+    return WrittenPlan(reading.value.steps, reading.repairs, reading.spans)
 
 
 @lru_cache(64)
@@ -210,12 +219,12 @@ def named(words: Iterable[str]) -> tuple[str, ...]:
     return tuple(map(str.strip, words))
 
 
-def flaw_of_list(value: object, step_of: Callable[[object], StepList | None]) -> str | None:
+def _flaw_of_list(value: object, step_of: Callable[[object], StepList | None]) -> str | None:
     """Return the first item of a list of steps that is none, in words; None of any other value."""
     if isinstance(value, Pairs):
         lists = [member for _, member in value.members if isinstance(member, list | Pairs)]
         return (
-            flaw_of_list(lists[0], step_of)
+            _flaw_of_list(lists[0], step_of)
             if len(lists) == 1 and not step_of(value)
             else _flaw(value, "the step")
         )

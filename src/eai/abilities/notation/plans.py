@@ -20,11 +20,10 @@ from eai.abilities.notation.plan_form import (
     StepList,
     WrittenPlan,
     WrittenStep,
-    flaw_of_list,
-    joined,
     keyed_steps,
     labelled_step,
     plan_form,
+    read_plan,
 )
 from eai.abilities.notation.plan_lines import read_lines
 from eai.abilities.verdict import UNKNOWN_ACTION, ErrorReport, Unreadable
@@ -178,7 +177,7 @@ class JsonPlans(PlanNotation):
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         """Read the plan in an answer. A plan without steps is an empty list."""
-        return plan_of(read_json(text, _form(frozenset(actions))))
+        return read_plan(text, _form(frozenset(actions)))
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
         """Return the lookup of names of the scene; ``jar.0`` means ``jar_0``, as subgoals spell it."""
@@ -261,13 +260,6 @@ def reason_of(text: str, how: str = IMPOSSIBLE) -> str | None:
     return reasons[0] if len(members) == 1 and reasons else None
 
 
-def plan_of(reading: Reading[StepList] | Unreadable) -> WrittenPlan | Unreadable:
-    """Return the plan that was read in an answer."""
-    if isinstance(reading, Unreadable):
-        return reading
-    return WrittenPlan(reading.value.steps, reading.repairs, reading.spans)
-
-
 @lru_cache(64)
 def _form(actions: frozenset[str]) -> AnswerForm[StepList]:
     def step_of(value: object) -> StepList | None:
@@ -279,14 +271,7 @@ def _form(actions: frozenset[str]) -> AnswerForm[StepList]:
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         return step
 
-    def read(value: object) -> StepList | None:
-        if not isinstance(value, list):
-            return step_of(value)
-        steps = [step_of(item) for item in value]
-        return None if None in steps else joined([step for step in steps if step is not None])
-
-    wanted = "list of steps with an action and an object"
-    return plan_form(wanted, read, lambda value: flaw_of_list(value, step_of), actions, "plan")
+    return plan_form("list of steps with an action and an object", step_of, actions, "plan")
 
 
 def _objects(number: int, words: Sequence[str] | None) -> Schema:

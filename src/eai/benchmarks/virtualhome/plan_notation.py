@@ -15,20 +15,20 @@ from itertools import starmap, zip_longest
 from typing import NamedTuple
 
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
-from eai.abilities.answer_text import AnswerForm, Pairs, read_json
+from eai.abilities.answer_text import AnswerForm, Pairs
 from eai.abilities.notation.plan_form import (
     ACTION,
     STEP_FORM,
     StepList,
     WrittenPlan,
     WrittenStep,
-    flaw_of_list,
-    joined,
     keyed_steps,
     labelled_step,
+    listed_steps,
     plan_form,
+    read_plan,
 )
-from eai.abilities.notation.plans import PlanNotation, plan_of
+from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.verdict import Unreadable
 from eai.tasks.task import Task
 from eai.world.action import Action
@@ -151,7 +151,7 @@ def _is_id(word: object) -> bool:
 
 def read_steps(text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
     """Read the steps of an answer, as written."""
-    return plan_of(read_json(text, _build_form(frozenset(actions))))
+    return read_plan(text, _build_form(frozenset(actions)))
 
 
 @lru_cache(64)
@@ -160,8 +160,7 @@ def _build_form(actions: frozenset[str]) -> AnswerForm[StepList]:
 
     def steps_of(value: object) -> StepList | None:
         if isinstance(value, list):
-            parts = [steps_of(item) for item in value]
-            return None if None in parts else joined([part for part in parts if part is not None])
+            return listed_steps(value, steps_of)
         if not isinstance(value, Pairs):
             return None
         if value.members == ((_STEPS, []),):
@@ -171,8 +170,7 @@ def _build_form(actions: frozenset[str]) -> AnswerForm[StepList]:
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         return keyed_steps(value, accepted_words)
 
-    wanted = "object or list of actions with their objects"
-    return plan_form(wanted, steps_of, lambda value: flaw_of_list(value, steps_of), accepted_words, _STEPS)
+    return plan_form("object or list of actions with their objects", steps_of, accepted_words, _STEPS)
 
 
 def _format_step(action: Action, scene: Scene) -> str:
