@@ -27,7 +27,7 @@ from eai.extensions.adaptive.difficulties import ability_of, next_tasks
 from eai.extensions.adaptive.rasch import fit_rasch, variance_between
 from eai.extensions.adaptive.runs import TASKS_PER_ROUND
 from eai.extensions.adaptive.study import Scores, scores_of
-from eai.results.lines import by_suite
+from eai.results.lines import group_by_suite
 from eai.studies.records import Records
 
 TARGETS = (0.5, 0.4, 0.3)
@@ -47,7 +47,7 @@ def main() -> None:
     arguments, rows = parser.parse_args(), list[list[Figure]]()
     answers = Records(tuple(arguments.records)).tables().answers
     print("suite, standard error: tasks asked (least, most), in random order; distance; within 1.96 errors")
-    for suite, of_suite in by_suite(answers).items():
+    for suite, of_suite in group_by_suite(answers).items():
         if declaration_of(Ability(suite.ability)).has_plans:
             for target in TARGETS:
                 asked, at_random, distance, within = measured(scores_of(of_suite), target)

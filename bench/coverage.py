@@ -23,7 +23,7 @@ from eai.results.certainty import (
     certainty_of_difference,
     certainty_of_rate,
     deviations_of_rate,
-    of_names,
+    sum_by_name,
 )
 from extensions.adaptive.abilities import ability
 from results.near_copies import SIZES as NAME_SIZES
@@ -57,7 +57,7 @@ def independent(cases: Sequence[Case], generator: random.Random) -> Interval:
 
 def bootstrap(cases: Sequence[Case], generator: random.Random) -> Interval:
     """Percentiles of a bootstrap over names."""
-    sums = list(of_names(cases).values())
+    sums = list(sum_by_name(cases).values())
     values = []
     for _ in range(DRAWS):
         drawn = generator.choices(sums, k=len(sums))
@@ -68,7 +68,7 @@ def bootstrap(cases: Sequence[Case], generator: random.Random) -> Interval:
 
 def plain(cases: Sequence[Case], generator: random.Random) -> Interval:
     """Wilson's with the design effect as it is observed; one per name where nothing varies."""
-    rate = deviations_of_rate(of_names(cases))
+    rate = deviations_of_rate(sum_by_name(cases))
     if rate is None:
         raise ValueError("a rate of nothing")
     p, observed = rate.value, rate.observed_variance

@@ -29,8 +29,8 @@ from eai.benchmarks.suite import open_suite
 from eai.results.batch import Scoring
 from eai.results.collector import collect_seldom
 from eai.results.options import ScoringOptions
-from eai.results.plots import LINES, styled
-from eai.results.records import write_parts
+from eai.results.plots import LINES, use_plot_style
+from eai.results.records import write_record_batches
 from eai.results.responses import read_responses
 from eai.world import State
 
@@ -108,7 +108,7 @@ def row(name: str, taken: Mapping[int, float]) -> list[str]:
 
 def draw(taken: Mapping[str, Mapping[int, float]], path: Path) -> None:
     """Draw all curves on one pair of logarithmic axes, each with its exponent."""
-    with styled():
+    with use_plot_style():
         from matplotlib.figure import Figure
 
         figure = Figure(figsize=(6.4, 3.6), layout="constrained")
@@ -231,8 +231,8 @@ def scored(benchmark: Benchmark, answers: Path) -> Work:
         suite = open_suite(benchmark, PLANS)
         file = read_responses(answers, suite.task_ids, samples=True)
         collect_seldom()
-        parts = Scoring().parts(suite, file, {}, ScoringOptions(explanations=False))
-        write_parts(answers.with_name("out"), parts)
+        parts = Scoring().record_batches(suite, file, {}, ScoringOptions(explanations=False))
+        write_record_batches(answers.with_name("out"), parts)
 
     return work
 
@@ -258,8 +258,8 @@ def models(size: int, folder: Path) -> Work:
         text = noisy_answer(book, "light", 0.3, str(number)).text
         path.write_text(json.dumps([{"identifier": "light", "llm_output": text}]))
         file = read_responses(path, suite.task_ids)
-        parts = Scoring().parts(suite, file, {}, ScoringOptions(explanations=True))
-        write_parts(folder / "runs" / path.stem, parts)
+        parts = Scoring().record_batches(suite, file, {}, ScoringOptions(explanations=True))
+        write_record_batches(folder / "runs" / path.stem, parts)
     command = [sys.executable, "-m", "eai", "report", "runs", "--out", "report", "--no-prompts"]
     return lambda: subprocess.run(command, cwd=folder, check=True, capture_output=True)
 

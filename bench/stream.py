@@ -36,8 +36,8 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.suite import open_suite
 from eai.results.batch import Scoring
 from eai.results.options import ScoringOptions
-from eai.results.records import RECORDS, SUMMARY, Part, write_parts
-from eai.results.responses import Row, read_responses
+from eai.results.records import RECORDS, SUMMARY, RecordBatch, write_record_batches
+from eai.results.responses import ResponseRow, read_responses
 from eai.results.workers import Workers
 
 SUITE = ("virtualhome", Ability.ACTION_SEQUENCING)
@@ -145,10 +145,10 @@ class Simulated:
             file.write_bytes(b"".join(row for row in some if isinstance(row, bytes)))
             batch = read_responses(file, suite.task_ids, samples=True)
             start = time.process_time()
-            self.parts = [*Scoring().parts(suite, batch, {}, settings)]
+            self.parts = [*Scoring().record_batches(suite, batch, {}, settings)]
             self.seconds = (time.process_time() - start) / number
 
-    def __call__(self, rows: Sequence[Row]) -> list[Part]:
+    def __call__(self, rows: Sequence[ResponseRow]) -> list[RecordBatch]:
         time.sleep(len(rows) * self.seconds)
         return self.parts
 
@@ -162,9 +162,9 @@ def simulate(answers: Path, workers: int, *, explanations: bool) -> None:
     reading = time.process_time() - start
     number = len(file.responses)
     with Workers(workers) as scoring:
-        parts = scoring.each(work, file.rows(), at_a_time=(BATCH, BATCH))
+        parts = scoring.map_batches(work, file.rows(), batch_sizes=(BATCH, BATCH))
         start = time.process_time()
-        write_parts(answers.with_name("simulated"), parts)
+        write_record_batches(answers.with_name("simulated"), parts)
         driving = time.process_time() - start
     busy = number * work.seconds / workers
     size = answers.with_name("simulated").joinpath(RECORDS).stat().st_size // number

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from eai.base.files import write_whole
 from eai.results.record import Record
-from eai.results.records import line_of
+from eai.results.records import record_line
 
 
 def write_records(path: Path, records: Iterable[Record]) -> None:
     """Write one record a line."""
-    write_whole({path: (f"{line_of(record)}\n" for record in records)})
+    write_whole({path: (f"{record_line(record)}\n" for record in records)})

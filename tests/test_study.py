@@ -12,7 +12,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.results.paper_tables import published_scores
+from eai.results.paper_tables import read_published_scores
 from oracle import NO_REFERENCE
 
 ROOT = Path(__file__).parent.parent
@@ -72,7 +72,8 @@ def test_the_table_of_partial_success_is_that_of_the_scores(study: ModuleType) -
     table = "\n".join(sys.modules["conditions"].partial_success_table())
     assert table in PAGE.read_text(encoding="utf-8")
     assert (
-        len(published_scores("strict").suites["behavior/action_sequencing"].models) == table.count("\n") - 8
+        len(read_published_scores("strict").suites["behavior/action_sequencing"].models)
+        == table.count("\n") - 8
     )
 
 
@@ -162,7 +163,7 @@ def test_statements_that_were_missing_have_the_measured_status() -> None:
 
 def test_statements_about_tables_come_out_as_on_the_page(study: ModuleType, data_store: Store) -> None:
     source = study.Source(data_store)
-    evidence = sys.modules["evidence"].Evidence(source, published_scores("eai-1.0.5").suites)
+    evidence = sys.modules["evidence"].Evidence(source, read_published_scores("eai-1.0.5").suites)
     module = sys.modules["statements"]
     checker = module.Checker(evidence, {}, planner=False)
     kinds = ("cell", "best", "lowest", "rank", "above", "printed", "count", "read", "skip")
@@ -251,7 +252,7 @@ def test_a_figure_counts_only_if_table_and_public_answers_have_it(
     study: ModuleType, data_store: Store
 ) -> None:
     evidence = sys.modules["evidence"].Evidence(
-        study.Source(data_store), published_scores("eai-1.0.5").suites
+        study.Source(data_store), read_published_scores("eai-1.0.5").suites
     )
     checker = sys.modules["statements"].Checker(evidence, {}, planner=False)
     status = {

@@ -48,12 +48,12 @@ from eai.results.paper_tables import (
     NULL_MODELS,
     SCHEMA,
     PaperTable,
-    null_scores,
-    null_table,
-    paper_models,
-    paper_table,
-    published_scores,
-    published_table,
+    null_file_name,
+    published_file_name,
+    read_null_scores,
+    read_paper_models,
+    read_paper_table,
+    read_published_scores,
 )
 from eai.results.record import Record
 from eai.results.responses import SUFFIX, Response, ResponseFile, read_responses
@@ -138,10 +138,10 @@ def main() -> None:
         if arguments.protocol not in (None, protocol.value):
             continue
         if arguments.null_models:
-            made[null_table(protocol.value)] = protocol, partial(null_suite, protocol=protocol)
+            made[null_file_name(protocol.value)] = protocol, partial(null_suite, protocol=protocol)
         else:
             scored = partial(scored_suite, protocol=protocol, folder=arguments.folder)
-            made[published_table(protocol.value)] = protocol, scored
+            made[published_file_name(protocol.value)] = protocol, scored
     same = [
         make(PAPER / table, protocol, suite_of, arguments.only, write=not arguments.check)
         for table, (protocol, suite_of) in made.items()
@@ -192,7 +192,7 @@ def scored_suite(
     suite = open_suite(domain, Ability(ability), protocol, source=Source(planner=planner))
     metrics = list(summarise([], suite.ability))
     models: dict[str, Any] = {}
-    for file, model in sorted(paper_models().items(), key=lambda item: item[1]):
+    for file, model in sorted(read_paper_models().items(), key=lambda item: item[1]):
         answers = find_answers(folder / domain / ability, file, suite)
         if answers is None or (only is not None and file not in only):
             continue
@@ -273,15 +273,16 @@ def write_tables(name: str, tables: Sequence[Sequence[Sequence[Figure]]], *, wri
 def score_rows(columns: Sequence[tuple[str, Ability, str, Protocol]]) -> list[list[Figure]]:
     """Return the rates of all models, then of the null models."""
     rows = [
-        [file, *cells(model, columns, published_scores)] for file, model in sorted(answer_files().items())
+        [file, *cells(model, columns, read_published_scores)]
+        for file, model in sorted(answer_files().items())
     ]
-    return rows + [[f"`{model}`", *cells(model, columns, null_scores)] for model in NULL_MODELS]
+    return rows + [[f"`{model}`", *cells(model, columns, read_null_scores)] for model in NULL_MODELS]
 
 
 def agreement_rows() -> Iterator[list[Figure]]:
     """Yield how many cells of each of the paper's tables are within some distances of ours."""
     for name in AGREEMENT:
-        table = paper_table(name)
+        table = read_paper_table(name)
         for domain in FIRST:
             gaps = list(differences(table, domain))
             if gaps:
@@ -292,7 +293,7 @@ def agreement_rows() -> Iterator[list[Figure]]:
 
 def differences(table: PaperTable, domain: str) -> Iterator[float]:
     """Yield the points by which cells of a table differ from the public answers' rates."""
-    suites = published_scores("eai-1.0.5").suites
+    suites = read_published_scores("eai-1.0.5").suites
     for column in [each for each in table.columns if each.domain == domain]:
         suite = suites[f"{domain}/{column.ability}"]
         for model in table.rows:
@@ -303,7 +304,9 @@ def differences(table: PaperTable, domain: str) -> Iterator[float]:
 
 def answer_files() -> Mapping[str, str]:
     """Return the paper's name of each model by the name of its public file, each model once."""
-    return {file: model for model, file in {model: file for file, model in paper_models().items()}.items()}
+    return {
+        file: model for model, file in {model: file for file, model in read_paper_models().items()}.items()
+    }
 
 
 def cells(
@@ -325,7 +328,7 @@ def scored(suite: Suite, answers: ResponseFile, metrics: Sequence[str]) -> dict[
     given = {response.task_id for response in answers.responses}
     missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in given}
     records = score_run(suite, answers, missing, ScoringOptions(explanations=False))
-    totals = Totals.of(records)
+    totals = Totals.from_records(records)
     return {
         "answers_sha256": digest(records),
         "answered": totals.coverage.answered,

@@ -32,7 +32,7 @@ from eai.benchmarks import short_tests
 from eai.extensions.adaptive import difficulties as adaptive
 from eai.extensions.adaptive.rasch import fit_rasch, variance_between
 from eai.extensions.adaptive.study import Scores, scores_of
-from eai.results.lines import by_suite
+from eai.results.lines import group_by_suite
 from eai.results.rate import Rate
 from eai.studies.records import Records
 
@@ -57,7 +57,7 @@ def main() -> None:
     answers = Records(tuple(map(Path, sys.argv[1:]))).tables().answers
     tests: dict[str, list[str]] = _read(TESTS)
     difficulties: dict[str, dict[str, Any]] = _read(DIFFICULTIES)
-    for suite, of_suite in by_suite(answers).items():
+    for suite, of_suite in group_by_suite(answers).items():
         if suite.protocol != DEFAULT_PROTOCOL.value:
             sys.exit(f"expected records under {DEFAULT_PROTOCOL.value}, not {suite.protocol}")
         scores = scores_of(of_suite)

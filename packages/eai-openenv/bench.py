@@ -23,7 +23,7 @@ from openenv import GenericEnvClient
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.gold_answers import open_answer_book
-from eai.results.reward import suite_of
+from eai.results.reward import open_reward_suite
 
 PORT = 8765
 
@@ -77,7 +77,7 @@ async def reward_times(address: str, batches: list[dict[str, list[str]]], client
 
 def gold_batches(domain: str, number: int) -> list[dict[str, list[str]]]:
     """Gold plans after a prompt of usual length."""
-    suite = suite_of(domain, Ability.ACTION_SEQUENCING)
+    suite = open_reward_suite(domain, Ability.ACTION_SEQUENCING)
     book, prompt = open_answer_book(suite.benchmark, suite.ability), "x" * 14_000
     batches = []
     for place in range(number):

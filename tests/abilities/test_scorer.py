@@ -20,7 +20,7 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import Scoring
 from eai.results.responses import Response
-from eai.results.summary import outcome
+from eai.results.summary import outcome_of
 from eai.results.totals import Totals
 from eai.tasks.source import Source, TaskSet
 
@@ -73,14 +73,18 @@ def test_an_answer_whose_scorer_raises_fails_as_one_that_reaches_nothing(
     assert [r.verdict for r in records[1:]] == [plain.score(task, "[]") for task in suite.task_ids[1:]]
     (verdict, found) = records[0].verdict, records[0].verdict.error
     assert found is not None
-    assert (verdict.excluded, found.check, outcome(records[0])) == (None, RAISED, AnswerOutcome.UNCATEGORISED)
+    assert (verdict.excluded, found.check, outcome_of(records[0])) == (
+        None,
+        RAISED,
+        AnswerOutcome.UNCATEGORISED,
+    )
     assert found.detail.startswith(f"the scorer raised {type(error).__name__} (test_scorer.py:")
     assert found.detail.endswith(f": {error}" if str(error) else ")")
     assert records[0].explanation == Explanation((found.detail,))
     empty, failed = map(declared.contributions, (suite.unanswered(task_id), verdict))
     assert [share.denominator for share in failed.values()] == [s.denominator for s in empty.values()]
     assert {name for name in failed if failed[name].numerator} <= {"uncategorised"}
-    coverage = Totals.of(records).coverage
+    coverage = Totals.from_records(records).coverage
     assert (coverage.raised, coverage.answered) == (1, len(records))
     assert "1 failed because the scorer raised an exception" in str(coverage.remark)
 

@@ -18,14 +18,14 @@ from eai.agents.verdict import ActingVerdict
 from eai.benchmarks.suite import open_suite
 from eai.results.certainty import certainty_of_rate
 from eai.results.comparison import compare
-from eai.results.epochs import Obtained, SuiteResult, settle
+from eai.results.epochs import ModelAnswers, SuiteResult, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.responses import find_response_files
 from eai.results.runs import read_runs
 from eai.results.summary import break_down, cases_of, summarise
-from eai.results.tidy import Tables
+from eai.results.tidy import TidyTables
 from eai.results.trials import Answer
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.share import Share
@@ -51,8 +51,8 @@ def settled(folder: Path, *won: str) -> SuiteResult:
             text = play.text("stopped")
             given[task_id, epoch] = Answer(task_id, epoch, "", "", text, "", "stop", (), Usage())
     prompts = {task_id: Prompt("?") for task_id in WINNING}
-    obtained = Obtained("m", "m", prompts, given, failures, len(won))
-    return settle(obtained, folder, suite, ScoringOptions())
+    obtained = ModelAnswers("m", "m", prompts, given, failures, len(won))
+    return score_answers(obtained, folder, suite, ScoringOptions())
 
 
 def test_a_task_counts_by_the_mean_over_its_episodes(tmp_path: Path) -> None:
@@ -112,12 +112,12 @@ def test_runs_of_several_epochs_are_compared_by_their_means(tmp_path: Path) -> N
 
 def test_inspect_s_metric_is_the_same(tmp_path: Path) -> None:
     scorer = pytest.importorskip("inspect_ai.scorer")
-    from eai.run.scorer import paper_metrics, score_of
+    from eai.run.scorer import make_score, paper_metrics
 
     result = settled(tmp_path, "lw", "ww", "ww")
     scores = [
-        scorer.SampleScore(score=score_of(record, epoch, answered=True), sample_id=task_id)
-        for (task_id, epoch), record in result.by_place().items()
+        scorer.SampleScore(score=make_score(record, epoch, answered=True), sample_id=task_id)
+        for (task_id, epoch), record in result.records_by_key().items()
     ]
     shares = {name: rate.share for name, rate in result.totals.rates.items() if rate.denominator}
     found = paper_metrics("acting")(scores)
@@ -139,17 +139,17 @@ def test_to_look_and_to_be_done_are_no_executed_actions(tmp_path: Path) -> None:
     records = acted(tmp_path)
     shares = {"GO": Rate(1, 1), "OPEN": Rate(1, 1), "PRESS": Rate(3, 3)}
     assert break_down(records, ACTING).by_action == shares
-    made = Tables(Source(), features=False)
+    made = TidyTables(Source(), features=False)
     made.add(records)
     assert {line.operator for line in made.steps} == set(shares)
     assert [line.steps_tried for line in made.answers] == [len(WON), 1]
 
 
 def test_runs_of_two_harnesses_are_two_agents(tmp_path: Path) -> None:
-    made = Tables(Source(), features=False)
+    made = TidyTables(Source(), features=False)
     for harness in ("react", "text"):
         agent = Experiment(harness=harness, effort="high")
-        made.add([record.varied(agent) for record in acted(tmp_path)])
+        made.add([record.add_experiment(agent) for record in acted(tmp_path)])
     assert [(line.harness, line.effort) for line in made.answers[1:3]] == [
         ("react", "high"),
         ("text", "high"),
@@ -158,7 +158,7 @@ def test_runs_of_two_harnesses_are_two_agents(tmp_path: Path) -> None:
 
 
 def test_of_episodes_that_differ_a_line_has_the_one_that_is_shown(tmp_path: Path) -> None:
-    made = Tables(Source(), features=False)
+    made = TidyTables(Source(), features=False)
     made.add(settled(tmp_path, "lw", "wl").records)
     assert [(line.outcome, line.success) for line in made.answers] == [
         ("goal_missed", False),

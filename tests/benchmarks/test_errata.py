@@ -395,12 +395,12 @@ def test_a_left_out_task_keeps_its_record_and_leaves_the_denominator() -> None:
     records = score_run(suite, answers, {}, ScoringOptions())
     assert [record.verdict.excluded for record in records] == ["the bulb is broken", None]
     assert [record.errata and record.errata.entries for record in records] == [("dark",), ()]
-    effect = Totals.of(records).errata
+    effect = Totals.from_records(records).errata
     assert effect is not None
     assert (effect.tasks, effect.scored, effect.left_out, effect.corrected) == (2, 1, ("light",), ())
     assert str(effect.remark).startswith("Of 2 tasks, 1 left out, because")
     off = open_suite(suite.benchmark, suite.ability, source=Source(errata=NONE))
-    assert Totals.of(score_run(off, answers, {}, ScoringOptions())).errata is None
+    assert Totals.from_records(score_run(off, answers, {}, ScoringOptions())).errata is None
     assert off.score("light", answer).excluded is None
 
 

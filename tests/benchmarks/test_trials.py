@@ -124,9 +124,9 @@ def test_how_answers_are_read_is_fixed_by_the_prompts(
 
 def played(trials: Trials, task_id: str, policy: Callable[[Prompt, int], str]) -> Sequence[Attempt]:
     """The attempts of a policy, which is given the question and the number of the attempt."""
-    inquiry = trials.inquiry(task_id)
-    while not inquiry.over:
-        inquiry.take(policy(inquiry.question, len(inquiry.attempts) + 1))
+    inquiry = trials.start_conversation(task_id)
+    while not inquiry.is_over:
+        inquiry.add_answer(policy(inquiry.question, len(inquiry.attempts) + 1))
     return inquiry.attempts
 
 
@@ -241,4 +241,4 @@ def test_the_scorer_holds_the_true_task_whatever_is_asked(world: World, data_sto
 
         verdicts = [[attempt.verdict for attempt in played(each, task_id, given)] for each in (trials, wrong)]
         assert verdicts[0] == verdicts[1]
-        assert wrong.inquiry(task_id).question != trials.inquiry(task_id).question
+        assert wrong.start_conversation(task_id).question != trials.start_conversation(task_id).question

@@ -13,7 +13,7 @@ from eai.base.store import Store
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.reward import reward_of
+from eai.results.reward import open_reward
 from eai.tasks.source import Source
 
 PLANS, GOALS, OPERATORS = (
@@ -173,7 +173,7 @@ def test_lines_of_a_pddl_plan(
 @pytest.mark.parametrize("text", [f"<think>I could do {PLAN}", f"{PLAN}\n<think>or not</think>", PLAN])
 def test_rewards_score_and_trainers_have_one_definition_of_the_answer(data_store: Store, text: str) -> None:
     reference = TaskReference.parse(TASK)
-    paid = reward_of(reference, "progress").grade(reference.task_id, text).value
+    paid = open_reward(reference, "progress").grade(reference.task_id, text).value
     assert TrlReward("progress")(completions=[text], task=[TASK]) == [paid]
     assert compute_score("", text, TASK, shaping="progress")["score"] == paid
     parts = [[{"role": "assistant", "content": [{"type": "text", "text": text}]}]]

@@ -11,7 +11,7 @@ from by_path import ROOT
 from command_line import Command
 from eai.abilities.attempt import Usage
 from eai.base.store import Store
-from eai.results.epochs import Obtained, settle
+from eai.results.epochs import ModelAnswers, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.trials import Answer
 from suites import answer_book, official_prompts
@@ -48,8 +48,8 @@ def records(data_store: Store, tmp_path: Path) -> Path:
             )
             for task_id, parts in answers.items()
         }
-        obtained = Obtained(model, model, prompts, given, {}, epochs=1)
-        settle(obtained, tmp_path / "runs" / model, suite, ScoringOptions())
+        obtained = ModelAnswers(model, model, prompts, given, {}, epochs=1)
+        score_answers(obtained, tmp_path / "runs" / model, suite, ScoringOptions())
     return tmp_path / "runs"
 
 

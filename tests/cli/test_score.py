@@ -294,7 +294,7 @@ def test_a_zip_is_scored_like_its_folder(eai: Command, tree: Path) -> None:
             archive.writestr(odd, b"\0" * 100)
     assert json.loads(eai("score", "mine.zip", "--json").out) == json.loads(printed.out)
     Path("bad.zip").write_text("no zip")
-    assert eai("score", "bad.zip").err.startswith("eai: bad.zip: expected a zip that can be read")
+    assert eai("score", "bad.zip").err.startswith("eai: bad.zip: expected a readable zip")
 
 
 def test_a_zip_that_holds_far_more_than_it_weighs_is_refused(eai: Command) -> None:
@@ -310,7 +310,8 @@ def test_a_zip_that_holds_far_more_than_it_weighs_is_refused(eai: Command) -> No
         archive.writestr("m_outputs.json", json.dumps([WALK]))
         with pytest.warns(UserWarning, match="Duplicate name"):
             archive.writestr("m_outputs.json", json.dumps([WALK]))
-    assert eai("score", "twice.zip", *HERE).err == "eai: twice.zip: m_outputs.json: stands there twice\n"
+    expected = "eai: twice.zip: m_outputs.json: the zip has two members of this name; keep one\n"
+    assert eai("score", "twice.zip", *HERE).err == expected
 
 
 def test_a_zip_that_windows_wrote_is_scored(eai: Command) -> None:
@@ -385,7 +386,7 @@ def test_two_do_not_score_into_one_folder_at_a_time(eai: Command) -> None:
 def test_a_file_that_names_no_suite_has_to_be_told_its_own(eai: Command) -> None:
     outcome = eai("score", write([WALK]), "--ability", "action_sequencing")
     assert outcome.status == 2
-    assert outcome.err.startswith("eai: m_outputs.json: give --domain and --ability; its place does not say")
+    assert outcome.err.startswith("eai: m_outputs.json: give --domain and --ability; its path does not name")
 
 
 def test_answers_of_a_final_phase_are_scored_where_their_tasks_are_published(eai: Command) -> None:

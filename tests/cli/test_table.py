@@ -18,7 +18,7 @@ LONG = ("claude-3-5-sonnet-20240620", "a-provider_with-a-long-name/meta-llama-3.
 
 
 def of_tasks(number: int, sums: Mapping[str, tuple[int, int]]) -> Totals:
-    totals = Totals.of(replace(record(str(i), SUCCEEDED), suite_size=number) for i in range(number))
+    totals = Totals.from_records(replace(record(str(i), SUCCEEDED), suite_size=number) for i in range(number))
     return replace(totals, sums={**sums})
 
 

@@ -35,7 +35,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
-from eai.results.epochs import Believed, settle
+from eai.results.epochs import BeliefSet, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.trials import open_trials
 from eai.run.job import Job, Pace
@@ -53,7 +53,7 @@ class Work(NamedTuple):
     """What each run does; in a pipeline with goals that answers state."""
 
     job: Job
-    believed: Believed | None = None
+    believed: BeliefSet | None = None
 
 
 def make_work(kind: str, tasks: int) -> Work:
@@ -86,8 +86,8 @@ def work(todo: Work, folder: Path) -> None:
     """All that a run does, in this process."""
     job = todo.job
     answers = obtain_answers(job, folder / JOURNAL, folder / "logs")
-    obtained = replace(answers, name="noisy", believed=todo.believed)
-    settle(obtained, folder, job.suite, ScoringOptions(explanations=job.suite.ability is not ACTING))
+    obtained = replace(answers, name="noisy", beliefs=todo.believed)
+    score_answers(obtained, folder, job.suite, ScoringOptions(explanations=job.suite.ability is not ACTING))
 
 
 def start(todo: Work, folder: Path) -> int:

@@ -10,7 +10,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.results.rate import Rate
 from eai.results.record import Record
-from eai.results.summary import after, by_attempt, most_attempts
+from eai.results.summary import keep_attempts, max_attempts, summarise_by_attempt
 from eai.world.fault import FaultKind
 from experiments import experiment
 from results.verdicts import SUCCEEDED, failed, record
@@ -38,12 +38,12 @@ TRIED = tried("a", [FIRST, SECOND, THIRD])
 def test_an_earlier_end_leaves_the_last_attempt_that_was_made(
     attempts: int, kept: tuple[Attempt, ...]
 ) -> None:
-    assert after(TRIED, attempts) == tried("a", kept)
+    assert keep_attempts(TRIED, attempts) == tried("a", kept)
 
 
 def test_a_record_without_attempts_is_as_it_is() -> None:
     plain = record("a", WRONG)
-    assert after(plain, 1) is plain
+    assert keep_attempts(plain, 1) is plain
 
 
 @pytest.mark.parametrize(
@@ -58,13 +58,13 @@ def test_a_record_without_attempts_is_as_it_is() -> None:
     ],
 )
 def test_how_many_attempts_there_could_be(records: list[Record], most: int) -> None:
-    assert most_attempts(records) == most
-    assert len(by_attempt(records)) == most
+    assert max_attempts(records) == most
+    assert len(summarise_by_attempt(records)) == most
 
 
 def test_metrics_by_the_number_of_attempts() -> None:
     records = [TRIED, tried("b", [THIRD]), tried("c", [SECOND, FIRST, SECOND])]
-    found = by_attempt(records)
+    found = summarise_by_attempt(records)
     assert [rates["task_success"] for rates in found] == [Rate(1, 3), Rate(1, 3), Rate(2, 3)]
     assert [rates["wrong_order"] for rates in found] == [Rate(1, 3), Rate(1, 3), Rate(0, 3)]
     assert [rates["missing_step"] for rates in found] == [Rate(1, 3), Rate(1, 3), Rate(1, 3)]

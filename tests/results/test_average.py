@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.results.paper_tables import PaperColumn, paper_table
+from eai.results.paper_tables import PaperColumn, read_paper_table
 from eai.results.summary import average_performance, average_weights
 
 OFF_IN_THE_PAPER = {("behavior", "Cohere Command R+"), ("behavior", "o1-preview")}
@@ -12,7 +12,7 @@ OFF_IN_THE_PAPER = {("behavior", "Cohere Command R+"), ("behavior", "o1-preview"
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
 def test_paper_averages_follow_from_its_columns(domain: str) -> None:
-    overview = paper_table("overview")
+    overview = read_paper_table("overview")
     off = set()
     for model, figures in overview.rows.items():
         printed = figures[PaperColumn("", "average_performance", domain)]

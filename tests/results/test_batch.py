@@ -100,7 +100,7 @@ def test_a_killed_worker_changes_no_record() -> None:
 def test_a_worker_is_given_two_equal_shares_of_a_known_number(
     ability: Ability, workers: int, answers: int, shares: tuple[int, int]
 ) -> None:
-    assert Scoring(workers)._shares(replace(echo_suite(), ability=ability), answers) == shares
+    assert Scoring(workers)._batch_sizes(replace(echo_suite(), ability=ability), answers) == shares
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -21,7 +21,7 @@ from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.rate import Rate, rate_of
-from eai.results.summary import break_down, outcome
+from eai.results.summary import break_down, outcome_of
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 from oracle import read_oracle
@@ -42,7 +42,7 @@ PLAN = Explanation(
 
 @pytest.mark.parametrize("kind", FaultKind)
 def test_every_kind_of_error_is_an_outcome(kind: FaultKind) -> None:
-    assert outcome(record("1_1", failed(kind))).value == kind.value
+    assert outcome_of(record("1_1", failed(kind))).value == kind.value
 
 
 def test_outcomes_in_the_order_of_their_names() -> None:
@@ -65,7 +65,7 @@ def test_outcomes_in_the_order_of_their_names() -> None:
         (replace(right, planner=PlannerOutcome.UNSOLVABLE), operators, AnswerOutcome.PARTLY_RIGHT),
         (replace(right, planner=PlannerOutcome.NOT_RUN), operators, AnswerOutcome.SUCCESS),
     ):
-        assert outcome(record("1_1", verdict, ability=ability)) is expected
+        assert outcome_of(record("1_1", verdict, ability=ability)) is expected
 
 
 def test_a_task_without_an_answer_is_an_outcome_and_in_no_breakdown() -> None:

@@ -10,7 +10,15 @@ from pydantic import ValidationError
 
 from eai.abilities.attempt import Usage
 from eai.base.errors import InputError
-from eai.results.cost import PriceList, Spent, _PaperCost, _Price, paper_cost, per_success, spent
+from eai.results.cost import (
+    PriceList,
+    Spending,
+    _PaperCost,
+    _Price,
+    cost_cases,
+    read_paper_cost,
+    sum_spending,
+)
 from eai.results.record import Origin, Record
 from results.verdicts import SUCCEEDED, record
 
@@ -35,24 +43,26 @@ def test_only_answers_that_say_what_they_took_are_counted() -> None:
         answer(None),
         replace(answer(None), origin=None),
     ]
-    assert spent(records) == Spent(2, Usage(300, 30, 4, 0.5), Usage(200, 20), 1)
-    assert spent(records).tokens == 330
-    assert spent(records[2:]) == Spent()
+    assert sum_spending(records) == Spending(2, Usage(300, 30, 4, 0.5), Usage(200, 20), 1)
+    assert sum_spending(records).tokens == 330
+    assert sum_spending(records[2:]) == Spending()
 
 
 def test_unknown_numbers_of_tokens_are_not_zero() -> None:
     assert Usage().tokens is None
     assert Usage(seconds=2.0) + Usage() == Usage(None, None, seconds=2.0)
-    found = spent([answer(Usage()), answer(Usage(100, 10))])
+    found = sum_spending([answer(Usage()), answer(Usage(100, 10))])
     assert (found.answers, found.tokens) == (1, 110)
-    assert spent([answer(Usage())]).tokens is None
-    assert per_success([answer(Usage()), answer(Usage(100, 10))]) == {}
+    assert sum_spending([answer(Usage())]).tokens is None
+    assert cost_cases([answer(Usage()), answer(Usage(100, 10))]) == {}
 
 
 def test_a_price_is_for_what_has_none() -> None:
-    found = spent([answer(Usage(100, 10, cost=0.5)), answer(Usage(1_000_000, 2_000_000))])
-    assert found.priced(_Price(input=3, output=10)) == Spent(2, Usage(1_000_100, 2_000_010, cost=23.5))
-    assert found.priced(None) == found
+    found = sum_spending([answer(Usage(100, 10, cost=0.5)), answer(Usage(1_000_000, 2_000_000))])
+    assert found.apply_price(_Price(input=3, output=10)) == Spending(
+        2, Usage(1_000_100, 2_000_010, cost=23.5)
+    )
+    assert found.apply_price(None) == found
     assert (found + found).unpriced_answers == 2
 
 
@@ -61,7 +71,7 @@ def test_prices_have_a_day_and_a_source(tmp_path: Path) -> None:
     file.write_text(PRICES)
     found = PriceList.of_file(file)
     assert (str(found.date), found.source) == ("2026-11-01", "a page")
-    assert found.models["of/one"].of(Usage(500_000, 100_000)) == pytest.approx(2.05)
+    assert found.models["of/one"].compute_dollars(Usage(500_000, 100_000)) == pytest.approx(2.05)
 
 
 @pytest.mark.parametrize(
@@ -86,7 +96,7 @@ def test_a_list_of_another_form_is_refused_with_its_place(
 
 
 def test_the_papers_figures_are_as_printed() -> None:
-    figures = paper_cost()
+    figures = read_paper_cost()
     assert (figures.runs, figures.tokens, figures.queries) == (180, 192_280_000, 84_960)
     assert figures.dollars == 1540.70
     with pytest.raises(ValidationError):

@@ -8,7 +8,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.errata import ErrataUse
-from eai.results.coverage import Coverage, together
+from eai.results.coverage import Coverage, combine_coverage
 from eai.results.record import NOT_ANSWERED, Record
 from eai.results.totals import Totals
 from results.verdicts import SUCCEEDED, record, whole
@@ -54,7 +54,7 @@ def run(*verdicts: PlanVerdict, answered: int, size: int | None = None) -> tuple
     ],
 )
 def test_what_a_run_covers(records: tuple[Record, ...], shown: str, ranked: bool, remark: str | None) -> None:
-    found = Totals.of(records).coverage
+    found = Totals.from_records(records).coverage
     assert (str(found), found.ranked, found.remark) == (shown, ranked, remark)
     numbers = found.to_json()
     assert numbers["ranked"] is ranked
@@ -66,7 +66,7 @@ def test_records_that_do_not_say_are_never_complete() -> None:
     mixed = [*whole([record("1_1", SUCCEEDED)]), record("2_1", SUCCEEDED)]
     disagreeing = [replace(silent[0], suite_size=2), replace(silent[1], suite_size=3)]
     for records in (silent, mixed, disagreeing):
-        found = Totals.of(records).coverage
+        found = Totals.from_records(records).coverage
         assert (str(found), found.ranked) == ("2/?", False)
         assert "do not say how many tasks" in str(found.remark)
         assert found.to_json()["not_asked"] is None
@@ -74,19 +74,19 @@ def test_records_that_do_not_say_are_never_complete() -> None:
 
 def test_suites_together_are_ranked_only_if_each_is() -> None:
     complete, part, unknown = Coverage(3, 3, tasks=3), Coverage(1, 1, tasks=4), Coverage(5, 5)
-    assert together([complete, complete]) == Coverage(6, 6, tasks=6)
-    assert together([complete, part]) == Coverage(4, 4, tasks=7)
+    assert combine_coverage([complete, complete]) == Coverage(6, 6, tasks=6)
+    assert combine_coverage([complete, part]) == Coverage(4, 4, tasks=7)
     assert not Coverage(4, 4, tasks=7).ranked
-    assert together([complete, unknown]) == Coverage(8, 8)
-    assert together([Coverage(4, 2, 2, 1), Coverage(3, 2, 1)]) == Coverage(7, 4, 3, 1)
-    assert together([]) is None
+    assert combine_coverage([complete, unknown]) == Coverage(8, 8)
+    assert combine_coverage([Coverage(4, 2, 2, 1), Coverage(3, 2, 1)]) == Coverage(7, 4, 3, 1)
+    assert combine_coverage([]) is None
 
 
 def test_older_records_do_not_say_which_planner_judged() -> None:
     names = (None, "full 24.06", "built_in", "built_in")
     judged = [record(str(i), OperatorVerdict(planner_name=name)) for i, name in enumerate(names)]
     records = [replace(each, ability=Ability.TRANSITION_MODELING) for each in judged]
-    assert Totals.of(records).planners == ("built_in", "full 24.06")
+    assert Totals.from_records(records).planners == ("built_in", "full 24.06")
 
 
 OUT = replace(SUCCEEDED, excluded="its goal holds from the beginning")
@@ -97,8 +97,8 @@ def used(task_id: str, *entries: str, excluded: bool = False, version: str = "3"
 
 
 def test_without_errata_there_is_no_effect() -> None:
-    assert Totals.of([]).errata is None
-    assert Totals.of([record("a", SUCCEEDED), record("b", OUT)]).errata is None
+    assert Totals.from_records([]).errata is None
+    assert Totals.from_records([record("a", SUCCEEDED), record("b", OUT)]).errata is None
 
 
 def test_what_errata_left_out_and_corrected_is_told_apart_from_what_they_are_not_about() -> None:
@@ -109,7 +109,7 @@ def test_what_errata_left_out_and_corrected_is_told_apart_from_what_they_are_not
         used("d", excluded=True),  # for a reason of its own
         record("e", SUCCEEDED),
     ]
-    effect = Totals.of(records).errata
+    effect = Totals.from_records(records).errata
     assert effect is not None
     assert effect.to_json() == {
         "version": "3",
@@ -125,12 +125,14 @@ def test_what_errata_left_out_and_corrected_is_told_apart_from_what_they_are_not
 
 
 def test_errata_that_left_out_and_corrected_nothing_are_not_mentioned() -> None:
-    effect = Totals.of([used("a"), used("b", excluded=True)]).errata
+    effect = Totals.from_records([used("a"), used("b", excluded=True)]).errata
     assert effect is not None
     assert effect.remark is None
 
 
 def test_several_versions_are_all_named_once() -> None:
-    effect = Totals.of([used("a", version="2"), used("b", version="3"), used("c", version="2")]).errata
+    effect = Totals.from_records(
+        [used("a", version="2"), used("b", version="3"), used("c", version="2")]
+    ).errata
     assert effect is not None
     assert effect.version == "2, 3"

@@ -15,7 +15,7 @@ from eai.benchmarks.virtualhome.benchmark import count_annotated
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
 from eai.benchmarks.virtualhome.records import VirtualHome, open_virtualhome
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
-from eai.results.data_set import profiles_of, table_of
+from eai.results.data_set import count_figures, profile_tasks
 from eai.studies.report.distributions import distributions
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import ErrataChoice, Source, given
@@ -43,7 +43,7 @@ TOY = Benchmark("toy", DOMAIN, given(TIDY, SHOW, IDLE))
 
 
 def test_profiles_say_what_a_task_is_like() -> None:
-    tidy, show, idle = (each.row for each in profiles_of(TOY, Source()))
+    tidy, show, idle = (each.row for each in profile_tasks(TOY, Source()))
     named = {
         "task": "tidy",
         "name": "tidy up",
@@ -64,7 +64,7 @@ def test_profiles_say_what_a_task_is_like() -> None:
 
 
 def test_any_benchmark_has_a_table() -> None:
-    rows = table_of(TOY, Source())
+    rows = count_figures(TOY, Source())
     values = {row.label: row.value for row in rows}
     assert all(row.printed is None and not row.remark for row in rows)
     assert {label: values[label] for label in ("tasks", "instructions", "goals", "goal conditions")} == {
@@ -85,7 +85,7 @@ def test_distributions_are_of_tasks_with_goals() -> None:
 
 
 def test_a_benchmark_without_plans_or_tasks_has_a_table_too() -> None:
-    rows = {row.label: row.value for row in table_of(Benchmark("none", DOMAIN, given()), Source())}
+    rows = {row.label: row.value for row in count_figures(Benchmark("none", DOMAIN, given()), Source())}
     assert rows["tasks"] == rows["trajectories"] == rows["goals"] == 0
     assert "action steps" not in rows
     assert distributions(Benchmark("none", DOMAIN, given()), Source()) == ()
@@ -99,7 +99,7 @@ NOT_AS_PRINTED = {
 
 
 def rows_of(domain: str, store: Store) -> dict[str, Figure]:
-    return {row.label: row for row in table_of(find_benchmark(domain), Source(store))}
+    return {row.label: row for row in count_figures(find_benchmark(domain), Source(store))}
 
 
 def test_records_are_counted_as_annotated(store: Store, packs: Sequence[Pack]) -> None:
@@ -194,10 +194,10 @@ def test_figures_that_the_paper_does_not_print(data_store: Store) -> None:
 
 def test_what_remarks_say_is_so(data_store: Store) -> None:
     scripts = [task.script for task in open_virtualhome(Source(data_store)).values()]
-    goals = profiles_of(find_benchmark("virtualhome"), Source(data_store))
+    goals = profile_tasks(find_benchmark("virtualhome"), Source(data_store))
     instructed = [script for script, task in zip(scripts, goals, strict=True) if task.features.goals]
     assert round(100 * sum(len(script) >= 10 for script in instructed) / len(instructed), 1) == 38.2
-    tasks = profiles_of(find_benchmark("behavior"), Source(data_store, errata=ErrataChoice.NONE))
+    tasks = profile_tasks(find_benchmark("behavior"), Source(data_store, errata=ErrataChoice.NONE))
     options = [task.features.goal_options for task in tasks]
     assert round(max(options) / sum(options), 1) == 0.8
     lists = read_shared("paper", "task_lists.json")["behavior_plan_length"]

@@ -13,7 +13,7 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.benchmarks.errata import ErrataUse
 from eai.cli.console import counted, dollars
 from eai.cli.table import result_json
-from eai.results.epochs import Obtained, majority, meaning, settle
+from eai.results.epochs import ModelAnswers, majority_index, meaning, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.totals import Totals
 from eai.results.trials import Answer
@@ -67,7 +67,7 @@ def test_what_is_said_matters(ability: Ability, one: str, other: str) -> None:
     ],
 )
 def test_the_first_answer_of_the_most_frequent_meaning_is_chosen(answers: list[str], chosen: int) -> None:
-    assert majority(answers, PLANS) == chosen
+    assert majority_index(answers, PLANS) == chosen
 
 
 def test_plans_that_are_no_json_mean_nothing() -> None:
@@ -82,23 +82,23 @@ def test_each_epoch_is_scored_by_itself_where_there_are_several(tmp_path: Path, 
         (task_id, epoch): Answer(task_id, epoch, "0" * 64, "0" * 64, text, "", "stop", (), usage)
         for epoch, text in enumerate(texts, 1)
     }
-    obtained = Obtained("m", "m", {task_id: Prompt("?")}, given, {}, epochs)
-    result = settle(obtained, tmp_path, echo_suite(), ScoringOptions())
+    obtained = ModelAnswers("m", "m", {task_id: Prompt("?")}, given, {}, epochs)
+    result = score_answers(obtained, tmp_path, echo_suite(), ScoringOptions())
     several = list(range(1, epochs + 1)) if epochs > 1 else []
     assert sorted(tmp_path.glob("epoch_*")) == [tmp_path / f"epoch_{epoch}" for epoch in several]
-    assert [one.folder for one in result.of_epochs] == [tmp_path / f"epoch_{epoch}" for epoch in several]
-    assert [record.response for record in result.by_place().values()] == texts
-    assert list(result.by_place()) == list(given)
-    for one in (result, *result.of_epochs):
+    assert [one.folder for one in result.by_epoch] == [tmp_path / f"epoch_{epoch}" for epoch in several]
+    assert [record.response for record in result.records_by_key().values()] == texts
+    assert list(result.records_by_key()) == list(given)
+    for one in (result, *result.by_epoch):
         told = json.loads((one.folder / "summary.json").read_text())["run"]
-        assert (told["answered"], told["usage"]["input_tokens"]) == (1, 7 * len(one.by_place()))
+        assert (told["answered"], told["usage"]["input_tokens"]) == (1, 7 * len(one.records_by_key()))
 
 
 def test_each_epoch_says_why_it_has_no_answer(tmp_path: Path) -> None:
     failures = {(TASK_IDS[0], 1): "it took too long", (TASK_IDS[0], 2): "the server was down"}
-    obtained = Obtained("m", "m", {TASK_IDS[0]: Prompt("?")}, {}, failures, 2)
-    result = settle(obtained, tmp_path, echo_suite(), ScoringOptions())
-    assert [list(one.failures) for one in result.of_epochs] == [["it took too long"], ["the server was down"]]
+    obtained = ModelAnswers("m", "m", {TASK_IDS[0]: Prompt("?")}, {}, failures, 2)
+    result = score_answers(obtained, tmp_path, echo_suite(), ScoringOptions())
+    assert [list(one.failures) for one in result.by_epoch] == [["it took too long"], ["the server was down"]]
 
 
 @pytest.mark.parametrize(
@@ -107,11 +107,11 @@ def test_each_epoch_says_why_it_has_no_answer(tmp_path: Path) -> None:
 def test_what_errata_did_is_told_where_there_were_some(
     tmp_path: Path, errata: ErrataUse | None, told: tuple[str, list[str]] | None
 ) -> None:
-    obtained = Obtained("m", "m", {TASK_IDS[0]: Prompt("?")}, {}, {}, 1)
-    result = settle(obtained, tmp_path, echo_suite(), ScoringOptions(allow_missing=False))
+    obtained = ModelAnswers("m", "m", {TASK_IDS[0]: Prompt("?")}, {}, {}, 1)
+    result = score_answers(obtained, tmp_path, echo_suite(), ScoringOptions(allow_missing=False))
     (record,) = result.records
     marked = [replace(record, errata=errata)]
-    found = result_json(Totals.of(marked), result.folder)["errata"]
+    found = result_json(Totals.from_records(marked), result.folder)["errata"]
     assert told == ((found["version"], found["corrected"]) if isinstance(found, dict) else found)
 
 

@@ -9,9 +9,9 @@ TABLE = Table(
     "Title",
     "Percent",
     (
-        Column("rank", "#", number=True),
-        Column("model", "Model", alone="model"),
-        Column("task", "Task", "Success", alone="success: task", digits=1, notes=(1,)),
+        Column("rank", "#", is_number=True),
+        Column("model", "Model", heading_without_group="model"),
+        Column("task", "Task", "Success", heading_without_group="success: task", digits=1, notes=(1,)),
         Column("run", "Run", "Success", digits=1),
     ),
     (

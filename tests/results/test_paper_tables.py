@@ -20,19 +20,19 @@ from eai.results.paper_tables import (
     SCHEMA,
     PaperColumn,
     PublishedSuite,
-    null_scores,
-    paper_models,
-    paper_setting,
-    paper_table,
-    published_scores,
-    published_scores_sha256,
-    published_table,
+    hash_published_scores,
+    published_file_name,
+    read_null_scores,
+    read_paper_models,
+    read_paper_setting,
+    read_paper_table,
+    read_published_scores,
 )
 from eai.results.summary import summarise
 from oracle import MODELS, NO_REFERENCE, Oracle
 from sweeps import swept
 
-FULL_TABLES = paper_setting().full_tables
+FULL_TABLES = read_paper_setting().full_tables
 NOTES = read_toml(Path(paper_tables.__file__).parent / "paper" / "notes.toml")["note"]
 
 DIGIT = 0.056
@@ -41,28 +41,28 @@ DIGIT = 0.056
 
 def test_a_published_file_is_known_by_the_name_that_it_has() -> None:
     """It lacks a digit; without it one of the 18 models would be left out without a word."""
-    assert paper_models()["claude-3-sonnet-2024022"] == "Claude-3 Sonnet"
+    assert read_paper_models()["claude-3-sonnet-2024022"] == "Claude-3 Sonnet"
 
 
-@pytest.mark.parametrize("name", [*FULL_TABLES, *paper_setting().others])
+@pytest.mark.parametrize("name", [*FULL_TABLES, *read_paper_setting().others])
 def test_every_row_fills_every_column(name: str) -> None:
-    table = paper_table(name)
+    table = read_paper_table(name)
     assert {len(row) for row in table.rows.values()} == {len(table.columns)}
     assert all(figure is None or 0 <= figure <= 100 for row in table.rows.values() for figure in row.values())
 
 
 @pytest.mark.parametrize("name", FULL_TABLES)
 def test_full_tables_have_the_same_models_and_our_metrics(name: str) -> None:
-    table = paper_table(name)
-    assert set(table.rows) == set(paper_models().values())
+    table = read_paper_table(name)
+    assert set(table.rows) == set(read_paper_models().values())
     for column in table.columns:
         if column.ability:
             assert column.metric in summarise([], Ability(column.ability))
 
 
-@pytest.mark.parametrize("name", [*FULL_TABLES, *paper_setting().others])
+@pytest.mark.parametrize("name", [*FULL_TABLES, *read_paper_setting().others])
 def test_notes_are_on_cells_that_exist(name: str) -> None:
-    table = paper_table(name)
+    table = read_paper_table(name)
     assert {model for model, _ in table.notes} <= {"", *table.rows}
     listed = [note["text"] for note in NOTES if name in (note["table"], *note["table"])]
     assert set(listed) <= {text for texts in table.notes.values() for text in texts}
@@ -71,7 +71,7 @@ def test_notes_are_on_cells_that_exist(name: str) -> None:
 def test_contradictions_are_found_on_both_sides() -> None:
     column = PaperColumn("subgoal_decomposition", "task_success", "virtualhome")
     for name, printed in (("overview", 88.8), ("subgoal_decomposition_trajectory", 87.6)):
-        table = paper_table(name)
+        table = read_paper_table(name)
         texts = table.notes["GPT-4o", column]
         assert any(str(printed) in text for text in texts)
         assert table.figure("GPT-4o", column) == {"overview": 87.6}.get(name, 88.8)
@@ -87,9 +87,9 @@ def test_goal_interpretation_of_behavior_is_the_paper_s_to_the_digit(model: str,
         if row["verdict"]
     ]
     rates = summarise(verdicts, Ability.GOAL_INTERPRETATION)
-    table = paper_table("goal_interpretation")
+    table = read_paper_table("goal_interpretation")
     for column in table.columns:
-        printed = table.figure(paper_models()[model], column)
+        printed = table.figure(read_paper_models()[model], column)
         if column.domain == "behavior" and printed is not None:
             assert rates[column.metric].percent == pytest.approx(printed, abs=DIGIT), column
 
@@ -115,9 +115,9 @@ def test_operators_of_behavior_are_the_paper_s_to_the_digit(model: str, oracle: 
         if row["verdict"]
     ]
     rates = summarise(verdicts, Ability.TRANSITION_MODELING)
-    table = paper_table("transition_modeling_behavior_logic")
+    table = read_paper_table("transition_modeling_behavior_logic")
     for column in table.columns:
-        printed = table.figure(paper_models()[model], column)
+        printed = table.figure(read_paper_models()[model], column)
         assert rates[column.metric].percent == pytest.approx(printed, abs=DIGIT), column
 
 
@@ -125,7 +125,7 @@ _SIDES = {"precondition": "precond_predicate_type_res", "effect": "effect_predic
 
 
 PROTOCOLS = [protocol.value for protocol in Protocol.known()]
-SUITES = published_scores("strict").suites
+SUITES = read_published_scores("strict").suites
 SAMPLE = "llama-3-8b-chat"
 """The model whose answers are scored again; they end in every way there is."""
 
@@ -137,20 +137,20 @@ def tool() -> ModuleType:
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_public_answers_are_scored_under_each_protocol(protocol: str) -> None:
-    table = published_scores(protocol)
+    table = read_published_scores(protocol)
     assert table.schema == SCHEMA
     assert table.protocol == protocol
-    content = (ROOT / "src" / "eai" / "results" / "paper" / published_table(protocol)).read_bytes()
-    assert published_scores_sha256(protocol) == hashlib.sha256(content).hexdigest()
+    content = (ROOT / "src" / "eai" / "results" / "paper" / published_file_name(protocol)).read_bytes()
+    assert hash_published_scores(protocol) == hashlib.sha256(content).hexdigest()
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_every_suite_has_all_models_of_the_paper_and_all_metrics(protocol: str) -> None:
-    suites = published_scores(protocol).suites
+    suites = read_published_scores(protocol).suites
     assert set(suites) == {f"{d}/{a.value}" for d in ("virtualhome", "behavior") for a in FOUR}
     for name, suite in suites.items():
         assert list(suite.metrics) == list(summarise([], Ability(name.split("/")[1])))
-        assert set(suite.models) == set(paper_models().values())
+        assert set(suite.models) == set(read_paper_models().values())
         for model, row in suite.models.items():
             assert suite.coverage(model).ranked
             assert row.answered <= suite.tasks
@@ -160,7 +160,7 @@ def test_every_suite_has_all_models_of_the_paper_and_all_metrics(protocol: str) 
 
 @pytest.mark.parametrize("protocol", list(Protocol.known()))
 def test_null_models_have_answers_to_every_suite(protocol: Protocol) -> None:
-    table = null_scores(protocol.value)
+    table = read_null_scores(protocol.value)
     assert (table.schema, table.protocol) == (SCHEMA, protocol.value)
     assert table.suites.keys() == SUITES.keys()
     for name, suite in table.suites.items():
@@ -185,7 +185,7 @@ def test_scoring_the_copy_again_gives_its_row(name: str, tool: ModuleType) -> No
     """If it does not, verdicts have changed: run tools/published_scores.py --null-models."""
     strict = Protocol.STRICT
     made = tool.null_suite(name, protocol=strict, only=["eai/copy"], planner=PlannerChoice.NONE)
-    shipped: PublishedSuite = null_scores(strict.value).suites[name]
+    shipped: PublishedSuite = read_null_scores(strict.value).suites[name]
     again = made["models"]["eai/copy"]
     assert again["answers_sha256"] == shipped.models["eai/copy"].answers_sha256
     rates = dict(zip(shipped.metrics, again["rates"], strict=True))
@@ -213,8 +213,8 @@ def test_scoring_a_model_again_gives_its_row(name: str, protocol: str, tool: Mod
     suite: dict[str, Any] = tool.scored_suite(
         name, tool.ANSWERS, protocol=Protocol(protocol), only=[SAMPLE], planner=PlannerChoice.NONE
     )
-    shipped: PublishedSuite = published_scores(protocol).suites[name]
-    model = paper_models()[SAMPLE]
+    shipped: PublishedSuite = read_published_scores(protocol).suites[name]
+    model = read_paper_models()[SAMPLE]
     again = suite["models"][model]
     assert suite["data_sha256"] == shipped.data_sha256
     assert again["answers_sha256"] == shipped.models[model].answers_sha256

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from eai.abilities.attempt import Usage
 from eai.results.certainty import Case, interval_of_ratio
-from eai.results.cost import per_success, per_success_to_json
+from eai.results.cost import cost_cases, cost_cases_to_json
 from eai.results.rate import rate_of
 from eai.results.record import Origin, Record
-from eai.results.repeats import passes, passes_table, passes_to_json, without_epoch
+from eai.results.repeats import pass_cases, pass_cases_to_json, passes_table, strip_epoch
 from eai.results.table import Estimate
 from eai.tasks.share import Share
 from studies.report.samples import action_run
@@ -34,7 +34,7 @@ def tasks_of(number: int) -> st.SearchStrategy[list[list[bool]]]:
 
 @given(st.integers(1, 5).flatmap(tasks_of))
 def test_both_are_means_over_all_choices_of_answers(answers: list[list[bool]]) -> None:
-    found = passes(epochs(answers))
+    found = pass_cases(epochs(answers))
     for k in range(1, len(answers[0]) + 1):
         ways = [list(combinations(right, k)) for right in answers]
         for name, holds in ((f"pass@{k}", any), (f"pass^{k}", all)):
@@ -44,7 +44,7 @@ def test_both_are_means_over_all_choices_of_answers(answers: list[list[bool]]) -
 
 def test_a_task_with_fewer_answers_that_count_is_left_out() -> None:
     first, second = epochs([[True, False], [True, True]])
-    found = passes([first, second[:1]])
+    found = pass_cases([first, second[:1]])
     assert [case.task for case in found["pass@2"]] == ["0"]
     assert len(found["pass^1"]) == 2
 
@@ -54,11 +54,11 @@ def test_a_table_has_powers_of_two_and_all() -> None:
     assert [row[2] for row in table.rows] == [1, 2, 4, 5]
     last = table.rows[-1][3:]
     assert [cell.value for cell in last if isinstance(cell, Estimate)] == [100, 0]
-    written = passes_to_json(passes(epochs([[True, False]] * 2)))["pass@1"]
+    written = pass_cases_to_json(pass_cases(epochs([[True, False]] * 2)))["pass@1"]
     assert isinstance(written, dict)
     assert (written["value"], len(written["interval"])) == (50, 2)
-    assert without_epoch("gpt-4o.epoch_12") == "gpt-4o"
-    assert without_epoch("gpt-4o") == "gpt-4o"
+    assert strip_epoch("gpt-4o.epoch_12") == "gpt-4o"
+    assert strip_epoch("gpt-4o") == "gpt-4o"
 
 
 def costing(**usage: float) -> list[Record]:
@@ -68,7 +68,7 @@ def costing(**usage: float) -> list[Record]:
 
 def test_a_success_costs_what_failures_did_too() -> None:
     records = costing(seconds=2.0)
-    written = per_success_to_json(per_success(records))
+    written = cost_cases_to_json(cost_cases(records))
     counted = [record for record in records if record.verdict.excluded is None]
     won = sum(bool(record.verdict.success) for record in counted)  # type: ignore[attr-defined]
     assert 0 < won < len(counted) < len(records)
@@ -78,13 +78,13 @@ def test_a_success_costs_what_failures_did_too() -> None:
     low, high = written["tokens"]["interval"]  # type: ignore[index, call-overload]
     assert low < written["tokens"]["value"] < high  # type: ignore[index, call-overload]
     some = [*costing(cost=0.5)[:-1], replace(counted[0], task_id="another")]
-    assert "dollars" not in per_success(some)
+    assert "dollars" not in cost_cases(some)
 
 
 def test_without_a_success_there_is_a_sum_and_no_ratio() -> None:
     cases = [Case(str(i), str(i), Share(7, 0)) for i in range(3)]
     assert interval_of_ratio(cases) is None
-    assert per_success_to_json({"tokens": cases})["tokens"] == {
+    assert cost_cases_to_json({"tokens": cases})["tokens"] == {
         "value": None,
         "numerator": 21,
         "denominator": 0,

@@ -86,7 +86,7 @@ def test_rows_of_tasks_that_are_not_in_the_data_set_are_left_out_and_counted(tmp
 
     other = {"identifier": "scene_2_22_1", "llm_output": "b"}
     read = read_responses(written(tmp_path, [other, GOOD, other]), TASKS, published)
-    assert (read.responses, read.elsewhere) == ((Response("27_2", "a"),), 2)
+    assert (read.responses, read.skipped_rows) == ((Response("27_2", "a"),), 2)
     with pytest.raises(InputError, match="expected at least one answer, found 1 for tasks that are not in"):
         read_responses(written(tmp_path, [other]), TASKS, published)
 

@@ -14,16 +14,16 @@ from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.benchmarks.errata import ErrataUse
 from eai.results.batch import Scoring
 from eai.results.record import Record
-from eai.results.records import RECORDS, SUMMARY, part_of, write_parts
+from eai.results.records import RECORDS, SUMMARY, make_record_batch, write_record_batches
 from eai.results.responses import Response, ResponseFile
-from eai.results.summary import by_attempt, summarise
+from eai.results.summary import summarise, summarise_by_attempt
 from results.work import TASK_IDS, echo_suite
 
 ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))
 
 
 def summary(folder: Path, records: list[Record], **run: Any) -> dict[str, Any]:
-    write_parts(folder, [part_of(records)], **run, stages=by_attempt(records))
+    write_record_batches(folder, [make_record_batch(records)], **run, stages=summarise_by_attempt(records))
     found: dict[str, Any] = json.loads((folder / SUMMARY).read_text())
     return found
 

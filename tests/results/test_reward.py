@@ -24,7 +24,7 @@ from eai.benchmarks.names import TaskReference
 from eai.logic.formula import And, Or
 from eai.pddl.planning import PlannerOutcome
 from eai.planning.successor_generator import applicable_actions
-from eai.results.reward import METRICS, Reward, Shaping, reward_of
+from eai.results.reward import METRICS, Reward, Shaping, open_reward
 from eai.tasks.goal_test import GoalTest
 from eai.world import Action, Constant, Episode, State
 from sweeps import examples
@@ -379,7 +379,7 @@ def test_one_answer_by_the_name_of_its_task() -> None:
     assert task == "virtualhome/action_sequencing/27_2"
     gold = open_answer_book(eai.find_benchmark("virtualhome"), Ability.ACTION_SEQUENCING)["27_2"].text
     assert [eai.reward(task, text, "goals") for text in (gold, PLAN)] == [1, 0]
-    assert reward_of(TaskReference.parse(task), "goals") is reward_of(TaskReference.parse(task), "goals")
+    assert open_reward(TaskReference.parse(task), "goals") is open_reward(TaskReference.parse(task), "goals")
 
 
 def test_a_batch_is_each_answer_by_itself() -> None:

@@ -15,7 +15,15 @@ from eai.results.options import ScoringOptions
 from eai.results.parquet import parquet
 from eai.results.rate import Rate
 from eai.results.record import Record
-from eai.results.records import RECORDS, SUMMARY, Shard, find_shards, merge_shards, write_parts, write_shard
+from eai.results.records import (
+    RECORDS,
+    SUMMARY,
+    Shard,
+    find_shards,
+    merge_shards,
+    write_record_batches,
+    write_shard,
+)
 from eai.results.responses import Response, ResponseFile, read_responses
 from eai.results.runs import read_runs
 from eai.results.totals import Totals
@@ -53,9 +61,9 @@ def scored(
 ) -> Totals | None:
     settings, missing = ScoringOptions(explanations=True), {TASK_IDS[0]: NO_ROW}
     with Scoring(workers) as scoring:
-        parts = scoring.parts(echo_suite(), answers, missing, settings, shard=shard)
+        parts = scoring.record_batches(echo_suite(), answers, missing, settings, shard=shard)
         if shard is None:
-            return write_parts(folder, parts)
+            return write_record_batches(folder, parts)
         write_shard(folder, shard, parts)
         return None
 
@@ -121,9 +129,9 @@ def test_who_takes_one_answer_a_task_says_so(tmp_path: Path) -> None:
 
 def test_parts_add_up_to_the_whole() -> None:
     records: list[Record] = [*Scoring().records(echo_suite(), "m", read_some())]
-    whole, parts = Totals.of(records), Totals()
+    whole, parts = Totals.from_records(records), Totals()
     for start in range(0, len(records), 3):
-        parts.merge(Totals.of(replace(each) for each in records[start : start + 3]))
+        parts.merge(Totals.from_records(replace(each) for each in records[start : start + 3]))
     assert parts == whole
 
 

@@ -11,7 +11,7 @@ from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.errata import ErrataUse
 from eai.results.record import Record
-from eai.results.records import Shard, find_shards, merge_shards, part_of, read_records, write_shard
+from eai.results.records import Shard, find_shards, make_record_batch, merge_shards, read_records, write_shard
 from eai.results.totals import Totals
 
 
@@ -31,7 +31,7 @@ def test_what_is_no_shard_is_said(text: str) -> None:
 
 @pytest.mark.parametrize("of", [1, 2, 3, 10])
 def test_every_item_is_in_one_shard(of: int) -> None:
-    parts = [[*Shard(number, of).of_these(range(7))] for number in range(1, of + 1)]
+    parts = [[*Shard(number, of).select(range(7))] for number in range(1, of + 1)]
     assert sorted(item for part in parts for item in part) == list(range(7))
     assert max(map(len, parts)) - min(map(len, parts)) <= 1
 
@@ -47,11 +47,11 @@ RECORDS = [record(str(number)) for number in range(5)]
 def test_parts_are_found_in_order_and_put_together_as_they_were(tmp_path: Path) -> None:
     for number in (3, 1, 2):
         shard = Shard(number, 3)
-        write_shard(tmp_path / "run", shard, [part_of([*shard.of_these(RECORDS)])])
+        write_shard(tmp_path / "run", shard, [make_record_batch([*shard.select(RECORDS)])])
     (tmp_path / "run" / "records.shard-1-of-x.jsonl").touch()
     found = find_shards(tmp_path)
     assert found == {tmp_path / "run": [tmp_path / "run" / Shard(n, 3).file_name for n in (1, 2, 3)]}
-    assert merge_shards(tmp_path, found[tmp_path / "run"]) == Totals.of(RECORDS)
+    assert merge_shards(tmp_path, found[tmp_path / "run"]) == Totals.from_records(RECORDS)
     assert list(read_records(tmp_path / "records.jsonl")) == RECORDS
 
 
@@ -65,7 +65,7 @@ def test_parts_are_found_in_order_and_put_together_as_they_were(tmp_path: Path) 
 )
 def test_a_run_that_is_not_whole_is_said(given: Sequence[Shard], told: str, tmp_path: Path) -> None:
     for shard in given:
-        write_shard(tmp_path, shard, [part_of(RECORDS)])
+        write_shard(tmp_path, shard, [make_record_batch(RECORDS)])
     with pytest.raises(InputError, match=told):
         find_shards(tmp_path)
 
@@ -77,7 +77,7 @@ def test_a_run_that_is_not_whole_is_said(given: Sequence[Shard], told: str, tmp_
 def test_parts_of_different_runs_are_not_put_together(change: dict[str, object], tmp_path: Path) -> None:
     first, second = [[replace(each, errata=ErrataUse("1"))] for each in RECORDS[:2]]
     for number, records in ((1, first), (2, [replace(second[0], **change)])):
-        write_shard(tmp_path, Shard(number, 2), [part_of(records)])
+        write_shard(tmp_path, Shard(number, 2), [make_record_batch(records)])
     with pytest.raises(InputError, match="expected the shards of one run, found m, "):
         merge_shards(tmp_path, find_shards(tmp_path)[tmp_path])
 
@@ -85,7 +85,7 @@ def test_parts_of_different_runs_are_not_put_together(change: dict[str, object],
 def test_errata_of_one_version_are_those_of_one_run(tmp_path: Path) -> None:
     told = [replace(each, errata=ErrataUse("1", (each.task_id,))) for each in RECORDS[:2]]
     for number in (1, 2):
-        write_shard(tmp_path, Shard(number, 2), [part_of(told[number - 1 : number])])
+        write_shard(tmp_path, Shard(number, 2), [make_record_batch(told[number - 1 : number])])
     assert merge_shards(tmp_path, find_shards(tmp_path)[tmp_path]).number == len(told)
     assert list(read_records(tmp_path / "records.jsonl")) == told
 
@@ -93,6 +93,6 @@ def test_errata_of_one_version_are_those_of_one_run(tmp_path: Path) -> None:
 @pytest.mark.parametrize("sizes", [(1, 2), (3, 1), (0, 0)])
 def test_parts_that_were_not_dealt_out_are_not_put_together(sizes: tuple[int, int], tmp_path: Path) -> None:
     for number, size in enumerate(sizes, 1):
-        write_shard(tmp_path, Shard(number, 2), [part_of(RECORDS[:size])])
+        write_shard(tmp_path, Shard(number, 2), [make_record_batch(RECORDS[:size])])
     with pytest.raises(InputError, match=f"expected equal shards, found {sizes[0]}, {sizes[1]} records"):
         merge_shards(tmp_path, find_shards(tmp_path)[tmp_path])

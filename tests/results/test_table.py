@@ -16,7 +16,7 @@ from eai.results.table_files import lines_csv, write_parquet, write_tables
 from eai.tasks.share import Share
 from studies.published import GPT_4O
 
-RATE = Estimate.of([Case(str(i), str(i), Share(i % 2, 1)) for i in range(10)])
+RATE = Estimate.from_cases([Case(str(i), str(i), Share(i % 2, 1)) for i in range(10)])
 TABLE = Table(
     "sizes", "Sizes", "How big.", ("what", "size", "known"), (("a | b", RATE, True), ("c", None, None))
 )

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.explanation import read_statement
-from eai.results.lines import Reason
+from eai.results.lines import WrongGoalReason
 from eai.results.task_book import TaskBook
 from eai.tasks.source import Source
 from studies.lamps import lamp_task, lamps
@@ -25,5 +25,5 @@ from studies.lamps import lamp_task, lamps
         ("LIGHT", "other"),
     ],
 )
-def test_wrong_goals_are_followed_along_the_annotated_plan(atom: str, reason: Reason) -> None:
+def test_wrong_goals_are_followed_along_the_annotated_plan(atom: str, reason: WrongGoalReason) -> None:
     assert TaskBook(lamps(), Source()).reason(lamp_task().id, read_statement(atom)) == reason

@@ -13,9 +13,9 @@ TABLE = Table(
     "Title",
     "",
     (
-        Column("rank", "#", number=True),
+        Column("rank", "#", is_number=True),
         "model",
-        *[Column(f"n{i}", f"group\nlabel {i}", digits=1, number=True) for i in range(9)],
+        *[Column(f"n{i}", f"group\nlabel {i}", digits=1, is_number=True) for i in range(9)],
         "words",
     ),
     (

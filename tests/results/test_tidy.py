@@ -18,7 +18,7 @@ from eai.results.lines import AnswerLine
 from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
-from eai.results.tidy import Tables
+from eai.results.tidy import TidyTables
 from eai.tasks.source import Source
 from studies.published import tables
 from studies.report.samples import action_run, goal_run, operator_run, subgoal_run
@@ -51,7 +51,7 @@ def test_the_papers_cofactors_are_group_bys_of_the_answers() -> None:
 
 def test_what_is_not_known_is_none() -> None:
     """The made-up tasks are in no data set: all that is known of them is what their records say."""
-    made = Tables(Source(Store()))
+    made = TidyTables(Source(Store()))
     for records in (action_run(), goal_run(), subgoal_run(), operator_run()):
         made.add(records)
     first, excluded = made.answers[0], made.answers[11]
@@ -63,8 +63,8 @@ def test_what_is_not_known_is_none() -> None:
     assert {clause.verdict for clause in made.clauses} == {"matched", "additional", "missing"}
 
 
-def _tables(records: list[Record], *, features: bool) -> Tables:
-    made = Tables(Source(Store()), features=features)
+def _tables(records: list[Record], *, features: bool) -> TidyTables:
+    made = TidyTables(Source(Store()), features=features)
     made.add(records)
     return made
 
@@ -98,6 +98,6 @@ def test_values_say_what_the_texts_beside_them_do(domain: str, ability: Ability,
 
 
 def test_the_data_set_is_not_looked_up_where_features_are_not_asked_for() -> None:
-    made = Tables(Source(Store(Path("/nowhere"))), features=False)
+    made = TidyTables(Source(Store(Path("/nowhere"))), features=False)
     made.add([replace(record, domain="virtualhome") for record in action_run()])
     assert made.answers[0].annotated_steps == 3

@@ -18,11 +18,11 @@ from eai.results.training_data import (
     ASKED_OTHERWISE,
     EXPERIMENT,
     NO_ANSWER,
-    Row,
-    preference_rows,
-    prompt_rows,
-    rewarded,
-    verified_rows,
+    TrainingRow,
+    make_preference_rows,
+    make_prompt_rows,
+    make_reward_rows,
+    select_verified_rows,
 )
 from eai.tasks.prompts.prompt import Prompt
 from experiments import experiment
@@ -66,7 +66,7 @@ def record(task_id: str = "both", **told: Any) -> Record:
 )
 def test_a_record_is_used_or_counted_by_the_reason_why_not(given: Record, why: str | None) -> None:
     left_out: Counter[str] = Counter()
-    found = list(rewarded([given, given], suite_reward(), PROMPTS, left_out))
+    found = list(make_reward_rows([given, given], suite_reward(), PROMPTS, left_out))
     answer = {
         "prompt": [{"role": "system", "content": "You are a robot."}, {"role": "user", "content": "Do it."}],
         "completion": [{"role": "assistant", "content": HALF}],
@@ -79,7 +79,7 @@ def test_a_record_is_used_or_counted_by_the_reason_why_not(given: Record, why: s
 
 
 def test_a_prompt_is_asked_where_something_can_be_earned() -> None:
-    rows = list(prompt_rows(suite_reward(), PROMPTS))
+    rows = list(make_prompt_rows(suite_reward(), PROMPTS))
     assert [row["task"] for row in rows] == [
         f"switches/action_sequencing/{t}" for t in ("both", "greet", "half")
     ]
@@ -93,7 +93,7 @@ def test_a_prompt_is_asked_where_something_can_be_earned() -> None:
     }
 
 
-def answers(*worths: float, task: str = "a") -> list[Row]:
+def answers(*worths: float, task: str = "a") -> list[TrainingRow]:
     told = [[{"role": "assistant", "content": f"answer {number}"}] for number in range(len(worths))]
     of_task = {"prompt": [{"role": "user", "content": "Do it."}], "task": task, "model": "m"}
     return [
@@ -104,7 +104,7 @@ def answers(*worths: float, task: str = "a") -> list[Row]:
 @pytest.mark.parametrize(("least", "kept"), [(1.0, [1]), (0.5, [0, 1]), (0.4, [0, 1, 2])])
 def test_answers_that_are_worth_as_much_are_kept_once(least: float, kept: list[int]) -> None:
     given = answers(0.5, 1, 0.4)
-    rows = list(verified_rows([*given, *given], least))
+    rows = list(select_verified_rows([*given, *given], least))
     assert [row["completion"] for row in rows] == [
         [{"role": "assistant", "content": f"answer {number}"}] for number in kept
     ]
@@ -125,6 +125,6 @@ def test_answers_that_are_worth_as_much_are_kept_once(least: float, kept: list[i
 def test_the_best_answer_stands_before_each_that_is_worth_less(
     worths: tuple[float, ...], margin: float, pairs: list[tuple[str, str, float]]
 ) -> None:
-    rows = list(preference_rows([*answers(*worths), *answers(0, task="b"), *answers(*worths)], margin))
+    rows = list(make_preference_rows([*answers(*worths), *answers(0, task="b"), *answers(*worths)], margin))
     told = [(row["chosen"][0]["content"], row["rejected"][0]["content"], row["margin"]) for row in rows]
     assert told == pairs

@@ -20,7 +20,16 @@ from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.results.batch import Scoring
 from eai.results.reward import Reward
-from eai.results.workers import AHEAD, DEATHS, LARGEST, Workers, _Batch, _remove, _Worker, batches
+from eai.results.workers import (
+    MAX_BATCH_SIZE,
+    MAX_BATCHES_AHEAD,
+    MAX_DEATHS,
+    Workers,
+    _Batch,
+    _remove,
+    _Worker,
+    split_batches,
+)
 from results.work import Dying, asleep, cubes, deadly, failing, folder_of_files, large, squares, unspeakable
 
 
@@ -29,7 +38,7 @@ from results.work import Dying, asleep, cubes, deadly, failing, folder_of_files,
 def test_results_come_in_order(workers: int, number: int) -> None:
     with Workers(workers) as pool:
         for work in (squares, cubes, squares):  # the same processes, other work
-            assert list(pool.each(work, range(number))) == work(range(number))
+            assert list(pool.map_batches(work, range(number))) == work(range(number))
 
 
 @pytest.mark.parametrize(
@@ -37,7 +46,7 @@ def test_results_come_in_order(workers: int, number: int) -> None:
     [(1, [2, 4, 8, 10, 10, 6]), (2, [2, 2, 4, 4, 8, 8, 10, 2]), (3, [2] * 3 + [4] * 3 + [8, 8, 6])],
 )
 def test_batches_grow_when_every_worker_has_had_one(workers: int, sizes: list[int]) -> None:
-    made = list(batches(range(40), workers, 2, 10))
+    made = list(split_batches(range(40), workers, 2, 10))
     assert [len(batch) for batch in made] == sizes
     assert [item for batch in made for item in batch] == list(range(40))
 
@@ -52,33 +61,33 @@ def test_no_more_is_read_than_is_worked_on() -> None:
             yield taken
 
     with Workers(2) as pool:
-        results = pool.each(squares, endless())
+        results = pool.map_batches(squares, endless())
         for count in (1, 5_000, 20_000):
             before = taken
             assert len(list(islice(results, count))) == count
-            assert taken - before <= count + (2 * AHEAD + 1) * LARGEST
+            assert taken - before <= count + (2 * MAX_BATCHES_AHEAD + 1) * MAX_BATCH_SIZE
 
 
 @pytest.mark.parametrize("at", [0, 40, 999])
 def test_a_worker_that_is_killed_loses_and_doubles_nothing(tmp_path: Path, at: int) -> None:
     with Workers(2) as pool:
-        assert list(pool.each(Dying(at, tmp_path / "died"), range(1_000))) == squares(range(1_000))
+        assert list(pool.map_batches(Dying(at, tmp_path / "died"), range(1_000))) == squares(range(1_000))
         assert (tmp_path / "died").exists()
-        assert list(pool.each(squares, range(100))) == squares(range(100))
+        assert list(pool.map_batches(squares, range(100))) == squares(range(100))
 
 
 def test_workers_killed_between_two_streams_are_replaced() -> None:
     with Workers(2) as pool:
-        assert list(pool.each(squares, range(100))) == squares(range(100))
+        assert list(pool.map_batches(squares, range(100))) == squares(range(100))
         for worker in pool._workers:
             worker.process.kill()
-        assert list(pool.each(squares, range(100))) == squares(range(100))
+        assert list(pool.map_batches(squares, range(100))) == squares(range(100))
 
 
 @pytest.mark.parametrize("place", [0, 1])
 def test_a_worker_that_is_killed_while_it_sends_keeps_nobody_waiting(place: int) -> None:
     with Workers(2) as pool:
-        results = pool.each(large, range(12), at_a_time=(1, 1))
+        results = pool.map_batches(large, range(12), batch_sizes=(1, 1))
         next(results)
         taken = 1
         while not pool._workers[place].has:  # the other, started sooner, has done all that was given out
@@ -92,8 +101,11 @@ def test_a_worker_that_is_killed_while_it_sends_keeps_nobody_waiting(place: int)
 
 def test_streams_may_be_mixed_and_left(tmp_path: Path) -> None:
     with Workers(2) as pool:
-        first, second = pool.each(squares, range(500)), pool.each(Dying(3, tmp_path / "died"), range(90))
-        left = pool.each(cubes, range(10_000))
+        first, second = (
+            pool.map_batches(squares, range(500)),
+            pool.map_batches(Dying(3, tmp_path / "died"), range(90)),
+        )
+        left = pool.map_batches(cubes, range(10_000))
         next(left)
         left.close()
         mixed = [(next(first), next(second)) for _ in range(90)]
@@ -104,7 +116,7 @@ def test_streams_may_be_mixed_and_left(tmp_path: Path) -> None:
 
 def test_a_stream_of_workers_that_are_closed_ends() -> None:
     with Workers(2) as pool:
-        results = pool.each(squares, range(500))
+        results = pool.map_batches(squares, range(500))
         next(results)
         pool.close()
         with pytest.raises(EaiError, match="closed before"):
@@ -113,7 +125,9 @@ def test_a_stream_of_workers_that_are_closed_ends() -> None:
 
 def test_what_workers_leave_in_temporary_folders_is_removed() -> None:
     with Workers(2) as pool:
-        left = {Path(file).parent for file in pool.each(folder_of_files, range(40), at_a_time=(1, 1))}
+        left = {
+            Path(file).parent for file in pool.map_batches(folder_of_files, range(40), batch_sizes=(1, 1))
+        }
         assert len(left) == 40
         assert all(folder.is_dir() for folder in left)
         pool._workers[0].process.kill()
@@ -142,15 +156,15 @@ def test_a_folder_that_is_written_to_meanwhile_is_removed_again_until_time_is_up
 
 
 def test_what_kills_every_worker_is_named() -> None:
-    with Workers(2) as pool, pytest.raises(EaiError, match=f"died {DEATHS} times at the same 16 items"):
-        list(pool.each(deadly, range(20)))
+    with Workers(2) as pool, pytest.raises(EaiError, match=f"died {MAX_DEATHS} times at the same 16 items"):
+        list(pool.map_batches(deadly, range(20)))
 
 
 def test_an_error_of_the_work_is_raised_here() -> None:
     with Workers(2) as pool, pytest.raises(ValueError, match="no"):
-        list(pool.each(failing, range(5)))
+        list(pool.map_batches(failing, range(5)))
     with Workers(2) as pool, pytest.raises(EaiError, match="UnspeakableError: of no module"):
-        list(pool.each(unspeakable, range(5)))
+        list(pool.map_batches(unspeakable, range(5)))
 
 
 def test_an_interrupt_ends_workers_whatever_they_do() -> None:
@@ -160,7 +174,7 @@ def test_an_interrupt_ends_workers_whatever_they_do() -> None:
         raise KeyboardInterrupt
 
     with Workers(2) as pool, pytest.raises(KeyboardInterrupt):
-        next(pool.each(asleep, items(), at_a_time=(1, 1)))
+        next(pool.map_batches(asleep, items(), batch_sizes=(1, 1)))
     assert not active_children()
 
 
@@ -242,7 +256,9 @@ def test_three_batches_for_each_worker_are_read_ahead(
 
     monkeypatch.setattr(Workers, "_give", lambda self: None)
     monkeypatch.setattr(Workers, "_receive", received)
-    results = Workers(workers).each(squares, (taken.append(n) or n for n in range(99)), at_a_time=(4, 4))
+    results = Workers(workers).map_batches(
+        squares, (taken.append(n) or n for n in range(99)), batch_sizes=(4, 4)
+    )
     assert next(results) == 0
     assert len(taken) == read
     assert list(islice(results, 4)) == [1, 2, 3, 4]
@@ -262,5 +278,5 @@ def test_the_folder_of_workers_is_removed_though_something_is_written_to_it(
 
     monkeypatch.setattr("eai.results.workers.TemporaryDirectory", Folder)
     with Workers(2) as pool:
-        assert list(pool.each(squares, range(9))) == squares(range(9))
+        assert list(pool.map_batches(squares, range(9))) == squares(range(9))
     assert made == [{"prefix": "eai-workers-", "ignore_cleanup_errors": True}]

@@ -15,7 +15,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.base.json_value import Json
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.epochs import Obtained, settle
+from eai.results.epochs import ModelAnswers, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.rate import Rate
 from eai.results.record import Record
@@ -62,7 +62,7 @@ class Ran:
     log: Path
 
 
-def obtain_in_child(job: Job, journal: Path, logs: Path) -> Obtained:
+def obtain_in_child(job: Job, journal: Path, logs: Path) -> ModelAnswers:
     """Do a job."""
     return obtain_answers(job, journal, logs)
 
@@ -75,10 +75,10 @@ def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
     endpoint = Endpoint(model, whom.arguments)
     job = Job(endpoint, suite, prompts, whom.epochs)
     answers = obtain_answers(job, folder / "answers.jsonl", folder / "logs")
-    result = settle(answers, folder, suite, ScoringOptions())
-    write_scores(answers.log, result.by_place(), Source(planner=PLANNER))
+    result = score_answers(answers, folder, suite, ScoringOptions())
+    write_scores(answers.log, result.records_by_key(), Source(planner=PLANNER))
     return Ran(
-        result.totals.rates, result.records, [one.totals.rates for one in result.of_epochs], answers.log
+        result.totals.rates, result.records, [one.totals.rates for one in result.by_epoch], answers.log
     )
 
 

@@ -9,16 +9,16 @@ from typing import NoReturn
 
 def interrupt_at(number: int) -> None:
     """Have the process interrupt itself when it has taken so many answers."""
-    from eai.run.journal import Answer, Desk
+    from eai.run.journal import Answer, RunState
 
-    take, taken = Desk.take, itertools.count(1)
+    take, taken = RunState.add_answer, itertools.count(1)
 
-    def interrupting(desk: Desk, answer: Answer) -> None:
+    def interrupting(desk: RunState, answer: Answer) -> None:
         take(desk, answer)
         if next(taken) == number:
             signal.raise_signal(signal.SIGINT)
 
-    Desk.take = interrupting  # type: ignore[method-assign]
+    RunState.add_answer = interrupting  # type: ignore[method-assign]
 
 
 def search_forever() -> None:

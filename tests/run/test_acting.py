@@ -20,7 +20,7 @@ from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.results.records import read_records
 from eai.results.runs import read_runs
-from eai.run.acting import command_in
+from eai.run.acting import read_command
 from eai.run.registry import TASKS
 from eai.run.tasks import read_answers
 from processes import Command, eai
@@ -149,7 +149,7 @@ def test_of_a_log_all_episodes_are_scored_by_their_mean(data_store: Store, tmp_p
     write_eval_log(log, str(file))
     suite = open_suite("virtualhome", ACTING)
     found = read_answers(file, suite)
-    assert [answers.model for answers in (found, *found.further)] == ["mockllm_model"] * 2
+    assert [answers.model for answers in (found, *found.further_epochs)] == ["mockllm_model"] * 2
     chosen = ("--domain", "virtualhome", "--ability", "acting", "--allow-missing", "--json")
     ran = eai("score", str(file), *chosen, "--out", str(tmp_path / "scores"))
     assert ran.status == 0, ran.err
@@ -186,9 +186,9 @@ def test_slips_are_drawn_from_the_seed_and_replayed(data_store: Store, tmp_path:
 
 
 def test_a_command_is_the_last_line_or_a_json_answer() -> None:
-    assert command_in("First I look.\n\nOPEN(jar_0) \n") == "OPEN(jar_0)"
-    assert command_in('{"OPEN": ["jar"],\n "x": []}') == '{"OPEN": ["jar"],\n "x": []}'
-    assert command_in("") == ""
+    assert read_command("First I look.\n\nOPEN(jar_0) \n") == "OPEN(jar_0)"
+    assert read_command('{"OPEN": ["jar"],\n "x": []}') == '{"OPEN": ["jar"],\n "x": []}'
+    assert read_command("") == ""
 
 
 def run(out: Path, *words: object) -> None:

@@ -12,7 +12,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError, InputError
 from eai.benchmarks.suite import open_suite
-from eai.results.epochs import Obtained
+from eai.results.epochs import ModelAnswers
 from eai.run.job import Decoding, Job, Pace
 from eai.studies.variation import Endpoint
 from eai.tasks.prompts.prompt import Prompt
@@ -22,7 +22,7 @@ from run.server import COUNTED, Log, Reply, serve
 
 PLAN = '{"WALK": ["sofa", "352"]}'
 Script = Mapping[str, Sequence[Reply]]
-Run = Callable[..., tuple[Obtained, Log]]
+Run = Callable[..., tuple[ModelAnswers, Log]]
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ def process() -> Iterator[Executor]:
 
 
 @pytest.fixture
-def ask(tmp_path: Path, process: Executor) -> Callable[..., Obtained]:
+def ask(tmp_path: Path, process: Executor) -> Callable[..., ModelAnswers]:
     """Puts questions to a running server; the answers go to one journal."""
 
     def obtain(
@@ -44,7 +44,7 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., Obtained]:
         timeout: int = 60,
         connections: int | None = None,
         model: str = "openai-api/local/scripted",
-    ) -> Obtained:
+    ) -> ModelAnswers:
         job = Job(
             Endpoint(model, {"max_retries": 1, "api_key": "none"}, url),
             open_suite("virtualhome", Ability.SUBGOAL_DECOMPOSITION),
@@ -59,12 +59,12 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., Obtained]:
 
 
 @pytest.fixture
-def run(ask: Callable[..., Obtained]) -> Run:
+def run(ask: Callable[..., ModelAnswers]) -> Run:
     """Puts the questions of a script to a server that answers by it."""
 
     def serve_and_ask(
         script: Script, cut_at: tuple[str, ...] = (), decoding: Decoding | None = None
-    ) -> tuple[Obtained, Log]:
+    ) -> tuple[ModelAnswers, Log]:
         with serve(script) as served:
             return ask(served.url, script, cut_at, decoding), served.log
 
@@ -84,7 +84,7 @@ def test_failures_cost_their_own_samples_only(run: Run) -> None:
             "quotes": [Reply("{“WALK”: [„sofa“, «352»]}")],
         }
     )
-    texts = {task_id: answer.text for (task_id, _), answer in answers.given.items()}
+    texts = {task_id: answer.text for (task_id, _), answer in answers.answers.items()}
     assert texts == {
         "good": PLAN,
         "busy": PLAN,
@@ -143,7 +143,7 @@ FAULTS = {
 
 def test_what_a_provider_does_costs_the_sample_alone_and_is_told_in_a_line(run: Run) -> None:
     answers, _ = run({name: replies for name, (replies, _) in FAULTS.items()})
-    texts = {name: answer.text for (name, _), answer in answers.given.items()}
+    texts = {name: answer.text for (name, _), answer in answers.answers.items()}
     reasons = {name: why for (name, _), why in answers.failures.items()}
     failing = {
         name for name, (_, expected) in FAULTS.items() if expected.endswith((": ", UNREAD, "- ", "10"))
@@ -156,7 +156,7 @@ def test_what_a_provider_does_costs_the_sample_alone_and_is_told_in_a_line(run: 
 
 
 @pytest.mark.parametrize("model", ["openai-api/local/scripted", "openai/gpt-4o"])
-def test_a_page_in_the_place_of_a_reply_is_told_as_one(ask: Callable[..., Obtained], model: str) -> None:
+def test_a_page_in_the_place_of_a_reply_is_told_as_one(ask: Callable[..., ModelAnswers], model: str) -> None:
     with serve({"page": [Reply(body='"<html>Bad gateway</html>"')]}) as served:
         (why,) = ask(served.url, ("page",), model=model).failures.values()
     assert "AssertionError" not in why
@@ -176,21 +176,24 @@ USAGES: Mapping[str, object] = {
 
 
 @pytest.mark.parametrize("model", ["openai-api/local/scripted", "openai/gpt-4o"])
-def test_an_answer_with_odd_figures_of_usage_is_an_answer(ask: Callable[..., Obtained], model: str) -> None:
+def test_an_answer_with_odd_figures_of_usage_is_an_answer(
+    ask: Callable[..., ModelAnswers], model: str
+) -> None:
     script = {name: [Reply(PLAN, usage=usage)] for name, usage in {**USAGES, "good": COUNTED}.items()}
     with serve(script) as served:
         answers = ask(served.url, script, model=model)
     assert answers.failures == {}
-    assert {answer.text for answer in answers.given.values()} == {PLAN}
+    assert {answer.text for answer in answers.answers.values()} == {PLAN}
     taken = {
-        name: (each.usage.input_tokens, each.usage.output_tokens) for (name, _), each in answers.given.items()
+        name: (each.usage.input_tokens, each.usage.output_tokens)
+        for (name, _), each in answers.answers.items()
     }
     assert taken == {**dict.fromkeys(USAGES, (None, None)), "good": (11, 7)}
 
 
 @pytest.mark.parametrize("status", [401, 404])
 def test_what_will_never_work_stops_the_run_at_once(
-    ask: Callable[..., Obtained], tmp_path: Path, status: int
+    ask: Callable[..., ModelAnswers], tmp_path: Path, status: int
 ) -> None:
     script = {"first": [Reply(PLAN)]} | {f"{n}": [Reply(status=status, delay=0.2)] for n in range(60)}
     with serve(script) as served:
@@ -202,7 +205,7 @@ def test_what_will_never_work_stops_the_run_at_once(
 
 
 def test_a_journal_that_cannot_be_written_stops_the_run_at_once(
-    ask: Callable[..., Obtained], tmp_path: Path
+    ask: Callable[..., ModelAnswers], tmp_path: Path
 ) -> None:
     (tmp_path / "answers.jsonl").mkdir()
     script = {f"{n}": [Reply(PLAN, delay=0.2)] for n in range(60)}
@@ -211,32 +214,32 @@ def test_a_journal_that_cannot_be_written_stops_the_run_at_once(
     assert sum(served.log.asked.values()) < 10
 
 
-def test_an_answer_that_takes_too_long_is_none(ask: Callable[..., Obtained]) -> None:
+def test_an_answer_that_takes_too_long_is_none(ask: Callable[..., ModelAnswers]) -> None:
     with serve({"slow": [Reply(PLAN, delay=2)]}) as served:
         answers = ask(served.url, ("slow",), timeout=1)
-    assert answers.given == {}
+    assert answers.answers == {}
     assert "Timeout" in answers.failures["slow", 1]
 
 
-def test_what_was_answered_is_not_asked_again(ask: Callable[..., Obtained]) -> None:
+def test_what_was_answered_is_not_asked_again(ask: Callable[..., ModelAnswers]) -> None:
     with serve({"good": [Reply(PLAN)], "broken": [Reply(status=400), Reply("mended")]}) as served:
         first = ask(served.url, ("good", "broken"))
         second = ask(served.url, ("good", "broken"))
         warmer = ask(served.url, ("good",), decoding=Decoding(temperature=1.0))
-    assert set(first.given) == {("good", 1)}
+    assert set(first.answers) == {("good", 1)}
     assert set(first.failures) == {("broken", 1)}
-    assert second.given["good", 1] == first.given["good", 1]
-    assert second.given["broken", 1].text == "mended"
+    assert second.answers["good", 1] == first.answers["good", 1]
+    assert second.answers["broken", 1].text == "mended"
     assert second.failures == {}
-    assert warmer.given["good", 1].request_sha256 != first.given["good", 1].request_sha256
+    assert warmer.answers["good", 1].request_sha256 != first.answers["good", 1].request_sha256
     assert served.log.asked == {"good": 2, "broken": 2}
 
 
-def test_how_to_sample_reaches_the_server_and_makes_another_request(ask: Callable[..., Obtained]) -> None:
+def test_how_to_sample_reaches_the_server_and_makes_another_request(ask: Callable[..., ModelAnswers]) -> None:
     sampling = Decoding(temperature=0.7, seed=7, top_p=0.9)
     with serve({"good": [Reply(PLAN)]}) as served:
         plain, sampled = ask(served.url, ("good",)), ask(served.url, ("good",), decoding=sampling)
-    assert plain.given["good", 1].request_sha256 != sampled.given["good", 1].request_sha256
+    assert plain.answers["good", 1].request_sha256 != sampled.answers["good", 1].request_sha256
     asked = [
         (request["temperature"], request.get("seed"), request.get("top_p")) for request in served.log.requests
     ]
@@ -251,31 +254,31 @@ def test_reasoning_is_kept_apart_and_tokens_are_counted(run: Run) -> None:
             "field": [Reply(PLAN, reasoning="first the sofa")],
         }
     )
-    for answer in answers.given.values():
+    for answer in answers.answers.values():
         assert (answer.text.strip(), answer.reasoning) == (PLAN, "first the sofa")
         assert (answer.usage.input_tokens, answer.usage.output_tokens) == (11, 7)
-    assert answers.given["end", 1].repairs == ("reasoning",)
-    assert answers.given["field", 1].repairs == ()
+    assert answers.answers["end", 1].repairs == ("reasoning",)
+    assert answers.answers["field", 1].repairs == ()
 
 
 def test_truncated_answers_are_marked(run: Run) -> None:
     answers, log = run({"long": [Reply('{"a": ["so', finish="length")]}, ("}",), Decoding(max_tokens=5))
-    assert answers.given["long", 1].truncated
-    assert answers.given["long", 1].text == '{"a": ["so'
+    assert answers.answers["long", 1].truncated
+    assert answers.answers["long", 1].text == '{"a": ["so'
     assert log.requests[0]["max_tokens"] == 5
 
 
 def test_stop_sequences_are_those_of_the_paper_and_the_brace_is_given_back(run: Run) -> None:
     answers, log = run({"cut": [Reply('{"output": ["ON(tv.1)"]')]}, ("}",))
     assert [request["stop"] for request in log.requests] == [["}"]]
-    assert answers.given["cut", 1].text == '{"output": ["ON(tv.1)"]}'
-    assert answers.given["cut", 1].repairs == ("stop_sequence",)
+    assert answers.answers["cut", 1].text == '{"output": ["ON(tv.1)"]}'
+    assert answers.answers["cut", 1].repairs == ("stop_sequence",)
 
 
 def test_stop_sequences_can_be_left_out(run: Run) -> None:
     answers, log = run({"cut": [Reply('{"output": ["ON(tv.1)"]')]}, ("}",), Decoding(stop=False))
     assert ["stop" in request for request in log.requests] == [False]
-    assert answers.given["cut", 1].text == '{"output": ["ON(tv.1)"]'
+    assert answers.answers["cut", 1].text == '{"output": ["ON(tv.1)"]'
 
 
 @pytest.mark.parametrize(
@@ -289,12 +292,12 @@ def test_stop_sequences_can_be_left_out(run: Run) -> None:
 )
 def test_what_a_model_cannot_stand_is_left_out_the_second_time(run: Run, reply: Reply) -> None:
     answers, log = run({"task": [reply]}, ("}",), Decoding(structured=True))
-    assert answers.given["task", 1].text == PLAN
+    assert answers.answers["task", 1].text == PLAN
     assert [("stop" in r, "response_format" in r) for r in log.requests] == [(True, True), (False, False)]
-    assert answers.given["task", 1].usage.input_tokens == (11 if reply.unless else 22)
-    assert answers.given["task", 1].repairs == ("form_left_out",)
+    assert answers.answers["task", 1].usage.input_tokens == (11 if reply.unless else 22)
+    assert answers.answers["task", 1].repairs == ("form_left_out",)
 
 
 def test_stop_sequences_that_are_left_out_are_no_form_that_is(run: Run) -> None:
     answers, _ = run({"task": [Reply(PLAN, unless=("stop",))]}, ("}",))
-    assert answers.given["task", 1].repairs == ()
+    assert answers.answers["task", 1].repairs == ()

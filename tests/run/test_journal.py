@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from eai.abilities.attempt import Usage
 from eai.base.errors import InputError
-from eai.run.journal import Answer, Journal
+from eai.run.journal import Answer, AnswerJournal
 
 ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", ("reasoning",), Usage(3, 5, 2, 0.25))
 
@@ -18,17 +18,17 @@ ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", ("reasoning",)
 def test_what_is_written_is_found_again(tmp_path: Path) -> None:
     file = tmp_path / "new" / "answers.jsonl"
     strange = replace(ANSWER, task_id="1_1", text="ünder\r\n\u2028 }", usage=Usage(1, 1))
-    journal = Journal(file)
+    journal = AnswerJournal(file)
     for answer in (ANSWER, strange):
         journal.add(answer)
-        again = Journal(file)  # written when `add` returns
+        again = AnswerJournal(file)  # written when `add` returns
         assert again.find((answer.task_id, 1), "request") == answer
     assert journal.find(("27_2", 1), "request") == ANSWER
 
 
 def test_a_line_has_every_field(tmp_path: Path) -> None:
     file = tmp_path / "answers.jsonl"
-    journal = Journal(file)
+    journal = AnswerJournal(file)
     journal.add(ANSWER)
     assert file.read_text() == json.dumps(asdict(ANSWER)) + "\n"
 
@@ -36,14 +36,14 @@ def test_a_line_has_every_field(tmp_path: Path) -> None:
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full disk to write to")
 def test_a_full_disk_is_an_error_that_names_the_file(tmp_path: Path) -> None:
     file = tmp_path / "answers.jsonl"
-    journal = Journal(file)
+    journal = AnswerJournal(file)
     file.symlink_to("/dev/full")
     with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written"):
         journal.add(ANSWER)
 
 
 def test_another_request_or_epoch_is_another_question(tmp_path: Path) -> None:
-    journal = Journal(tmp_path / "answers.jsonl")
+    journal = AnswerJournal(tmp_path / "answers.jsonl")
     journal.add(ANSWER)
     assert journal.find(("27_2", 2), "request") is None
     assert journal.find(("27_2", 1), "other") is None
@@ -55,25 +55,25 @@ def test_a_torn_last_line_is_cut_off_and_the_next_answer_is_whole(
     cut: int, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     file = tmp_path_factory.mktemp("torn") / "answers.jsonl"
-    journal = Journal(file)
+    journal = AnswerJournal(file)
     journal.add(ANSWER)
     journal.add(replace(ANSWER, epoch=2))
     file.write_bytes(file.read_bytes()[:-cut])
-    torn = Journal(file)
+    torn = AnswerJournal(file)
     assert torn.find(("27_2", 1), "request") == ANSWER
     assert torn.find(("27_2", 2), "request") is None
     torn.add(replace(ANSWER, epoch=2))
-    assert Journal(file).find(("27_2", 2), "request") == replace(ANSWER, epoch=2)
+    assert AnswerJournal(file).find(("27_2", 2), "request") == replace(ANSWER, epoch=2)
 
 
 def test_a_file_of_something_else_is_refused_by_line(tmp_path: Path) -> None:
     file = tmp_path / "answers.jsonl"
-    journal = Journal(file)
+    journal = AnswerJournal(file)
     journal.add(ANSWER)
     with file.open("a") as opened:
         opened.write('{"task_id": "27_2"}\n')
     with pytest.raises(InputError, match=r"answers\.jsonl, line 2: expected an answer of a run"):
-        Journal(file)
+        AnswerJournal(file)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ import eai
 from eai.abilities.attempt import Usage
 from eai.base.errors import InputError
 from eai.base.files import lock_run_folder
-from eai.run.journal import Answer, Journal
+from eai.run.journal import Answer, AnswerJournal
 from sweeps import sweep
 
 ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", (), Usage(3, 5))
@@ -51,19 +51,19 @@ def test_two_processes_do_not_run_in_one_folder(tmp_path: Path) -> None:
         with lock_run_folder(folder):
             pass
     with lock_run_folder(folder):
-        journal = Journal(folder / "answers.jsonl")
+        journal = AnswerJournal(folder / "answers.jsonl")
         journal.add(ANSWER)
 
 
 def test_a_disk_that_fills_up_in_the_middle_of_an_answer_costs_that_answer_alone(tmp_path: Path) -> None:
     file = tmp_path / "answers.jsonl"
-    journal = Journal(file)
+    journal = AnswerJournal(file)
     journal.add(ANSWER)
     size, limits = file.stat().st_size, resource.getrlimit(resource.RLIMIT_FSIZE)
     ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size + size // 2, limits[1]))
     try:
-        full = Journal(file)
+        full = AnswerJournal(file)
         with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written \(File too large\)"):
             full.add(replace(ANSWER, epoch=2))
     finally:
@@ -71,17 +71,17 @@ def test_a_disk_that_fills_up_in_the_middle_of_an_answer_costs_that_answer_alone
         signal.signal(signal.SIGXFSZ, ignored)
     assert full.find(("27_2", 2), "request") is None
     full.add(replace(ANSWER, epoch=3))  # another one that was asked for at the same time
-    assert Journal(file).find(("27_2", 3), "request") == replace(ANSWER, epoch=3)
-    mended = Journal(file)
+    assert AnswerJournal(file).find(("27_2", 3), "request") == replace(ANSWER, epoch=3)
+    mended = AnswerJournal(file)
     assert mended.find(("27_2", 1), "request") == ANSWER
     assert mended.find(("27_2", 2), "request") is None
     mended.add(replace(ANSWER, epoch=2))
-    assert Journal(file).find(("27_2", 2), "request") == replace(ANSWER, epoch=2)
+    assert AnswerJournal(file).find(("27_2", 2), "request") == replace(ANSWER, epoch=2)
 
 
 def test_a_folder_that_is_removed_during_a_run_is_noticed(tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    journal = Journal(folder / "answers.jsonl")
+    journal = AnswerJournal(folder / "answers.jsonl")
     journal.add(ANSWER)
     shutil.rmtree(folder)
     with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written \(No such file or directory\)"):
@@ -94,7 +94,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_is_asked(tmp_pa
     with pytest.raises(InputError, match=r"run: cannot be written"), lock_run_folder(tmp_path / "run"):
         pass
     with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written"):
-        Journal(tmp_path / "run" / "answers.jsonl").add(ANSWER)
+        AnswerJournal(tmp_path / "run" / "answers.jsonl").add(ANSWER)
 
 
 def test_a_clock_that_jumps_changes_nothing_as_nobody_looks_at_it() -> None:
@@ -110,9 +110,9 @@ def test_a_clock_that_jumps_changes_nothing_as_nobody_looks_at_it() -> None:
 @sweep
 def test_a_hundred_thousand_answers_are_read_again(tmp_path: Path) -> None:
     file, number = tmp_path / "answers.jsonl", 100_000
-    journal = Journal(file)
+    journal = AnswerJournal(file)
     for epoch in range(1, number + 1):
         journal.add(replace(ANSWER, epoch=epoch))
-    again = Journal(file)
+    again = AnswerJournal(file)
     assert all(again.find(("27_2", epoch), "request") for epoch in (1, number // 2, number))
     assert len(file.read_bytes().splitlines()) == number

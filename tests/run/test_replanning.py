@@ -59,8 +59,8 @@ def offline(options: AttemptOptions, store: Store, heed: float | None) -> dict[s
     book = answer_book("behavior", ACTIONS, store)
     found = {}
     for task_id in suite.task_ids[:TASKS]:
-        inquiry = trials.inquiry(task_id)
-        while not inquiry.over:
+        inquiry = trials.start_conversation(task_id)
+        while not inquiry.is_over:
             attempt = len(inquiry.attempts) + 1
             if heed is None:
                 seed = "0 1" + (f" {attempt}" if attempt > 1 else "")
@@ -68,7 +68,7 @@ def offline(options: AttemptOptions, store: Store, heed: float | None) -> dict[s
             else:
                 shown = inquiry.question.user
                 text = heeding_answer(book, task_id, shown, attempt, rate=RATE, seed="0 1", heed=heed).text
-            inquiry.take(text)
+            inquiry.add_answer(text)
         found[task_id] = [(attempt.response, attempt.verdict) for attempt in inquiry.attempts]
     return found
 
@@ -147,7 +147,7 @@ def test_inspect_takes_the_same_options(
         assert log.samples
         for sample in log.samples:
             told = (sample.scores or {})[ACTIONS.value].metadata or {}
-            record = record_to_json(records[str(sample.id)].without_explanations())
+            record = record_to_json(records[str(sample.id)].drop_explanations())
             same = ("study", "success", "executable", "error", "goals", "additional_steps")
             assert {name: told[name] for name in same} == {name: record[name] for name in same}
             assert len(told["attempts"]) == len(records[str(sample.id)].attempts)

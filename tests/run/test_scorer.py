@@ -26,8 +26,8 @@ from eai.results.batch import Scoring
 from eai.results.codec import record_from_json
 from eai.results.rate import Rate
 from eai.results.responses import Response, read_responses
-from eai.results.summary import outcome, summarise
-from eai.run.scorer import with_experiment
+from eai.results.summary import outcome_of, summarise
+from eai.run.scorer import apply_experiment
 from eai.run.tasks import read_answers
 from eai.tasks.source import ErrataChoice, Source
 from processes import own_process
@@ -89,7 +89,7 @@ def test_all_ways_to_score_come_to_one_number(
 ) -> None:
     suite, asked = some_tasks(domain, ability, protocol)
     ran = process.submit(run_in_child, asked, NOISY, tmp_path).result()
-    kinds = {outcome(record) for record in ran.records}
+    kinds = {outcome_of(record) for record in ran.records}
     assert len(kinds) >= 3 or not declaration_of(ability).has_plans
     numbers = shares(ran.rates)
     summary = json.loads((tmp_path / "summary.json").read_text())
@@ -233,7 +233,7 @@ def test_a_log_cannot_hide_the_rules_of_its_episodes() -> None:
     }.items():
         older = {"effort": "high", "rules": stated}
         about = {"experiment": older if stated else {"agent": older}}
-        found = [with_experiment(record, suite, about, 1).experiment for record in records]
+        found = [apply_experiment(record, suite, about, 1).experiment for record in records]
         assert found == [
             Experiment(harness="mine", effort="high", rules=rules),
             Experiment(effort="high", rules=stated),

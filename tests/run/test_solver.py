@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 from inspect_ai.model import ChatMessageAssistant, ContentReasoning, ContentText, ModelOutput
 
-from eai.run.solver import _Parts, complete, part, thoughts_in
+from eai.run.solver import _ReplyParts, find_reasoning, restore_brace, split_reply
 
 
 @pytest.mark.parametrize(
@@ -18,12 +18,12 @@ from eai.run.solver import _Parts, complete, part, thoughts_in
     ],
 )
 def test_reasoning_is_kept_apart(text: str, answer: str, reasoning: str) -> None:
-    assert part(text) == _Parts(answer, reasoning, ("reasoning",))
+    assert split_reply(text) == _ReplyParts(answer, reasoning, ("reasoning",))
 
 
 @pytest.mark.parametrize("text", ["", ' {"a": "b"}\n', "I think so", "```json\n{}\n```"])
 def test_other_text_is_left_as_it_is(text: str) -> None:
-    assert part(text) == _Parts(text, "", ())
+    assert split_reply(text) == _ReplyParts(text, "", ())
 
 
 @pytest.mark.parametrize(
@@ -32,8 +32,8 @@ def test_other_text_is_left_as_it_is(text: str) -> None:
 )
 def test_the_brace_that_the_stop_sequence_took_is_given_back(text: str, completed: str) -> None:
     repairs = ("stop_sequence",) if text != completed else ()
-    assert complete(_Parts(text, "", ()), ("}",)) == _Parts(completed, "", repairs)
-    assert complete(_Parts(text, "", ()), ()) == _Parts(text, "", ())
+    assert restore_brace(_ReplyParts(text, "", ()), ("}",)) == _ReplyParts(completed, "", repairs)
+    assert restore_brace(_ReplyParts(text, "", ()), ()) == _ReplyParts(text, "", ())
 
 
 def test_of_reasoning_that_is_kept_secret_there_is_the_summary() -> None:
@@ -41,5 +41,5 @@ def test_of_reasoning_that_is_kept_secret_there_is_the_summary() -> None:
     told = secret.model_copy(update={"summary": "It looks for the cup."})
     content = [ContentReasoning(reasoning="hm"), secret, told, ContentText(text="GRAB(cup)")]
     output = ModelOutput.from_message(ChatMessageAssistant(content=content))
-    assert thoughts_in(output) == ["hm", "", "It looks for the cup."]
-    assert thoughts_in(ModelOutput.from_content("m", "GRAB(cup)")) == []
+    assert find_reasoning(output) == ["hm", "", "It looks for the cup."]
+    assert find_reasoning(ModelOutput.from_content("m", "GRAB(cup)")) == []

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from eai.base.errors import InputError
 from eai.base.files import read_toml
-from eai.run.spec import RunSpec, read_spec, save, study_of
+from eai.run.spec import RunSpec, find_study_of_option, read_spec, save
 from eai.studies.perception.choice import Perception
 from eai.studies.perception.noise import Noise
 from eai.studies.registry import studies_of_runs
@@ -89,7 +89,7 @@ def test_any_arguments_come_back(tmp_path_factory: pytest.TempPathFactory, argum
 def test_names_of_studies_options_are_of_one_study() -> None:
     """So that Inspect's arguments need no name of a study."""
     names = [name for study in studies_of_runs() for name in study.options.model_fields]
-    assert [study_of(name) for name in names] == [
+    assert [find_study_of_option(name) for name in names] == [
         s.key for s in studies_of_runs() for _ in s.options.model_fields
     ]
 

@@ -11,7 +11,7 @@ from eai.pddl.planning import PlannerChoice
 from eai.results.batch import score_run
 from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
-from eai.results.tidy import Tables
+from eai.results.tidy import TidyTables
 from eai.tasks.source import ErrataChoice, Source
 from oracle import read_oracle
 
@@ -26,9 +26,9 @@ def tables(
     models: tuple[str, ...] = (GPT_4O,),
     protocol: Protocol = REFERENCE,
     planner: PlannerChoice = PlannerChoice.NONE,
-) -> Tables:
+) -> TidyTables:
     """The tables of one suite; skips the test where the answers are not on this machine."""
-    made = Tables(Source(Store(), errata=ErrataChoice.NONE))  # features are as published
+    made = TidyTables(Source(Store(), errata=ErrataChoice.NONE))  # features are as published
     suite = open_suite(domain, ability, protocol, source=Source(Store(), planner=planner))
     for model in models:
         content = read_oracle(domain, ability.value, model)

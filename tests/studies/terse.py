@@ -10,7 +10,7 @@ from pydantic import Field
 from eai.abilities.experiment import Experiment
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite
-from eai.results.epochs import Believed
+from eai.results.epochs import BeliefSet
 from eai.results.record import Record
 from eai.results.table import Table
 from eai.studies.records import Records
@@ -40,10 +40,10 @@ class Limit(Variation):
     def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage:
         return Stage(library, wanted, ask, self._limited)
 
-    def _limited(self, stage: Stage, endpoint: Endpoint, suite: Suite) -> Believed:
+    def _limited(self, stage: Stage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
         told = f"{TOLD}\nAnswer in {self.characters} characters."
         beliefs = {task_id: Belief(task, initial=told) for task_id, task in suite.tasks.items()}
-        return Believed(beliefs, Experiment(), "there is no such task")
+        return BeliefSet(beliefs, Experiment(), "there is no such task")
 
 
 def summarize(record: Record, suite: Suite, about: Mapping[str, Any]) -> dict[str, int]:

@@ -12,7 +12,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.results.table import Table
-from eai.results.tidy import Tables
+from eai.results.tidy import TidyTables
 from eai.studies.errors.study import _Leaf, error_tables, leaf_of
 from eai.tasks.source import Source
 from oracle import MODELS
@@ -22,7 +22,7 @@ from studies.report.samples import action_run, goal_run, operator_run, subgoal_r
 
 
 def rows(table: Table) -> list[dict[str, Any]]:
-    return table.by_name()
+    return table.row_dicts()
 
 
 @pytest.mark.parametrize(
@@ -44,14 +44,14 @@ def rows(table: Table) -> list[dict[str, Any]]:
     ],
 )
 def test_every_answer_is_at_one_leaf(changes: dict[str, Any], leaf: _Leaf) -> None:
-    made = Tables(Source(Store()))
+    made = TidyTables(Source(Store()))
     made.add(action_run())
     answer = replace(made.answers[0], relation_met=None, error_check=None)
     assert leaf_of(replace(answer, **changes)) == leaf
 
 
 def test_leaves_add_up_to_the_outcomes_of_reports() -> None:
-    made = Tables(Source(Store()))
+    made = TidyTables(Source(Store()))
     for records in (action_run(), goal_run(), subgoal_run(), operator_run()):
         made.add(records)
     found = {

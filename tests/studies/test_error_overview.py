@@ -9,14 +9,14 @@ import pytest
 
 from eai.base.store import Store
 from eai.results.lines import AnswerLine
-from eai.results.tidy import Tables
+from eai.results.tidy import TidyTables
 from eai.studies.errors.overview import draw_flows, flow_table
 from eai.tasks.source import Source
 from studies.report.samples import action_run, goal_run
 
 
 def answers(tmp_path: Path) -> list[AnswerLine]:
-    made = Tables(Source(Store(tmp_path)), features=False)
+    made = TidyTables(Source(Store(tmp_path)), features=False)
     made.add(action_run())
     made.add(goal_run())
     return made.answers
@@ -25,7 +25,7 @@ def answers(tmp_path: Path) -> list[AnswerLine]:
 def test_every_answer_that_counts_is_at_one_outcome(tmp_path: Path) -> None:
     given = answers(tmp_path)
     given.append(replace(given[0], task="another", outcome="excluded"))
-    rows = flow_table(given).by_name()
+    rows = flow_table(given).row_dicts()
     counted = [each for each in given if each.outcome != "excluded"]
     assert sum(int(str(row["answers"])) for row in rows) == len(counted)
     needless = sum(bool(each.additional_steps) for each in counted)

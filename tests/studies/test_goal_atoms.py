@@ -25,7 +25,7 @@ PAPERS_NAMES = {
 @pytest.fixture(scope="module")
 def nine() -> dict[str, list[dict[str, Any]]]:
     found = goal_tables(tables("behavior", Ability.GOAL_INTERPRETATION, MODELS).atoms)
-    return {table.name: table.by_name() for table in found}
+    return {table.name: table.row_dicts() for table in found}
 
 
 def test_goals_by_predicate_are_the_authors_cell_by_cell(nine: dict[str, list[dict[str, Any]]]) -> None:

@@ -18,9 +18,9 @@ from eai.cli import app
 from eai.results.epochs import _write_attempts
 from eai.results.record import Record
 from eai.results.responses import read_responses
-from eai.results.summary import after, by_attempt
+from eai.results.summary import keep_attempts, summarise_by_attempt
 from eai.results.table import Estimate
-from eai.results.trials import record_of_trial
+from eai.results.trials import make_trial_record
 from eai.studies.attempts.study import _analyze, _Choices, arms_of, remarks, success_by_attempt, tables
 from eai.studies.records import Records
 from record_files import write_records
@@ -38,7 +38,7 @@ def run_of(options: AttemptOptions, answers: Sequence[Sequence[str]]) -> list[Re
         trial = Trial(scorer(), options)
         for text in given:
             trial.take(text)
-        record = record_of_trial(SUITE, options, "m", "both", tuple(trial.attempts))
+        record = make_trial_record(SUITE, options, "m", "both", tuple(trial.attempts))
         records.append(replace(record, task_id=f"{number}", task=None))
     return records
 
@@ -65,8 +65,8 @@ def test_success_by_the_number_of_attempts_never_falls() -> None:
     assert (untold.name, told.name) == ("replans-2-restart-none", "replans-2-restart-explained")
     assert numerators(success_by_attempt(told)) == [1, 2, 3]
     assert numerators(success_by_attempt(untold)) == [1, 1, 2]
-    assert [each["task_success"].numerator for each in by_attempt(TOLD)] == [1, 2, 3]
-    assert [len(after(record, 2).attempts) for record in TOLD] == [1, 2, 2, 2]
+    assert [each["task_success"].numerator for each in summarise_by_attempt(TOLD)] == [1, 2, 3]
+    assert [len(keep_attempts(record, 2).attempts) for record in TOLD] == [1, 2, 2, 2]
 
 
 def test_feedback_is_set_beside_being_told_nothing() -> None:

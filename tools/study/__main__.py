@@ -34,7 +34,7 @@ from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import NO_ROW, score_run
 from eai.results.options import ScoringOptions
-from eai.results.paper_tables import paper_models, published_scores
+from eai.results.paper_tables import read_paper_models, read_published_scores
 from eai.results.runs import read_runs
 from eai.tasks.source import Source
 
@@ -78,11 +78,11 @@ def from_answers(
 ) -> Evidence:
     """Evidence from the published answers, scored as the paper's package does; no planner is needed yet."""
     source = Source(planner=PlannerChoice.NONE)
-    evidence = Evidence(source, published_scores("eai-1.0.5").suites)
+    evidence = Evidence(source, read_published_scores("eai-1.0.5").suites)
     for domain in domains:
         for ability in abilities:
             suite = open_suite(domain, ability, Protocol("eai-1.0.5"), source=source)
-            for file in paper_models():
+            for file in read_paper_models():
                 answers = find_answers(folder / domain / ability.value, file, suite)
                 if answers is None:
                     continue

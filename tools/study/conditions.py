@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import FIRST
-from eai.results.paper_tables import PublishedSuite, published_scores
+from eai.results.paper_tables import PublishedSuite, read_published_scores
 
 _ABILITIES = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 _TITLES = {"virtualhome": "VirtualHome", "behavior": "BEHAVIOR"}
@@ -16,7 +16,7 @@ _SHORT = {Ability.ACTION_SEQUENCING: "plans", Ability.SUBGOAL_DECOMPOSITION: "su
 
 def partial_success_table() -> Iterator[str]:
     """Yield the section of the page: all models, the best plans in BEHAVIOR first."""
-    scores = published_scores("strict")
+    scores = read_published_scores("strict")
     columns = [
         (f"{domain}/{ability.value}", metric)
         for ability in _ABILITIES

@@ -9,8 +9,8 @@ from claim import Claim, Finding, Row, Status, by_degree, fisher
 from evidence import GI, GPT_4O, NAMED, TM, B, Evidence, Suite, V
 
 from eai.benchmarks.registry import find_benchmark
-from eai.results.data_set import table_of
-from eai.results.paper_tables import PaperColumn, paper_models, paper_table
+from eai.results.data_set import count_figures
+from eai.results.paper_tables import PaperColumn, read_paper_models, read_paper_table
 from eai.results.rate import Rate
 from eai.results.summary import average_performance, average_weights
 from eai.studies.sensitivity.study import OVERALL
@@ -138,7 +138,7 @@ def low_operators(evidence: Evidence) -> Finding:
 
 
 def averages(evidence: Evidence) -> Finding:
-    overview = paper_table("overview")
+    overview = read_paper_table("overview")
     rows, same, number = [], 0, 0
     for domain in (V, B):
         for model in overview.rows:
@@ -195,7 +195,7 @@ def people(evidence: Evidence) -> Finding:
 def data_set(evidence: Evidence) -> Finding:
     rows, printed = [], 0
     for domain in (V, B):
-        for row in table_of(find_benchmark(domain), evidence.published):
+        for row in count_figures(find_benchmark(domain), evidence.published):
             if row.printed is None:
                 continue
             printed += 1
@@ -239,7 +239,7 @@ def format_errors(evidence: Evidence) -> Finding:
         (
             (figure, model, f"{NAMED[column.domain]}, {column.ability.replace('_', ' ')}")
             for name in ("action_sequencing_trajectory", "subgoal_decomposition_trajectory")
-            for model, figures in paper_table(name).rows.items()
+            for model, figures in read_paper_table(name).rows.items()
             for column, figure in figures.items()
             if column.metric == "parsing" and figure is not None and figure > MOST_FORMAT_ERRORS
         ),
@@ -253,7 +253,7 @@ def format_errors(evidence: Evidence) -> Finding:
     }
     (domain, worst), most = max(unread.items(), key=lambda item: item[1])
     number = len(evidence.suites[Suite(domain, GI)][worst])
-    name = paper_models().get(worst, worst)
+    name = read_paper_models().get(worst, worst)
     what = f"{NAMED[domain]}, goal interpretation: answers of {name} that cannot be read"
     rows.append(Row(what, "", f"{most} of {number}"))
     return Finding(

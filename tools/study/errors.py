@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from claim import Claim, Finding, Row, Status, by_degree
 from evidence import AS, GI, GPT_4O, NAMED, PLANS, SD, TM, B, Evidence, Suite, V, rate, told
 
-from eai.results.lines import AnswerLine, case_of
-from eai.results.paper_tables import paper_models
+from eai.results.lines import AnswerLine, make_case
+from eai.results.paper_tables import read_paper_models
 from eai.results.table import Estimate
 from eai.tasks.share import Share
 
@@ -83,9 +83,9 @@ def kinds_of_goals(evidence: Evidence) -> Finding:
 
 
 def _goals(answers: Sequence[AnswerLine], kind: str) -> Estimate:
-    return Estimate.of(
+    return Estimate.from_cases(
         [
-            case_of(each, Share(getattr(each, f"{kind}_met") or 0, getattr(each, f"{kind}_total") or 0))
+            make_case(each, Share(getattr(each, f"{kind}_met") or 0, getattr(each, f"{kind}_total") or 0))
             for each in answers
         ]
     )
@@ -226,7 +226,7 @@ def statements(evidence: Evidence) -> Finding:
 
 
 def _names(models: Sequence[str]) -> str:
-    named = [paper_models().get(each, each) for each in models]
+    named = [read_paper_models().get(each, each) for each in models]
     return " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named) or "no model"
 
 

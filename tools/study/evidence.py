@@ -13,12 +13,12 @@ from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.benchmarks.suite import Suite as ScoredSuite
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.lines import AnswerLine, Line, case_of
-from eai.results.paper_tables import PublishedSuite, paper_models
+from eai.results.lines import AnswerLine, TidyLine, make_case
+from eai.results.paper_tables import PublishedSuite, read_paper_models
 from eai.results.rate import Rate, rate_of
 from eai.results.record import Record
 from eai.results.table import Estimate
-from eai.results.tidy import Tables
+from eai.results.tidy import TidyTables
 from eai.results.totals import Totals
 from eai.studies.cofactors.effects import rank_correlation
 from eai.studies.sensitivity.study import Trial, cells_of, try_operators
@@ -32,7 +32,7 @@ AS, TM = Ability.ACTION_SEQUENCING.value, Ability.TRANSITION_MODELING.value
 GPT_4O = "gpt-4o-2024-05-13"
 """The model of the paper's analyses of single models."""
 
-L = TypeVar("L", bound=Line)
+L = TypeVar("L", bound=TidyLine)
 
 
 class Suite(NamedTuple):
@@ -59,7 +59,7 @@ class Evidence:
         self._scores = scores
         self._rates: dict[tuple[str, str, str], Mapping[str, Rate]] = {}
         self.suites: dict[Suite, dict[str, list[Record]]] = {}
-        self.tables = Tables(self.published)
+        self.tables = TidyTables(self.published)
         self._tried: dict[tuple[str, str], list[Trial]] = {}
         self._planned: dict[tuple[str, PlannerChoice], ScoredSuite] = {}
 
@@ -79,12 +79,12 @@ class Evidence:
     def models(self) -> list[str]:
         """All models, by their names in the paper."""
         found = {model for models in self.suites.values() for model in models}
-        return sorted(found, key=lambda model: paper_models().get(model, model))
+        return sorted(found, key=lambda model: read_paper_models().get(model, model))
 
     @cached_property
     def names(self) -> list[str]:
         """The paper's names of its 18 models."""
-        return sorted(set(paper_models().values()))
+        return sorted(set(read_paper_models().values()))
 
     @property
     def is_whole(self) -> bool:
@@ -105,8 +105,8 @@ class Evidence:
             suite = self._scores[f"{domain}/{ability}"]
             return suite.rates(model) if model in suite.models else {}
         for name, records in self.suites.get(Suite(domain, ability), {}).items():
-            if paper_models().get(name, name) == model:
-                return Totals.of(records).rates
+            if read_paper_models().get(name, name) == model:
+                return Totals.from_records(records).rates
         return {}
 
     def answers(self, suite: Suite, model: str | None = None) -> list[AnswerLine]:
@@ -150,7 +150,7 @@ def _tried(suite: ScoredSuite, record: Record) -> Iterator[Trial]:
 
 def rate(lines: Iterable[L], hit: Callable[[L], bool]) -> Estimate:
     """The share of lines that are so, in percent; near copies count together in its interval."""
-    return Estimate.of([case_of(line, Share(int(hit(line)), 1)) for line in lines])
+    return Estimate.from_cases([make_case(line, Share(int(hit(line)), 1)) for line in lines])
 
 
 def rho(lines: Sequence[AnswerLine], feature: str, value: Callable[[AnswerLine], float | None]) -> Estimate:

@@ -26,9 +26,9 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic import formula as f
 from eai.logic.ltl import parse
-from eai.results.data_set import table_of
+from eai.results.data_set import count_figures
 from eai.results.lines import AnswerLine
-from eai.results.paper_tables import paper_setting, paper_table
+from eai.results.paper_tables import read_paper_setting, read_paper_table
 from eai.results.totals import Totals
 from eai.tasks.operator_task import OperatorLibrary
 from eai.tasks.task import GoalKind, Task
@@ -223,7 +223,7 @@ def objects_by_world(evidence: Evidence) -> Finding:
 def preconditions_by_world(evidence: Evidence) -> Finding:
     means = {}
     for domain in (V, B):
-        table = {each.label: each.value for each in table_of(find_benchmark(domain), evidence.published)}
+        table = {each.label: each.value for each in count_figures(find_benchmark(domain), evidence.published)}
         means[domain] = table["preconditions"] / table["transition models"]
     return if_so(
         means[B] > means[V],
@@ -492,7 +492,7 @@ def micro_averages(evidence: Evidence) -> Finding:
     right = number = 0
     for domain in (V, B):
         for records in evidence.suites[Suite(domain, GI)].values():
-            rates = Totals.of(records).rates
+            rates = Totals.from_records(records).rates
             kinds = sum(rates[f"{kind}.f1"].numerator for kind in ("state", "relation", "action"))
             right += kinds == rates["overall.f1"].numerator
             number += 1
@@ -503,8 +503,8 @@ def micro_averages(evidence: Evidence) -> Finding:
 
 def cells_that_come_out(evidence: Evidence) -> Finding:
     near = exact = number = 0
-    for name in paper_setting().full_tables:
-        table = paper_table(name)
+    for name in read_paper_setting().full_tables:
+        table = read_paper_table(name)
         for column in table.columns:
             if name == "overview" or not column.ability:
                 continue

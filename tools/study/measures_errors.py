@@ -16,8 +16,8 @@ from rates import all_of, if_so, most_of, rates_of
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.benchmarks.registry import find_benchmark
 from eai.results.comparison import compare
-from eai.results.lines import AnswerLine, StepLine, goals_of
-from eai.results.paper_tables import paper_models
+from eai.results.lines import AnswerLine, StepLine, goal_share
+from eai.results.paper_tables import read_paper_models
 from eai.studies.cofactors.effects import rank_correlation
 
 RESULTS_IN_BEHAVIOR = {
@@ -147,7 +147,7 @@ def lead_of_o1(evidence: Evidence) -> Finding:
     """Compare the two models task by task; Claude-3.5 Sonnet's goals in VirtualHome cannot be read."""
     text, clear, number = [], Counter[str](), Counter[str]()
     for suite in (Suite(V, AS), Suite(V, SD), Suite(V, TM), *(Suite(B, each) for each in (GI, AS, SD, TM))):
-        runs = {paper_models()[file]: records for file, records in evidence.suites[suite].items()}
+        runs = {read_paper_models()[file]: records for file, records in evidence.suites[suite].items()}
         for metric, found in compare(runs[SECOND], runs[LEADER]).differences.items():
             if found.points is None or found.p_value is None:
                 continue
@@ -169,7 +169,7 @@ def hallucinated_in_subgoals(evidence: Evidence) -> Finding:
     text, right = [], []
     for what, pattern in (("actions", r"is no predicate|is not an action"), ("objects", r"there is no ")):
         models = {
-            paper_models()[file]
+            read_paper_models()[file]
             for domain in (V, B)
             for file, records in evidence.suites[Suite(domain, SD)].items()
             for record in records
@@ -306,5 +306,5 @@ def _kinds_of_states(evidence: Evidence, domain: str) -> dict[str, int]:
 
 def _share(answer: AnswerLine) -> float | None:
     """Return the share of goals that an answer reaches, or None if it is not known."""
-    share = goals_of(answer)
+    share = goal_share(answer)
     return share.numerator / share.denominator if share.denominator else None

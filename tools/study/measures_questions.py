@@ -17,7 +17,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.results.model_cards import model_cards
-from eai.results.paper_tables import paper_models
+from eai.results.paper_tables import read_paper_models
 from eai.tasks.prompts.prompt import Belief, Prompt
 
 PLANNING = (Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
@@ -84,7 +84,7 @@ def equal_questions(evidence: Evidence) -> Finding:
             answers = {record.task_id: record.response for record in records}
             same[model] += sum(len({answers[task] for task in tasks}) == 1 for tasks in equal)
     order = sorted(same, key=lambda model: (same[model], model))
-    text = ", ".join(f"{paper_models()[model]} {same[model]}" for model in order[:3])
+    text = ", ".join(f"{read_paper_models()[model]} {same[model]}" for model in order[:3])
     return all_of(
         (sum(hits == number for hits in same.values()), len(same)),
         text=f"shipped questions fall into {number} groups of equal ones; all answers of "
@@ -145,9 +145,9 @@ def relevant_objects(evidence: Evidence) -> Finding:
 def ids_on_cards(evidence: Evidence) -> Finding:
     cards = {row[0]: (str(row[2]), str(row[3])) for row in model_cards().rows}
     others = [
-        f"{cards[paper_models()[file]][0]} ({file})"
+        f"{cards[read_paper_models()[file]][0]} ({file})"
         for file in evidence.models
-        if cards[paper_models()[file]][0] != file.lower()
+        if cards[read_paper_models()[file]][0] != file.lower()
     ]
     dates = {name: match for name, (text, _) in cards.items() if (match := _DATE.search(text))}
     right = sum("-".join(match.groups()) == cards[name][1] for name, match in dates.items())

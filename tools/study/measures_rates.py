@@ -22,7 +22,7 @@ from rates import (
     rates_of,
 )
 
-from eai.results.paper_tables import paper_models, paper_table, published_scores
+from eai.results.paper_tables import read_paper_models, read_paper_table, read_published_scores
 
 OPEN_WEIGHT = ("Llama 3 8B", "Llama 3 70B", "Mistral Large", "Mixtral 8x22B MoE")
 """The models that the paper counts as open; Cohere's weights are open too."""
@@ -58,7 +58,7 @@ FAMILIES = {
 
 
 def number_of_models(evidence: Evidence) -> Finding:
-    models = {paper_models().get(name, name) for name in evidence.models}
+    models = {read_paper_models().get(name, name) for name in evidence.models}
     return if_so(len(models) == 18, f"public answers of {len(models)} models")
 
 
@@ -297,7 +297,7 @@ def range_of_operators(evidence: Evidence) -> Finding:
 def plans_that_fail(evidence: Evidence) -> Finding:
     text, lost = [], []
     for domain in (V, B):
-        suite = published_scores("strict").suites[f"{domain}/{TM}"]
+        suite = read_published_scores("strict").suites[f"{domain}/{TM}"]
         rates = [suite.rates(model) for model in suite.models]
         found = sum(each["overall.planner_success"].numerator for each in rates)
         works = sum(each["overall.plan_works"].numerator for each in rates)
@@ -482,7 +482,7 @@ def wrong_order_by_openness(evidence: Evidence) -> Finding:
 
 
 def replanning_rates(evidence: Evidence) -> Finding:
-    table = paper_table("replanning")
+    table = read_paper_table("replanning")
     plain, again = (table.rows[name] for name in ("GPT-4o", "GPT-4o w/ replanning"))
     worse, same = [], []
     for column in table.columns:
@@ -500,7 +500,7 @@ def replanning_rates(evidence: Evidence) -> Finding:
 def gains_of_replanning(evidence: Evidence) -> Finding:
     gains = [
         (again[column] or 0) - (plain[column] or 0)
-        for table in (paper_table("replanning"), paper_table("replanning_prose"))
+        for table in (read_paper_table("replanning"), read_paper_table("replanning_prose"))
         for plain, again in [[table.rows[name] for name in ("GPT-4o", "GPT-4o w/ replanning")]]
         for column in table.columns
         if column.metric in ("task_success", "execution_success")
@@ -512,7 +512,7 @@ def gains_of_replanning(evidence: Evidence) -> Finding:
 
 
 def gains_by_chance(evidence: Evidence) -> Finding:
-    table = paper_table("replanning_stochastic")
+    table = read_paper_table("replanning_stochastic")
     gains: dict[str, list[float]] = {}
     for chance in ("0.05", "0.1", "0.2"):
         plain, again = (table.rows[f"{name}, p = {chance}"] for name in ("GPT-4o", "GPT-4o w/ replanning"))
@@ -526,7 +526,7 @@ def gains_by_chance(evidence: Evidence) -> Finding:
 
 
 def human_average(evidence: Evidence) -> Finding:
-    table = paper_table("human")
+    table = read_paper_table("human")
     text, right = [], []
     for model in ("Human Annotation", "GPT-4o"):
         figures = {f"{c.ability}.{c.metric}": v or 0 for c, v in table.rows[model].items()}
@@ -545,7 +545,7 @@ def pipelines_lack_steps(evidence: Evidence) -> Finding:
     rates = [
         figure
         for name in ("pipeline_action_sequencing", "pipeline_subgoal_decomposition")
-        for row in paper_table(name).rows.values()
+        for row in read_paper_table(name).rows.values()
         for column, figure in row.items()
         if column.metric == "missing_step" and figure is not None
     ]
@@ -558,7 +558,7 @@ def pipelines_execute(evidence: Evidence) -> Finding:
     rates = [
         figure
         for name in ("pipeline_action_sequencing", "pipeline_subgoal_decomposition")
-        for row, figures in paper_table(name).rows.items()
+        for row, figures in read_paper_table(name).rows.items()
         for column, figure in figures.items()
         if column.metric == "execution_success" and figure is not None and row.endswith("(pipeline)")
     ]
@@ -568,7 +568,7 @@ def pipelines_execute(evidence: Evidence) -> Finding:
 def grammar_in_pipelines(evidence: Evidence) -> Finding:
     totals: dict[str, float] = {}
     for name in ("pipeline_action_sequencing", "pipeline_subgoal_decomposition"):
-        for row, figures in paper_table(name).rows.items():
+        for row, figures in read_paper_table(name).rows.items():
             model = row.partition(" (")[0]
             errors = sum(figure or 0 for column, figure in figures.items() if column.metric in GRAMMAR)
             totals[model] = max(totals.get(model, 0), errors)

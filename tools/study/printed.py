@@ -9,7 +9,7 @@ from claim import Claim, Finding, Row, Status, by_degree, fisher, sign_test
 from elsewhere import NOTHING
 from evidence import AS, GI, NAMED, SD, TM, B, Evidence, V
 
-from eai.results.paper_tables import PaperColumn, PaperTable, paper_table
+from eai.results.paper_tables import PaperColumn, PaperTable, read_paper_table
 
 SOLVED = "task_success"
 EXECUTED = "execution_success"
@@ -76,7 +76,7 @@ ORDERS: Sequence[tuple[str, str, PaperColumn, str, int, Sequence[str]]] = (
 def prose(evidence: Evidence) -> Finding:
     rows = []
     for model, table, column, figure in QUOTED:
-        printed = paper_table(table).figure(model, column)
+        printed = read_paper_table(table).figure(model, column)
         if printed is None or abs(printed - figure) > 0.05:
             what = f"{NAMED[column.domain]}, {column.ability.replace('_', ' ')}: {model}, {column.metric}"
             rows.append(Row(what, f"{figure:.1f} in the text", f"{_told(printed)} in the table"))
@@ -98,7 +98,7 @@ def prose(evidence: Evidence) -> Finding:
 def _orders() -> Iterator[Row]:
     """Yield the models that the text puts first or second, beside those of the tables."""
     for what, table_name, column, said, rank, others in ORDERS:
-        table = paper_table(table_name)
+        table = read_paper_table(table_name)
         models = [model for model in table.rows if model not in others]
         order = sorted(models, key=lambda model: -(table.figure(model, column) or 0))
         yield Row(f"{NAMED[column.domain]}: {what}", said, order[rank - 1])
@@ -110,7 +110,7 @@ def _told(figure: float | None) -> str:
 
 def easier(evidence: Evidence) -> Finding:
     rows, ahead = [], {}
-    overview = paper_table("overview")
+    overview = read_paper_table("overview")
     for domain in (V, B):
         pairs = [
             (overview.figure(model, PaperColumn(SD, SOLVED, domain)), plans)
@@ -139,7 +139,7 @@ def easier(evidence: Evidence) -> Finding:
 def pipelines(evidence: Evidence) -> Finding:
     rows, fewer = [], []
     for ability in (AS, SD):
-        table = paper_table(f"pipeline_{ability}")
+        table = read_paper_table(f"pipeline_{ability}")
         for metric in (SOLVED, EXECUTED):
             column = PaperColumn(ability, metric, B)
             differences = list(_differences(table, column))
@@ -208,7 +208,7 @@ SLIPS_TASKS = 20
 
 
 def slips(evidence: Evidence) -> Finding:
-    table = paper_table("replanning_stochastic")
+    table = read_paper_table("replanning_stochastic")
     rows, clear = [], []
     for chance in ("0.05", "0.1", "0.2"):
         for metric, named in ((EXECUTED, "execution"), (SOLVED, "success")):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from claim import Finding, Status, by_degree
 from evidence import AS, GI, SD, TM, B, Evidence, V
 
-from eai.results.paper_tables import PaperColumn, paper_setting, paper_table
+from eai.results.paper_tables import PaperColumn, read_paper_setting, read_paper_table
 from eai.results.summary import average_performance, average_weights
 
 AVERAGE = "average_performance"
@@ -41,7 +41,9 @@ def column_of(words: Sequence[str]) -> RateColumn:
 def printed_figures(column: RateColumn, model: str) -> list[float]:
     """Return the different figures that the paper's full tables print for a model."""
     place = PaperColumn(column.ability, column.metric, column.domain)
-    tables = [paper_table(name) for name in (*paper_setting().full_tables, "transition_modeling_summary")]
+    tables = [
+        read_paper_table(name) for name in (*read_paper_setting().full_tables, "transition_modeling_summary")
+    ]
     figures = [table.figure(model, place) for table in tables]
     return sorted({figure for figure in figures if figure is not None})
 
@@ -49,8 +51,8 @@ def printed_figures(column: RateColumn, model: str) -> list[float]:
 def printed_rates(column: RateColumn) -> dict[str, float]:
     """Return the paper's figure for each model, of the first table that has it."""
     place = PaperColumn(column.ability, column.metric, column.domain)
-    for name in (*reversed(paper_setting().full_tables), "overview"):
-        table = paper_table(name)
+    for name in (*reversed(read_paper_setting().full_tables), "overview"):
+        table = read_paper_table(name)
         if place in table.columns:
             figures = {model: table.figure(model, place) for model in table.rows}
             return {model: figure for model, figure in figures.items() if figure is not None}

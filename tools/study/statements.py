@@ -48,8 +48,8 @@ from rates import (
 )
 
 from eai.benchmarks.registry import find_benchmark
-from eai.results.data_set import table_of
-from eai.results.paper_tables import paper_table
+from eai.results.data_set import count_figures
+from eai.results.paper_tables import read_paper_table
 
 FILE = Path(__file__).parent / "statements.tsv"
 MODULES = (
@@ -197,14 +197,14 @@ class Checker:
     def _printed(self, text: str) -> Finding:
         name, metric, *words, said = text.split("/")
         row = "/".join(words)
-        figures = paper_table(name).rows[row]
+        figures = read_paper_table(name).rows[row]
         (figure,) = [value for column, value in figures.items() if column.metric == metric]
         same = figure is not None and abs(figure - float(said)) <= DIGIT
         return Finding(by_degree(same, False), f"{row}: the table has {figure}")
 
     def _count(self, text: str) -> Finding:
         world, label, said = text.split("/")
-        table = table_of(find_benchmark(WORLDS[world]), self._evidence.published)
+        table = count_figures(find_benchmark(WORLDS[world]), self._evidence.published)
         value = next(figure.value for figure in table if figure.label == label)
         same = round(value, len(said.partition(".")[2])) == float(said)
         return Finding(by_degree(same, False), f"{label}: {value:,}")

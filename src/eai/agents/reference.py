@@ -17,7 +17,7 @@ from eai.benchmarks.names import TaskReference
 from eai.planning.planner import drop_needless_actions, get_planner
 from eai.planning.search import Limits
 from eai.planning.successor_generator import PlanNode
-from eai.results.reward import suite_of
+from eai.results.reward import open_reward_suite
 from eai.tasks.goal_test import GoalTest, solves
 from eai.tasks.planning import find_plan, planning_goal
 from eai.tasks.task import Task
@@ -53,7 +53,7 @@ def stage_of(task: str, rules: Rules = TRAINING) -> Stage:
     reference = TaskReference.parse(task)
     if reference.ability is not Ability.ACTION_SEQUENCING:
         raise InputError(f"{task}: only tasks of {Ability.ACTION_SEQUENCING.value} are played")
-    suite = suite_of(reference.benchmark, reference.ability)
+    suite = open_reward_suite(reference.benchmark, reference.ability)
     if reference.task_id not in suite.tasks:
         raise InputError(f"{suite.domain} has no task {reference.task_id!r}")
     return staged(suite.tasks[reference.task_id], suite.benchmark, rules)

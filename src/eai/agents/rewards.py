@@ -19,7 +19,7 @@ from eai.agents.reference import stage_of
 from eai.agents.rules import TRAINING, Rules
 from eai.base.errors import find_member
 from eai.benchmarks.names import TaskReference
-from eai.results.reward import METRICS, Grade, Shaping, reward_of
+from eai.results.reward import METRICS, Grade, Shaping, open_reward
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
 """The output of a policy: a text, or messages of which the last is its answer."""
@@ -76,7 +76,7 @@ def grade_of(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> 
         InputError: there is no such task or shaping.
     """
     reference = TaskReference.parse(task)
-    return reward_of(reference, shaping).grade(reference.task_id, text)
+    return open_reward(reference, shaping).grade(reference.task_id, text)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from eai.base.files import convert_write_errors, lock_run_folder, to_file_name, 
 from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import Suite
 from eai.results.responses import COLUMNS, LINES
-from eai.results.trials import Place
+from eai.results.trials import AnswerKey
 from eai.tasks.prompts.prompt import Image
 
 HARNESS = "mcp"
@@ -27,14 +27,14 @@ HARNESS = "mcp"
 _EPISODES, _ENDING = "episodes", ".journal"
 
 
-def journal_in(folder: Path, place: Place) -> Path:
+def journal_in(folder: Path, place: AnswerKey) -> Path:
     """Return the file of an episode's journal in the folder of its world."""
     return folder / _EPISODES / str(place[1]) / f"{quote(place[0], safe='')}{_ENDING}"
 
 
 @contextmanager
 def opened(
-    folder: Path, suite: Suite, places: Sequence[Place], setting: Setting = STANDARD, agent: str = "agent"
+    folder: Path, suite: Suite, places: Sequence[AnswerKey], setting: Setting = STANDARD, agent: str = "agent"
 ) -> Iterator[Worlds]:
     """Yield the worlds of a folder, which no other process can use during the block; see `Worlds`.
 
@@ -73,17 +73,19 @@ class Worlds:
         InputError: the folder cannot be used, or has other episodes.
     """
 
-    def __init__(self, folder: Path, suite: Suite, places: Sequence[Place], arena: Arena, agent: str) -> None:
+    def __init__(
+        self, folder: Path, suite: Suite, places: Sequence[AnswerKey], arena: Arena, agent: str
+    ) -> None:
         self._folder, self._suite, self._agent = folder, suite, to_file_name(agent)
         self._key = key_in(folder)
         self._arena = arena
-        self._under_way: dict[Place, tuple[Play, Journal]] = {}
-        self._written: set[Place] = set()
+        self._under_way: dict[AnswerKey, tuple[Play, Journal]] = {}
+        self._written: set[AnswerKey] = set()
         self.places = places
         self.tickets = {self._ticket(place): place for place in places}
         self._write()
 
-    def call(self, place: Place, command: str) -> str:
+    def call(self, place: AnswerKey, command: str) -> str:
         """Carry out a command in an episode; returns the observation.
 
         A look before the first action returns the whole question.
@@ -104,7 +106,7 @@ class Worlds:
             self._append(place)
         return told
 
-    def pictures(self, place: Place) -> tuple[Image, ...]:
+    def pictures(self, place: AnswerKey) -> tuple[Image, ...]:
         """Return the pictures of an observation (`Play.pictures`)."""
         return self._episode(place)[0].pictures()
 
@@ -135,7 +137,7 @@ class Worlds:
         write_whole(group_pairs((self._answers(each), self._answer(each)) for each in begun))
         self._written.update(begun)
 
-    def _append(self, place: Place) -> None:
+    def _append(self, place: AnswerKey) -> None:
         """Add an episode that has ended to the answers."""
         self._written.add(place)
         with (
@@ -144,22 +146,22 @@ class Worlds:
         ):
             file.write(self._answer(place))
 
-    def _answers(self, place: Place) -> Path:
+    def _answers(self, place: AnswerKey) -> Path:
         """Return the response file of an episode: further episodes of a task have files of their own."""
         epoch = place[1]
         return self._folder / f"{self._agent}{'' if epoch == 1 else f'-{epoch}'}{LINES}"
 
-    def _answer(self, place: Place) -> str:
+    def _answer(self, place: AnswerKey) -> str:
         path = journal_in(self._folder, place)
         text = read_journal(path, self._key, ended=False)
         if getattr(read_episode(text), "rules", None) != self._arena.rules:
             raise InputError(f"{path}: the episode is of another setting; give another --out")
         return json.dumps(dict(zip(COLUMNS, (place[0], text), strict=True))) + "\n"
 
-    def _begun(self) -> list[Place]:
+    def _begun(self) -> list[AnswerKey]:
         """Return all episodes that have begun in the folder, in the order of the tasks."""
         order = {task_id: number for number, task_id in enumerate(self._suite.task_ids)}
-        found: list[Place] = []
+        found: list[AnswerKey] = []
         for path in (self._folder / _EPISODES).glob(f"*/*{_ENDING}"):
             task_id = unquote(path.name.removesuffix(_ENDING))
             if task_id not in order:
@@ -168,7 +170,7 @@ class Worlds:
                 found.append((task_id, int(path.parent.name)))
         return sorted(found, key=lambda place: (place[1], order[place[0]]))
 
-    def _episode(self, place: Place) -> tuple[Play, Journal]:
+    def _episode(self, place: AnswerKey) -> tuple[Play, Journal]:
         """Return an episode with its journal. It begins if it has not begun."""
         if place not in self._under_way:
             task_id, epoch = place
@@ -178,6 +180,6 @@ class Worlds:
             self._under_way[place] = play, Journal(path, self._key, play)
         return self._under_way[place]
 
-    def _ticket(self, place: Place) -> str:
+    def _ticket(self, place: AnswerKey) -> str:
         """Return the ticket of an episode; a restart of the server does not change it."""
         return hmac.new(self._key, f"ticket {place[1]} {place[0]}".encode(), "sha256").hexdigest()

@@ -19,7 +19,7 @@ from eai.cli.console import counted, errors, note, output, print_markdown, say, 
 from eai.cli.options import OUTPUT, AsJson, DataFolder, flag
 from eai.cli.progress import scoring_progress
 from eai.results.lines import SUITE, TABLES
-from eai.results.plots import styled, write
+from eai.results.plots import use_plot_style, write
 from eai.results.table import Table
 from eai.results.table_files import lines_csv, write_files, write_parquet, write_tables
 from eai.results.terminal import print_table
@@ -157,7 +157,7 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
     drawn = 0
     with convert_write_errors(folder):
         try:
-            with styled():
+            with use_plot_style():
                 for name, figure in figures:
                     if figure is not None:
                         write(figure, folder / name)
@@ -181,10 +181,10 @@ def _show(analysis: Analysis, drawn: int, folder: Path) -> None:
 
 def _for_the_screen(table: Table) -> Table:
     """A table whose title says what all of its rows have in common: the suite, mostly."""
-    rows = table.by_name()
+    rows = table.row_dicts()
     common = [name for name in SUITE if name in table.names and len({str(row[name]) for row in rows}) == 1]
     title = f"{table.title} ({', '.join([str(rows[0][name]) for name in common])})" if common else table.title
-    return replace(table.without(common), title=title)
+    return replace(table.drop(common), title=title)
 
 
 def _write_lines(records: Records, chosen: _Formats, *, as_json: bool) -> None:

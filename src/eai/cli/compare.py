@@ -19,7 +19,7 @@ from eai.cli.console import note, output, print_json
 from eai.cli.options import AsJson, flag
 from eai.cli.table import PERCENT, print_remark
 from eai.results.certainty import Certainty, Interval
-from eai.results.comparison import Comparison, Difference
+from eai.results.comparison import MetricDifference, RunComparison
 from eai.results.comparison import compare as compare_runs
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey, read_runs
@@ -84,7 +84,7 @@ def compare(
         print_json(printed)
 
 
-def _json(one: Run, other: Run, found: Comparison) -> dict[str, Json]:
+def _json(one: Run, other: Run, found: RunComparison) -> dict[str, Json]:
     """The ``--json`` of two runs: percentages unrounded, all differing tasks."""
     key = one.key
     return {
@@ -165,9 +165,9 @@ def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
     return {places[place] if alone[places[place]] == 1 else place: run for place, run in runs.items()}
 
 
-def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) -> None:
+def _print(place: _Place, one: Run, other: Run, found: RunComparison, listed: int) -> None:
     first, second = one.key, other.key
-    totals = {"A": Totals.of(one.records), "B": Totals.of(other.records)}
+    totals = {"A": Totals.from_records(one.records), "B": Totals.from_records(other.records)}
     coverages = {side: each.coverage for side, each in totals.items()}
     names = "" if found.names == found.tasks else f" of {found.names} names"
     title = (
@@ -175,7 +175,7 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
         f"A {first.name}, {coverages['A']} answered\nB {second.name}, {coverages['B']} answered"
     )
     numbers = [replace(PERCENT, name=name) for name in ("A", "B")]
-    texts = [Column(name, number=True) for name in ("B - A", "95 %", "p", "tasks")]
+    texts = [Column(name, is_number=True) for name in ("B - A", "95 %", "p", "tasks")]
     rows = tuple(row for metric, each in found.differences.items() for row in _rows(metric, each))
     print_table(output(), Table("", title, "", ("percent", *numbers, *texts), rows))
     output().print(_caption(found), highlight=False, style="italic")
@@ -195,7 +195,7 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
     _note_planners(totals)
 
 
-def _caption(found: Comparison) -> str:
+def _caption(found: RunComparison) -> str:
     """The tests that the p values are of."""
     kinds = {difference.yes_no for difference in found.differences.values()}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1 and means"] * (False in kinds)
@@ -215,14 +215,14 @@ def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
     output().print(text)
 
 
-def _rows(metric: str, difference: Difference) -> Iterator[tuple[Cell, ...]]:
+def _rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...]]:
     """The difference, and where there are near copies what it would be if they were independent."""
     certainty, points = difference.certainty, difference.points
     sure = difference.p_value is not None and difference.p_value < _SURE
     yield (
         _name(metric),
-        Estimate.of_rate(difference.first),
-        Estimate.of_rate(difference.second),
+        Estimate.from_rate(difference.first),
+        Estimate.from_rate(difference.second),
         "-" if points is None else Label(f"{points:+.1f}", bold=sure),
         "-" if certainty is None else _interval(certainty.interval),
         _p_text(difference.p_value),

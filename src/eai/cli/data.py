@@ -20,7 +20,7 @@ from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_fin
 from eai.cli.options import AsJson, DataFolder, Errata, flag, opened_source, store
 from eai.cli.progress import data_progress
 from eai.pddl.planning import PlannerChoice
-from eai.results.data_set import profiles_of, table_of
+from eai.results.data_set import count_figures, profile_tasks
 from eai.results.table import Column, NamedCells, Table
 from eai.results.table_files import rows_csv, write_files
 from eai.results.terminal import print_table
@@ -98,7 +98,7 @@ def info(
         ]
         print_json({"folder": str(store(data).folder), "packs": found})
         return
-    table = Table.of_columns(
+    table = Table.from_columns(
         f"folder: {store(data).folder}",
         [
             ("pack", [status.pack for status in packs]),
@@ -139,11 +139,11 @@ def stats(
     """
     benchmarks = [find_benchmark(name) for name in domain or of_the_paper()]
     with opened_source(data, errata=ErrataChoice.NONE) as source:
-        tables = [table_of(each, source) for each in benchmarks]
+        tables = [count_figures(each, source) for each in benchmarks]
     written: list[Path] = []
     for benchmark in benchmarks:
         if by_task:
-            profiles = [each.row for each in profiles_of(benchmark, source)]
+            profiles = [each.row for each in profile_tasks(benchmark, source)]
             written += write_files(out, {f"{benchmark.name}-tasks.csv": rows_csv(profiles)})
         written += _write_distributions(benchmark, source, out) if shapes else []
     if as_json:
@@ -170,11 +170,11 @@ def _print_statistics(title: str, rows: Sequence[Figure]) -> None:
     ]
     if all(row.printed is None for row in rows):
         del columns[2]
-    print_table(output(), Table.of_columns(title, columns))
+    print_table(output(), Table.from_columns(title, columns))
 
 
 def _number(name: str) -> Column:
-    return Column(name, number=True)
+    return Column(name, is_number=True)
 
 
 def _grouped(value: float | None) -> str:

@@ -35,12 +35,12 @@ from eai.cli.console import counted, output, print_json, say
 from eai.cli.options import AsJson, DataFolder, flag, store
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.results.answer_files import benchmarks_of_runs
+from eai.results.answer_files import find_benchmarks_of_runs
 from eai.results.codec import record_to_json
 from eai.results.record import NOT_ANSWERED, Record
 from eai.results.records import read_records
 from eai.results.runs import find_record_files
-from eai.results.summary import outcome
+from eai.results.summary import outcome_of
 from eai.studies.report.explorer import film_name
 from eai.tasks.planning import find_plan
 from eai.tasks.source import ErrataChoice, Source
@@ -117,14 +117,14 @@ def explain(
     if task:
         chosen = _of_task(records, chosen, task)
     if kind is not None:
-        chosen = [record for record in chosen if outcome(record) is kind]
+        chosen = [record for record in chosen if outcome_of(record) is kind]
     elif failed:
-        chosen = [record for record in chosen if outcome(record) not in NO_FAILURES]
+        chosen = [record for record in chosen if outcome_of(record) not in NO_FAILURES]
     if film is not None:
         _film(chosen, records, store(data), film)
     excluded = 0
     if not task and kind is None and not as_json:
-        listed = [record for record in chosen if outcome(record) is not AnswerOutcome.EXCLUDED]
+        listed = [record for record in chosen if outcome_of(record) is not AnswerOutcome.EXCLUDED]
         excluded, chosen = len(chosen) - len(listed), listed
     if as_json:
         print_json([record_to_json(record) for record in chosen])
@@ -141,7 +141,7 @@ def explain(
 
 def _background(record: Record, records: Path, store: Store) -> _Background:
     """The data set's words on a record's task; none where it is not at hand, or another than was used."""
-    own = benchmarks_of_runs([records]).get(record.domain)
+    own = find_benchmarks_of_runs([records]).get(record.domain)
     if own is not None or (record.domain in registered() and is_at_hand(store, record.domain)):
         with suppress(EaiError):
             suite = _suite(record, own or record.domain, store)
@@ -168,7 +168,7 @@ def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> 
     if len(chosen) != 1:
         raise InputError(f"--film: expected one answer, found {len(chosen)}; give TASK and --model")
     (record,) = chosen
-    benchmark = benchmarks_of_runs([records]).get(record.domain) or record.domain
+    benchmark = find_benchmarks_of_runs([records]).get(record.domain) or record.domain
     suite = _suite(record, benchmark, store)
     film: bytes = load_offer("rendered_pictures", "--film").film_of_answer(record, suite)
     write_whole({file / film_name(record) if file.is_dir() else file: film})
@@ -190,7 +190,7 @@ def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
 def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
     """The findings of a search on a failed answer, of its record or else made now, in sentences."""
     verdict = record.verdict
-    if outcome(record) in NO_FAILURES or record.unanswered or record.experiment is not None:
+    if outcome_of(record) in NO_FAILURES or record.unanswered or record.experiment is not None:
         return ()
     look_back = suite.assess(record.task_id, record.response).look_back
     known = verdict.repair if not isinstance(verdict, ActingVerdict) else verdict.outlook
@@ -369,7 +369,7 @@ def _print_list(console: Console, records: Sequence[Record], limit: int) -> None
     table.add_column(overflow="fold", max_width=max(12, console.width * 2 // 5))
     table.add_column(overflow="fold")
     for record in records[:limit]:
-        came_to = outcome(record)
+        came_to = outcome_of(record)
         where = [record.model, f"{record.domain} {record.ability.value}"] if len(runs) > 1 else []
         if where and record.experiment is not None:
             where.append(record.experiment.label)
@@ -408,7 +408,7 @@ def _verdict_text(record: Record) -> Text:
         AnswerOutcome.SUCCESS: ("success", "bold green"),
         AnswerOutcome.PARTLY_RIGHT: ("partly right", "bold yellow"),
     }
-    return Text(*texts.get(outcome(record), (failure, "bold red")))
+    return Text(*texts.get(outcome_of(record), (failure, "bold red")))
 
 
 def _of_model(records: Sequence[Record], model: str | None) -> list[Record]:

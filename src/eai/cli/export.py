@@ -30,7 +30,7 @@ from eai.results import training_data
 from eai.results.records import read_records
 from eai.results.reward import Reward, Shaping, is_paid
 from eai.results.runs import find_record_files
-from eai.results.training_data import Row
+from eai.results.training_data import TrainingRow
 from eai.tasks.prompts.prompt import PromptSet
 from eai.tasks.source import ErrataChoice
 from eai.tasks.task_files import task_files_in
@@ -115,13 +115,13 @@ def prompts(
     if folder or tasks or sample or goals:
         raise InputError(f"--out {out}: expected FILE.json or FILE.html with one of {_OF_LISTS}")
 
-    def rows() -> Iterator[Row]:
+    def rows() -> Iterator[TrainingRow]:
         with opened_source(data, PlannerChoice.NONE, errata) as source:
             for split, name in [each for given in domain for each in _splits(given)]:
                 benchmark = find_benchmark(name)
                 for each in ability or asked_by_default(benchmark, FOUR):
                     asked = Library(prompt_set, None, source).open(benchmark, each)
-                    for row in training_data.prompt_rows(
+                    for row in training_data.make_prompt_rows(
                         Reward(open_suite(name, each, source=source)), asked
                     ):
                         yield {**row, "split": split}
@@ -152,7 +152,9 @@ def sft(
     """
     left_out = Counter[str]()
     answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
-    _tell(out, _write(training_data.verified_rows(answers, least), out, form), left_out, as_json=as_json)
+    _tell(
+        out, _write(training_data.select_verified_rows(answers, least), out, form), left_out, as_json=as_json
+    )
 
 
 @app.command(no_args_is_help=True)
@@ -176,7 +178,9 @@ def preference(
     """
     left_out = Counter[str]()
     answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
-    _tell(out, _write(training_data.preference_rows(answers, margin), out, form), left_out, as_json=as_json)
+    _tell(
+        out, _write(training_data.make_preference_rows(answers, margin), out, form), left_out, as_json=as_json
+    )
 
 
 def _answers(
@@ -186,7 +190,7 @@ def _answers(
     prompt_set: PromptSet,
     data: Path | None,
     left_out: Counter[str],
-) -> Iterator[Row]:
+) -> Iterator[TrainingRow]:
     """All answers in files of records with what they are worth, those to one suite together."""
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
     records = (record for file in find_record_files(paths) for record in read_records(file))
@@ -203,7 +207,7 @@ def _answers(
             benchmark = named.get(domain) or find_benchmark(domain)
             asked = Library(prompt_set, None, source).open(benchmark, ability)
             paid = Reward(open_suite(benchmark, ability, source=source), shaping)
-            yield from training_data.rewarded(of_suite, paid, asked, left_out)
+            yield from training_data.make_reward_rows(of_suite, paid, asked, left_out)
 
 
 def _splits(domain: str) -> list[tuple[str, str]]:
@@ -214,7 +218,7 @@ def _splits(domain: str) -> list[tuple[str, str]]:
     return [(file.name.partition(".")[0].replace("-", "_"), str(file)) for file in task_files_in(folder)]
 
 
-def _write(rows: Iterable[Row], out: Path, form: _Format) -> int:
+def _write(rows: Iterable[TrainingRow], out: Path, form: _Format) -> int:
     """Write a data set of so many rows; nothing is there under its name before it is whole."""
     made = list(rows)
     if form == "jsonl":
@@ -231,7 +235,7 @@ def _write(rows: Iterable[Row], out: Path, form: _Format) -> int:
     return len(made)
 
 
-def _lines(rows: Iterable[Row]) -> Iterator[str]:
+def _lines(rows: Iterable[TrainingRow]) -> Iterator[str]:
     return (f"{json.dumps(row)}\n" for row in rows)
 
 

@@ -19,9 +19,9 @@ from eai.base.json_value import Json
 from eai.benchmarks.suite import Suite
 from eai.cli import options
 from eai.cli.options import SETTING, setting
-from eai.results.answer_files import recorded_file
-from eai.run.job import CAPTIONER, PROVIDER, answers, check_model
-from eai.run.spec import RunSpec, keys, read_spec, sections
+from eai.results.answer_files import find_recorded_file
+from eai.run.job import CAPTIONER, PROVIDER, can_answer, check_model
+from eai.run.spec import RunSpec, list_defaults, read_spec, sections
 from eai.studies.registry import studies_of_runs
 from eai.studies.variation import Endpoint
 
@@ -81,7 +81,7 @@ def specification(
         key, separator, text = given.partition("=")
         places = key.split(".", 2)
         if not separator or len(places) == 1:
-            known = keys()
+            known = list_defaults()
             short = [name for name in known if name.endswith(f".{key}")]
             hint = f"; did you mean {short[0]}?" if short else did_you_mean(key, known)
             raise InputError(f"{SETTING} {given}: expected SECTION.OPTION=VALUE{hint}")
@@ -142,10 +142,11 @@ def skipped(models: Sequence[str], abilities: Sequence[Ability]) -> list[str]:
         InputError: no model answers any of them.
     """
     lacking = {
-        model: dict.fromkeys(each.value for each in abilities if not answers(model, each)) for model in models
+        model: dict.fromkeys(each.value for each in abilities if not can_answer(model, each))
+        for model in models
     }
     lines = [f"{model} has no answer to {', '.join(names)}" for model, names in lacking.items() if names]
-    if abilities and not any(answers(model, each) for model in models for each in abilities):
+    if abilities and not any(can_answer(model, each) for model in models for each in abilities):
         raise InputError("; ".join(lines))
     return [f"{line}: skipped" for line in lines]
 
@@ -165,7 +166,7 @@ def check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None
         path = endpoint.arguments.get("path")
         if endpoint.model != REPLAY or path is None:
             continue
-        files = [recorded_file(Path(str(path)), suite.domain, suite.ability) for suite in suites]
+        files = [find_recorded_file(Path(str(path)), suite.domain, suite.ability) for suite in suites]
         if len(set(files)) < len(files):
             hint = "name its suite with --domain and --ability, or give a folder"
             raise InputError(f"-M path={path}: one file cannot answer {len(files)} suites; {hint}")

@@ -19,8 +19,8 @@ from eai.base.store import FetchStage, ReportProgress
 from eai.cli.console import errors
 
 if TYPE_CHECKING:
-    from eai.results.batch import Progressed
-    from eai.run.journal import Watch
+    from eai.results.batch import ProgressCallback
+    from eai.run.journal import ProgressWatch
 
 PATIENCE = 5
 """How many seconds are between two lines of progress, at least, where there is no terminal."""
@@ -53,7 +53,7 @@ def resumable(command: Callable[P, None]) -> Callable[P, None]:
 @contextmanager
 def data_progress() -> Iterator[ReportProgress]:
     """Shows how far each step of obtaining the data set is, one after the other; downloads in megabytes."""
-    watches: dict[str, Watch] = {}
+    watches: dict[str, ProgressWatch] = {}
     with ExitStack() as shown:
 
         def report(stage: FetchStage, subject: str, done: int, total: int) -> None:
@@ -67,13 +67,13 @@ def data_progress() -> Iterator[ReportProgress]:
         yield report
 
 
-def run_progress(title: str, *, quiet: bool) -> AbstractContextManager[Watch | None]:
+def run_progress(title: str, *, quiet: bool) -> AbstractContextManager[ProgressWatch | None]:
     """Shows how far a run is on standard error, and takes the bar away at the end."""
     return nullcontext() if quiet else _watching(title)
 
 
 @contextmanager
-def scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[Progressed]:
+def scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[ProgressCallback]:
     """Shows how far scoring is, as `run_progress` does; without a terminal it begins after a few seconds."""
     if quiet:
         yield lambda scored: None
@@ -82,14 +82,14 @@ def scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[Progres
         yield lambda scored: watch(scored, 0, total)
 
 
-def _watching(title: str, first: float = 0, unit: str = "") -> AbstractContextManager[Watch]:
+def _watching(title: str, first: float = 0, unit: str = "") -> AbstractContextManager[ProgressWatch]:
     """A bar on a terminal, and lines elsewhere."""
     console = errors()
     return _bar(title, console) if console.is_terminal else nullcontext(_lines(title, console, first, unit))
 
 
 @contextmanager
-def _bar(title: str, console: Console) -> Iterator[Watch]:
+def _bar(title: str, console: Console) -> Iterator[ProgressWatch]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (
@@ -118,7 +118,7 @@ def _bar(title: str, console: Console) -> Iterator[Watch]:
         yield watch
 
 
-def _lines(title: str, console: Console, first: float, unit: str) -> Watch:
+def _lines(title: str, console: Console, first: float, unit: str) -> ProgressWatch:
     """A line for every tenth, and none but the last sooner than some seconds after the one before.
 
     A long task has a line a minute, with the time that is left at this rate.

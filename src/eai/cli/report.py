@@ -25,11 +25,11 @@ from eai.benchmarks.registry import find_benchmark, registered, title_of
 from eai.cli.console import counted, note, output, say, tell
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, listed, store
 from eai.cli.progress import scoring_progress
-from eai.results.answer_files import benchmarks_of_runs
+from eai.results.answer_files import find_benchmarks_of_runs
 from eai.results.cost import PriceList
 from eai.results.plots import FORMATS
 from eai.results.record import Record
-from eai.results.runs import as_asked_in_paper, find_record_files, read_runs
+from eai.results.runs import count_goals_as_paper, find_record_files, read_runs
 from eai.results.table import Table, superscript
 from eai.results.terminal import print_table
 from eai.studies.report.document import unnamed_remark
@@ -90,13 +90,13 @@ def report(
         return
     kinds = _formats(formats)
     listed_prices = None if prices is None else PriceList.of_file(prices)
-    own = benchmarks_of_runs(records)
+    own = find_benchmarks_of_runs(records)
     told = partial(background, store(data), own, out, prompts=prompts, pictures=pictures)
     explorer, summaries = ExplorerData(told), list[RunSummary]()
     files = len(find_record_files(records))
     with scoring_progress("reading records", files, quiet=False) as watch:
         for number, run in enumerate(read_runs(records), 1):
-            summaries.append(summary_of(as_asked_in_paper(run) if paper else run))
+            summaries.append(summary_of(count_goals_as_paper(run) if paper else run))
             explorer.add(run)
             watch(min(number, files))
     summaries.sort(key=lambda item: item.key.order)
@@ -190,7 +190,7 @@ def _words(benchmark: Benchmark, store: Store) -> Background:
 
 def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, wide: bool) -> None:
     """Print one table a domain and protocol."""
-    summaries = [summary_of(as_asked_in_paper(run) if paper else run) for run in read_runs(records)]
+    summaries = [summary_of(count_goals_as_paper(run) if paper else run) for run in read_runs(records)]
     summaries.sort(key=lambda item: item.key.order)
     ranked = plain_runs(summaries)
     shown = {_OVERVIEW, *{item.key.ability.value for item in ranked}.difference(FOUR)}
@@ -216,7 +216,8 @@ def _shown(ranking: Ranking) -> Table:
     first = len(table.columns) - len(ranking.columns)
     headings = map(_heading, ranking.columns)
     columns = [
-        replace(column, alone=text) for column, text in zip(table.described[first:], headings, strict=True)
+        replace(column, heading_without_group=text)
+        for column, text in zip(table.full_columns[first:], headings, strict=True)
     ]
     title = f"{title_of(ranking.domain)}, protocol {ranking.protocol.value} (percent{ranking.ranked_by})"
     return replace(table, title=title, columns=(*table.columns[:first], *columns))

@@ -31,11 +31,11 @@ from eai.cli.progress import resumable, run_progress, scoring_progress
 from eai.cli.prompts import tasks_of
 from eai.cli.table import print_results, result_json
 from eai.pddl.planning import PlannerChoice
-from eai.results.epochs import SuiteResult, settle
+from eai.results.epochs import SuiteResult, score_answers
 from eai.results.repeats import passes_table
-from eai.results.runs import write_log_place
+from eai.results.runs import write_log_samples
 from eai.results.terminal import print_table
-from eai.run.job import Job, answers
+from eai.run.job import Job, can_answer
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save
 from eai.studies.prompts.choice import of_prompts
@@ -167,7 +167,7 @@ def run(
             if target is None
             else _obtain_adaptively(order, endpoint, asked, suite)
             for endpoint in endpoints
-            if answers(endpoint.model, suite.ability)
+            if can_answer(endpoint.model, suite.ability)
         ]
         if of_suite and not order.quiet:
             _print(spec, of_suite, wide=wide)
@@ -225,11 +225,11 @@ def _obtain_and_score(
     task without a first stage has no second one. There are as many answers to each task as the order asks
     for, or ``epochs``. Answers of an earlier stage are not ``studied``: they have no choices of studies.
     """
-    from eai.run.tasks import experiment_of, obtain_answers, trials_of, write_scores
+    from eai.run.tasks import combine_experiments, make_trials, obtain_answers, write_scores
 
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
-    about = {} if believed is None else believed.about
+    about = {} if believed is None else believed.metadata
     harness, effort = None, spec.generation.reasoning_effort
     rules: str | None = None
     if declaration_of(suite.ability).takes_turns:
@@ -238,13 +238,13 @@ def _obtain_and_score(
         asked, about = in_setting(spec.agent, asked, suite)
         rules = spec.agent.label or None
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
-    trials = trials_of(spec.variation.attempts if studied else None, order.library, suite, asked, believed)
+    trials = make_trials(spec.variation.attempts if studied else None, order.library, suite, asked, believed)
     of_studies = spec.experiment if studied else Experiment()
     parts = [of_studies, None if believed is None else believed.experiment, of_prompts(spec.prompts.label)]
     parts += [Experiment(rules=rules), Experiment(harness=harness, effort=effort)]
     job = Job(
         *(endpoint, suite, asked, epochs, spec.generation, spec.requests, trials, about),
-        experiment=experiment_of([*parts[:-1], Experiment(effort=effort)]),
+        experiment=combine_experiments([*parts[:-1], Experiment(effort=effort)]),
     )
     place = suite.domain, suite.ability.value, to_file_name(endpoint.model)
     folder = order.out.joinpath(*place, *(each.label for each in parts if each is not None))
@@ -253,21 +253,21 @@ def _obtain_and_score(
         with run_progress(title, quiet=order.quiet) as watch:
             answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
         unasked = [(task, epoch + 1) for task in prompts if task not in asked for epoch in range(epochs)]
-        lacking = dict.fromkeys(unasked, "" if believed is None else believed.lacking)
+        lacking = dict.fromkeys(unasked, "" if believed is None else believed.missing_reason)
         obtained = replace(
             answers,
             failures={**answers.failures, **lacking},
-            believed=believed,
-            experiment=experiment_of([of_studies, *parts[2:-1], Experiment(effort=effort)]),
-            summarized=lambda record: summarized(record, suite, about.get(record.task_id, {})),
+            beliefs=believed,
+            experiment=combine_experiments([of_studies, *parts[2:-1], Experiment(effort=effort)]),
+            summarize=lambda record: summarized(record, suite, about.get(record.task_id, {})),
         )
-        with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as report:
-            result = settle(obtained, folder, suite, spec.scoring, report)
-        write_scores(answers.log, result.by_place(), suite.source)
-        for epoch, one in enumerate(result.of_epochs or (result,), 1):
-            write_log_place(one.folder, answers.log, epoch)
-        if result.of_epochs:
-            write_log_place(folder, answers.log, result.epochs_shown())
+        with scoring_progress(f"scoring {title}", len(answers.answers), quiet=order.quiet) as report:
+            result = score_answers(obtained, folder, suite, spec.scoring, report)
+        write_scores(answers.log, result.records_by_key(), suite.source)
+        for epoch, one in enumerate(result.by_epoch or (result,), 1):
+            write_log_samples(one.folder, answers.log, epoch)
+        if result.by_epoch:
+            write_log_samples(folder, answers.log, result.epochs_shown())
     return result
 
 

@@ -28,11 +28,16 @@ from eai.cli.progress import scoring_progress
 from eai.cli.table import print_remark, print_results, result_json
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results import records
-from eai.results.answer_files import benchmarks_of_runs, files_of_suite, suite_files, unpacked
-from eai.results.batch import OTHER_RULES, Scoring, by_rules, score_run, without_row
+from eai.results.answer_files import (
+    find_benchmarks_of_runs,
+    find_files_of_suite,
+    find_suite_files,
+    unpack_answers,
+)
+from eai.results.batch import OTHER_RULES, Scoring, find_tasks_without_row, score_run, split_by_rules
 from eai.results.options import ScoringOptions
 from eai.results.record import Record
-from eai.results.records import Part, Shard, read_records
+from eai.results.records import RecordBatch, Shard, read_records
 from eai.results.responses import ResponseFile, find_response_files, read_responses
 from eai.results.totals import Totals
 from eai.tasks.source import ErrataChoice, Source
@@ -132,7 +137,7 @@ def score(
 
         refuse_no_stage_two(ability)
     with ExitStack() as unpacking:
-        places = [unpacking.enter_context(unpacked(path)) for path in paths]
+        places = [unpacking.enter_context(unpack_answers(path)) for path in paths]
         terms = options.planner_terms(context, planner_seconds, planner_memory)
         with options.opened_source(data, planner, errata, terms) as source:
             if domain is not None and ability is not None:
@@ -161,7 +166,7 @@ def score(
 
 def _by_rules(share: _Share) -> list[_Share]:
     """Return the answers by the rules of the game, in a folder for each of several rules."""
-    parts = by_rules(share.suite.ability, share.answers)
+    parts = split_by_rules(share.suite.ability, share.answers)
     shares = []
     for rules, answers in parts.items():
         out = share.out
@@ -178,9 +183,9 @@ def _by_rules(share: _Share) -> list[_Share]:
 def _note_elsewhere(shares: Sequence[_Share]) -> None:
     """Say on standard error how many rows are about tasks that the data set does not have, if any are."""
     for share in shares:
-        if share.answers.elsewhere:
+        if share.answers.skipped_rows:
             title = f"{share.suite.domain}, {share.suite.ability.value}, {share.answers.model}"
-            rows = counted(share.answers.elsewhere, "answer")
+            rows = counted(share.answers.skipped_rows, "answer")
             note(f"{title}: {rows} left out, to tasks that are not in the data set")
 
 
@@ -194,7 +199,11 @@ def _opened(workers: int, ray: str | None) -> Scoring:
 
 
 def _score_all(
-    shares: Sequence[_Share], parts_of: Callable[[_Share], Iterable[Part]], *, as_json: bool, wide: bool
+    shares: Sequence[_Share],
+    parts_of: Callable[[_Share], Iterable[RecordBatch]],
+    *,
+    as_json: bool,
+    wide: bool,
 ) -> list[Json]:
     """Score everything, write the results, and print a table a suite, unless all is printed as JSON."""
     printed: list[Json] = []
@@ -212,11 +221,11 @@ def _score_all(
     return printed
 
 
-def _scored(share: _Share, parts: Iterable[Part]) -> Totals:
+def _scored(share: _Share, parts: Iterable[RecordBatch]) -> Totals:
     """The totals of a model in a suite, all of whose records are written, if they are, part by part."""
     if share.out is not None:
         _note_replaced(share.out / records.RECORDS, share)
-        return records.write_parts(share.out, parts)
+        return records.write_record_batches(share.out, parts)
     totals = Totals()
     for _, part in parts:
         totals.merge(part)
@@ -232,32 +241,38 @@ def _interrupted(shares: Sequence[_Share], done: int) -> str:
     return f"interrupted; {done} of {len(shares)} files are scored and written; go on with those from {names}"
 
 
-def _parts(share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool) -> Iterable[Part]:
+def _parts(
+    share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
+) -> Iterable[RecordBatch]:
     """The records of all answers, part by part; where there are several epochs, with their means."""
     averaged = declaration_of(share.suite.ability).of_epochs
-    if averaged is None or not share.answers.further:
+    if averaged is None or not share.answers.further_epochs:
         return _parts_of(share, settings, workplace, quiet=quiet)
-    from eai.results.epochs import averaged_records  # which answers of one epoch do not need
+    from eai.results.epochs import average_records  # which answers of one epoch do not need
 
     suite = share.suite
     of_epochs = [
-        score_run(suite, answers, without_row(suite, answers), settings)
-        for answers in (share.answers, *share.answers.further)
+        score_run(suite, answers, find_tasks_without_row(suite, answers), settings)
+        for answers in (share.answers, *share.answers.further_epochs)
     ]
-    by_task = {record.task_id: record for record in averaged_records(of_epochs, averaged)}
+    by_task = {record.task_id: record for record in average_records(of_epochs, averaged)}
     finish = _finish_of(share) or replace
     means = [finish(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]
-    return [records.part_of(means if share.shard is None else [*share.shard.of_these(means)])]
+    return [records.make_record_batch(means if share.shard is None else [*share.shard.select(means)])]
 
 
-def _parts_of(share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool) -> Iterator[Part]:
+def _parts_of(
+    share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
+) -> Iterator[RecordBatch]:
     suite, answers = share.suite, share.answers
-    missing = without_row(suite, answers)
+    missing = find_tasks_without_row(suite, answers)
     missing |= dict.fromkeys(missing.keys() & set(share.elsewhere), OTHER_RULES)
     title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
     with scoring_progress(title, len(answers.responses) + len(missing), quiet=quiet) as report:
         done = 0
-        for part in workplace.parts(suite, answers, missing, settings, _finish_of(share), share.shard):
+        for part in workplace.record_batches(
+            suite, answers, missing, settings, _finish_of(share), share.shard
+        ):
             yield part
             done += part[1].number
             report(done)
@@ -267,7 +282,7 @@ def _finish_of(share: _Share) -> Callable[[Record], Record] | None:
     """Return what marks a record with its experiment, the goals of its question, and its prompts' name."""
     if share.goals is None and share.prompt_name is None:
         return share.logged
-    from eai.results.epochs import finished
+    from eai.results.epochs import finish_record
     from eai.studies.prompts.choice import of_prompts
 
     believed, suite = None, share.suite
@@ -275,8 +290,8 @@ def _finish_of(share: _Share) -> Callable[[Record], Record] | None:
         from eai.studies.pipeline.stage_one import read_believed
 
         goals = (suite.benchmark, suite.ability, suite.source, share.answers.model)
-        believed = replace(read_believed(share.goals, *goals), beliefs={}, about={})
-    mark = partial(finished, believed=believed, experiment=of_prompts(share.prompt_name))
+        believed = replace(read_believed(share.goals, *goals), beliefs={}, metadata={})
+    mark = partial(finish_record, believed=believed, experiment=of_prompts(share.prompt_name))
     return mark if share.logged is None else partial(_in_turn, share.logged, mark)
 
 
@@ -310,7 +325,7 @@ def _note_replaced(file: Path, share: _Share) -> None:
 
 def _shares_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_Share]:
     """The answers to one suite; with several files each model has a folder of its own."""
-    files = [file for place in places for file in files_of_suite(place, suite.domain, suite.ability)]
+    files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
     found = [_read(file, suite) for file in files]
     _refuse_twins([answers.model for answers, _ in found])
     several = len(files) > 1
@@ -333,12 +348,12 @@ def _shares_by_place(
     Raises:
         InputError: there is none, or two are of one model and one suite.
     """
-    own = benchmarks_of_runs(places)
+    own = find_benchmarks_of_runs(places)
     named = None
     if domain is not None:
         benchmark = find_benchmark(domain)
         named, own = benchmark.name, {**own, benchmark.name: benchmark}
-    every = sorted((f for place in places for f in suite_files(place, own)), key=lambda file: file.order)
+    every = sorted((f for place in places for f in find_suite_files(place, own)), key=lambda file: file.order)
     found = [f for f in every if named in (None, f.domain) and ability in (None, f.ability)]
     if not found:
         asked = " ".join([domain or "", ability.value if ability else ""]).strip()

@@ -14,7 +14,7 @@ from eai.cli.console import counted, note
 from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
-from eai.results.trials import Place
+from eai.results.trials import AnswerKey
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -85,7 +85,7 @@ def mcp(
         serve_http(worlds, application, listener)
 
 
-def _write_tickets(out: Path, tickets: Mapping[str, Place]) -> Path:
+def _write_tickets(out: Path, tickets: Mapping[str, AnswerKey]) -> Path:
     """Write the tickets for who hands them out, whom alone they are for."""
     rows = [
         {"identifier": task_id, "epoch": epoch, "ticket": ticket}

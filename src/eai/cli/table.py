@@ -21,7 +21,7 @@ _SHORT = {"precision": "P", "recall": "R", "f1": "F1", "planner_success": "plann
 _GROUPED = re.compile(r"\.(?=\D)")
 """The point between a group and a measure, which is none in a number such as 1.5."""
 
-PERCENT = Column("percent", digits=1, number=True)
+PERCENT = Column("percent", digits=1, is_number=True)
 """A column of rates in percent."""
 
 
@@ -75,18 +75,18 @@ def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, Totals
         rates = [found[model][metric] for metric in shown]
         columns: list[NamedCells] = [
             ("", [", ".join(_GROUPED.split(metric)).replace("_", " ") for metric in shown]),
-            (PERCENT, [Estimate.of_rate(rate) for rate in rates]),
-            (Column("of", number=True), [f"{round(r.numerator, 1):g} / {r.denominator:g}" for r in rates]),
+            (PERCENT, [Estimate.from_rate(rate) for rate in rates]),
+            (Column("of", is_number=True), [f"{round(r.numerator, 1):g} / {r.denominator:g}" for r in rates]),
         ]
-        return Table.of_columns(whole, columns)
+        return Table.from_columns(whole, columns)
     columns = [
         ("percent", [_named(*each) for each in results.items()]),
-        (Column("answered", number=True), [str(totals.coverage) for totals in results.values()]),
+        (Column("answered", is_number=True), [str(totals.coverage) for totals in results.values()]),
     ]
     for metric in shown:
-        cells = [Estimate.of_rate(rates[metric]) for rates in found.values()]
+        cells = [Estimate.from_rate(rates[metric]) for rates in found.values()]
         columns.append((replace(PERCENT, heading=heading(metric)), cells))
-    return Table.of_columns(title, columns)
+    return Table.from_columns(title, columns)
 
 
 def result_json(totals: Totals, folder: Path | None) -> dict[str, Json]:

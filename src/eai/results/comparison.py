@@ -16,7 +16,7 @@ from itertools import compress
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.verdict import NOTHING, Shares
-from eai.results.certainty import Case, Cases, Certainty, certainty_of_difference, of_names, of_tasks
+from eai.results.certainty import Case, Cases, Certainty, certainty_of_difference, sum_by_name, sum_by_task
 from eai.results.rate import Rate, rate_of
 from eai.results.record import Record
 from eai.results.summary import name_of, shares_by_task
@@ -84,7 +84,7 @@ def _distance(one: Share, other: Share) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class MetricDifference:
     """One metric in two runs, over the tasks that both answered.
 
     The p values are two-sided, of tests in which a coin decides which run gave which answers
@@ -119,7 +119,7 @@ class Difference:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class RunComparison:
     """Two runs of one ability in one domain under one protocol.
 
     Attributes:
@@ -130,14 +130,14 @@ class Comparison:
         only_in_second: tasks that only the second run has scored answers to.
     """
 
-    differences: Mapping[str, Difference]
+    differences: Mapping[str, MetricDifference]
     tasks: int
     names: int
     only_in_first: tuple[str, ...]
     only_in_second: tuple[str, ...]
 
 
-def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
+def compare(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
     """Compare two runs of the same ability, domain and protocol, each with at least one record.
 
     Tasks that either run excludes, or was not asked, or that are other ones of the same id, are left out of
@@ -153,8 +153,8 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
     sides = {
         metric: [_cases(metric, names, shares) for shares in (before, after)] for metric in declared.main
     }
-    return Comparison(
-        {metric: difference(*cases, yes_no=metric in declared.yes_no) for metric, cases in sides.items()},
+    return RunComparison(
+        {metric: compare_metric(*cases, yes_no=metric in declared.yes_no) for metric, cases in sides.items()},
         len(names),
         len(set(names.values())),
         tuple(task for task in before if task not in names),
@@ -170,7 +170,7 @@ _WHOLE = (0, 1)
 """The additions of a yes and a no to a rate."""
 
 
-def difference(first: Cases, second: Cases, *, yes_no: bool) -> Difference:
+def compare_metric(first: Cases, second: Cases, *, yes_no: bool) -> MetricDifference:
     """Compare one metric on the same tasks in the same order.
 
     Args:
@@ -182,12 +182,12 @@ def difference(first: Cases, second: Cases, *, yes_no: bool) -> Difference:
     right, also = ([bool(case.share.numerator) for case in cases] for cases in (first, second))
     changed = [(case.task, b) for case, a, b in zip(first, right, also, strict=True) if yes_no and a != b]
     p_value = _sign_flip_p if yes_no else exchange_p
-    return Difference(
+    return MetricDifference(
         rate_of(case.share for case in first),
         rate_of(case.share for case in second),
         certainty_of_difference(first, second),
-        p_value([*of_names(first).values()], [*of_names(second).values()]),
-        p_value([*of_tasks(first).values()], [*of_tasks(second).values()]),
+        p_value([*sum_by_name(first).values()], [*sum_by_name(second).values()]),
+        p_value([*sum_by_task(first).values()], [*sum_by_task(second).values()]),
         yes_no,
         tuple(task for task, won in changed if not won),
         tuple(task for task, won in changed if won),

@@ -18,7 +18,7 @@ from eai.base.json_value import Json
 from eai.results.certainty import Case, Cases, interval_of_ratio
 from eai.results.rate import rate_of
 from eai.results.record import Record
-from eai.results.summary import name_of, outcome
+from eai.results.summary import name_of, outcome_of
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
@@ -26,7 +26,7 @@ _MILLION = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Spent:
+class Spending:
     """The cost of the answers of runs.
 
     Attributes:
@@ -46,21 +46,21 @@ class Spent:
         """Tokens of questions and answers; None if no answer's are known."""
         return self.usage.tokens
 
-    def __add__(self, other: Spent) -> Spent:
+    def __add__(self, other: Spending) -> Spending:
         """Both together."""
-        return Spent(
+        return Spending(
             self.answers + other.answers,
             self.usage + other.usage,
             self.unpriced + other.unpriced,
             self.unpriced_answers + other.unpriced_answers,
         )
 
-    def priced(self, price: _Price | None) -> Spent:
+    def apply_price(self, price: _Price | None) -> Spending:
         """The same with a price for what has none."""
         if price is None or not self.unpriced_answers:
             return self
-        dollars = price.of(self.unpriced)
-        return Spent(self.answers, self.usage + Usage(cost=dollars))
+        dollars = price.compute_dollars(self.unpriced)
+        return Spending(self.answers, self.usage + Usage(cost=dollars))
 
 
 class _Price(Options):
@@ -71,7 +71,7 @@ class _Price(Options):
     input: float = Field(ge=0)
     output: float = Field(ge=0)
 
-    def of(self, usage: Usage) -> float:
+    def compute_dollars(self, usage: Usage) -> float:
         """The dollars of some tokens."""
         return (self.input * (usage.input_tokens or 0) + self.output * (usage.output_tokens or 0)) / _MILLION
 
@@ -100,15 +100,15 @@ class _PaperCost(Options):
     dollars: float
 
 
-def spent(records: Iterable[Record]) -> Spent:
+def sum_spending(records: Iterable[Record]) -> Spending:
     """The cost of answers, as far as their records say; attempts, votes and repairs are part of an answer."""
     usages = [record.origin.usage for record in records if record.origin and record.origin.usage]
     usages = [usage for usage in usages if usage.tokens is not None]
     unpriced = [usage for usage in usages if usage.cost is None]
-    return Spent(len(usages), sum(usages, Usage()), sum(unpriced, Usage()), len(unpriced))
+    return Spending(len(usages), sum(usages, Usage()), sum(unpriced, Usage()), len(unpriced))
 
 
-def per_success(records: Iterable[Record]) -> dict[str, Cases]:
+def cost_cases(records: Iterable[Record]) -> dict[str, Cases]:
     """The cost of each answer in ``tokens``, ``dollars`` and ``seconds``, and whether it is a success.
 
     Answers that failed cost, too. What is not known of every answer with a usage is left out.
@@ -120,13 +120,13 @@ def per_success(records: Iterable[Record]) -> dict[str, Cases]:
 
 
 def _amounts(record: Record, usage: Usage) -> Iterator[tuple[str, Case]]:
-    won = outcome(record) is AnswerOutcome.SUCCESS
+    won = outcome_of(record) is AnswerOutcome.SUCCESS
     for name, amount in (("tokens", usage.tokens), ("dollars", usage.cost), ("seconds", usage.seconds)):
         if amount is not None:
             yield name, Case(record.task_id, name_of(record), Share(amount, won))
 
 
-def per_success_to_json(found: Mapping[str, Cases]) -> dict[str, Json]:
+def cost_cases_to_json(found: Mapping[str, Cases]) -> dict[str, Json]:
     """The same as sums, and their ratio with its interval, as in ``summary.json``; null without a success."""
     written: dict[str, Json] = {}
     for name, cases in found.items():
@@ -137,12 +137,12 @@ def per_success_to_json(found: Mapping[str, Cases]) -> dict[str, Json]:
 
 
 @cache
-def paper_cost() -> _PaperCost:
+def read_paper_cost() -> _PaperCost:
     """The paper's own figures."""
     file = resources.files("eai.results") / "paper" / "evaluation_cost.toml"
     return _PaperCost.model_validate(parse_toml(file.read_text(encoding="utf-8")))
 
 
-def each(amount: float | None, of: int) -> float | None:
+def divide_amount(amount: float | None, of: int) -> float | None:
     """An amount for each of so many; None if there are none, or the amount is not known."""
     return None if amount is None or not of else amount / of

@@ -93,7 +93,7 @@ class Coverage:
         }
 
 
-def together(coverages: Iterable[Coverage]) -> Coverage | None:
+def combine_coverage(coverages: Iterable[Coverage]) -> Coverage | None:
     """That of several suites; None of none."""
     found = tuple(coverages)
     return reduce(Coverage.__add__, found) if found else None

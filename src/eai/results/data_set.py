@@ -64,7 +64,7 @@ class _Profile:
         }
 
 
-def profiles_of(benchmark: Benchmark, source: Source) -> tuple[_Profile, ...]:
+def profile_tasks(benchmark: Benchmark, source: Source) -> tuple[_Profile, ...]:
     """The profiles of all tasks, in the order of the data set.
 
     Raises:
@@ -80,7 +80,7 @@ LONG = 10
 
 
 @cache
-def paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
+def read_paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
     """Label of a figure -> the paper's, and why another number comes out; nothing for other domains."""
     file = resources.files("eai.results") / "paper" / "dataset_statistics.toml"
     found = parse_toml(file.read_text(encoding="utf-8")).get(domain, {})
@@ -88,7 +88,7 @@ def paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
     return {label: (each["printed"], each.get("remark", "")) for label, each in entries.items()}
 
 
-def table_of(benchmark: Benchmark, source: Source) -> list[Figure]:
+def count_figures(benchmark: Benchmark, source: Source) -> list[Figure]:
     """The figures of a benchmark in the paper's order, counted from the data as published.
 
     Absent data is fetched first.
@@ -98,7 +98,7 @@ def table_of(benchmark: Benchmark, source: Source) -> list[Figure]:
     """
     own_figures = benchmark.own_figures(source) if benchmark.own_figures else ()
     own = {figure.label: figure for figure in own_figures}
-    printed, source = paper_statistics(benchmark.name), replace(source, errata=ErrataChoice.NONE)
+    printed, source = read_paper_statistics(benchmark.name), replace(source, errata=ErrataChoice.NONE)
     rows = []
     for counted in _figures(benchmark, source):
         figure = own.get(counted.label, counted)
@@ -108,7 +108,7 @@ def table_of(benchmark: Benchmark, source: Source) -> list[Figure]:
 
 
 def _figures(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
-    profiles = profiles_of(benchmark, source)
+    profiles = profile_tasks(benchmark, source)
     tasks = [each for each in profiles if each.features.goals]
     idle = len(profiles) - len(tasks)
     yield Figure("task names", len({each.task.title for each in profiles}), "distinct names that tasks share")

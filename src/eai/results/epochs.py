@@ -26,23 +26,23 @@ from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite
-from eai.results.batch import Progressed, score_run
+from eai.results.batch import ProgressCallback, score_run
 from eai.results.certainty import Cases
 from eai.results.codec import dataclass_to_json, sha256_of
-from eai.results.cost import per_success, per_success_to_json
+from eai.results.cost import cost_cases, cost_cases_to_json
 from eai.results.options import ScoringOptions
 from eai.results.record import Origin, Record
-from eai.results.records import part_of, write_parts
-from eai.results.repeats import passes, passes_to_json, repeated_metric
+from eai.results.records import make_record_batch, write_record_batches
+from eai.results.repeats import find_success_metric, pass_cases, pass_cases_to_json
 from eai.results.responses import Response, ResponseFile, attempt_name, write_responses
-from eai.results.summary import by_attempt, cases_of
+from eai.results.summary import cases_of, summarise_by_attempt
 from eai.results.totals import Totals
-from eai.results.trials import Answer, Place, Trials, record_of_trial
+from eai.results.trials import Answer, AnswerKey, Trials, make_trial_record
 from eai.tasks.prompts.prompt import Belief, Prompt
 from eai.tasks.task import Task
 
 
-def majority(answers: Sequence[str], ability: Ability) -> int:
+def majority_index(answers: Sequence[str], ability: Ability) -> int:
     """The index of the first answer that means what most readable ones mean.
 
     Of meanings that are equally frequent the one that was given first counts. If none can be read, the
@@ -91,7 +91,7 @@ SUBGOALS = "subgoals"
 
 
 @dataclass(frozen=True, slots=True)
-class Believed:
+class BeliefSet:
     """The beliefs that questions state in the place of the facts: goals in a pipeline, or perceived scenes.
 
     Attributes:
@@ -105,23 +105,23 @@ class Believed:
 
     beliefs: Mapping[str, Belief]
     experiment: Experiment
-    lacking: str
-    about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    missing_reason: str
+    metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     summaries: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     look: Look | None = None
 
-    def combined(self, goals: Believed) -> Believed:
+    def combine(self, goals: BeliefSet) -> BeliefSet:
         """Return these scenes with other goals in them; a task needs both.
 
         Raises:
             InputError: both change the same thing.
         """
         shared = [task_id for task_id in goals.beliefs if task_id in self.beliefs]
-        return Believed(
+        return BeliefSet(
             {i: self.beliefs[i].with_goals(goals.beliefs[i]) for i in shared},
             self.experiment.combined(goals.experiment),
-            f"{self.lacking}, or {goals.lacking}",
-            {i: {**self.about.get(i, {}), **goals.about.get(i, {})} for i in shared},
+            f"{self.missing_reason}, or {goals.missing_reason}",
+            {i: {**self.metadata.get(i, {}), **goals.metadata.get(i, {})} for i in shared},
             {
                 i: _merged(self.summaries.get(i, {}), goals.summaries.get(i, {}))
                 for i in {**self.summaries, **goals.summaries}
@@ -132,7 +132,7 @@ class Believed:
     @property
     def goals(self) -> dict[str, Task]:
         """The tasks with the goals that questions state instead of their own, by id."""
-        return {i: each.task for i, each in self.beliefs.items() if STATED in self.about.get(i, {})}
+        return {i: each.task for i, each in self.beliefs.items() if STATED in self.metadata.get(i, {})}
 
     def prompts(self, library: Library, suite: Suite, task_ids: Iterable[str]) -> dict[str, Prompt]:
         """The questions of those of the tasks that have a belief.
@@ -144,7 +144,7 @@ class Believed:
         prompts = library.open(suite.benchmark, suite.ability, beliefs)
         return {task_id: prompts[task_id] for task_id in beliefs}
 
-    def marked(self, record: Record) -> Record:
+    def mark(self, record: Record) -> Record:
         """The record of an answer to such a question."""
         varied = (record.experiment or Experiment()).combined(self.experiment)
         summaries = _merged(record.summaries, self.summaries.get(record.task_id, {}))
@@ -157,13 +157,13 @@ def _merged(
     return {name: {**one.get(name, {}), **other.get(name, {})} for name in {**one, **other}}
 
 
-def finished(record: Record, believed: Believed | None, experiment: Experiment) -> Record:
+def finish_record(record: Record, believed: BeliefSet | None, experiment: Experiment) -> Record:
     """Return a record with what its question stated and the choices of its run."""
-    return (record if believed is None else believed.marked(record)).varied(experiment)
+    return (record if believed is None else believed.mark(record)).add_experiment(experiment)
 
 
 @dataclass(frozen=True, slots=True)
-class Obtained:
+class ModelAnswers:
     """The answers of a model to a suite.
 
     Attributes:
@@ -185,14 +185,14 @@ class Obtained:
     model: str
     name: str
     prompts: Mapping[str, Prompt]
-    given: Mapping[Place, Answer]
-    failures: Mapping[Place, str]
+    answers: Mapping[AnswerKey, Answer]
+    failures: Mapping[AnswerKey, str]
     epochs: int
     trials: Trials | None = None
-    tried: Mapping[Place, Sequence[Attempt]] = field(default_factory=dict)
-    believed: Believed | None = None
+    attempts: Mapping[AnswerKey, Sequence[Attempt]] = field(default_factory=dict)
+    beliefs: BeliefSet | None = None
     experiment: Experiment = field(default_factory=Experiment)
-    summarized: Callable[[Record], Record] = replace
+    summarize: Callable[[Record], Record] = replace
     log: Path = Path()
 
 
@@ -214,7 +214,7 @@ class SuiteResult:
     suite: Suite
     totals: Totals
     records: Sequence[Record]
-    of_epochs: Sequence[SuiteResult] = ()
+    by_epoch: Sequence[SuiteResult] = ()
 
     @property
     def failures(self) -> dict[str, list[str]]:
@@ -230,25 +230,25 @@ class SuiteResult:
     @property
     def usage(self) -> Usage:
         """The effort that all answers took."""
-        origins = [record.origin for record in self.by_place().values()]
+        origins = [record.origin for record in self.records_by_key().values()]
         return sum([each.usage for each in origins if each and each.usage], Usage())
 
     @property
     def _counted(self) -> Collection[Record]:
         """The records of the answers that count: those of all epochs where a task counts by their mean."""
         averaged = declaration_of(self.suite.ability).of_epochs is not None
-        return self.by_place().values() if averaged else self.records
+        return self.records_by_key().values() if averaged else self.records
 
-    def by_place(self) -> dict[Place, Record]:
+    def records_by_key(self) -> dict[AnswerKey, Record]:
         """The record of every answer that was asked for."""
-        epochs = enumerate(self.of_epochs or (self,), 1)
+        epochs = enumerate(self.by_epoch or (self,), 1)
         return {(record.task_id, epoch): record for epoch, one in epochs for record in one.records}
 
     def epochs_shown(self) -> dict[str, int]:
         """Of each task the epoch whose answer its record has."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
-        for (task_id, epoch), record in self.by_place().items():
+        for (task_id, epoch), record in self.records_by_key().items():
             if record.response == responses[task_id]:
                 shown.setdefault(task_id, epoch)
         return shown
@@ -260,26 +260,26 @@ class SuiteResult:
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
             "truncated": self.truncated,
             "usage": dataclass_to_json(self.usage),
-            "per_success": per_success_to_json(per_success([*self.by_place().values()])),
-            **({"passes": passes_to_json(passes(self.right_by_epoch))} if self.of_epochs else {}),
+            "per_success": cost_cases_to_json(cost_cases([*self.records_by_key().values()])),
+            **({"passes": pass_cases_to_json(pass_cases(self.right_by_epoch))} if self.by_epoch else {}),
         }
 
     @property
     def right_by_epoch(self) -> Sequence[Cases]:
         """Which answers of each epoch are right; empty without epochs, or where none is right as a whole."""
         ability = self.suite.ability
-        metric = repeated_metric(ability)
+        metric = find_success_metric(ability)
         if metric is None:
             return ()
-        return [cases_of(one.records, ability).get(metric, ()) for one in self.of_epochs]
+        return [cases_of(one.records, ability).get(metric, ()) for one in self.by_epoch]
 
 
-def settle(
-    obtained: Obtained,
+def score_answers(
+    obtained: ModelAnswers,
     folder: Path,
     suite: Suite,
     scoring: ScoringOptions,
-    progressed: Progressed | None = None,
+    progressed: ProgressCallback | None = None,
 ) -> SuiteResult:
     """Score answers and write the results: of each epoch, where there are several, and of all together.
 
@@ -287,33 +287,33 @@ def settle(
         InputError: the folder cannot be written.
     """
     of_epochs = [
-        settle(_of_epoch(obtained, epoch), folder / f"epoch_{epoch}", suite, scoring, progressed)
+        score_answers(_of_epoch(obtained, epoch), folder / f"epoch_{epoch}", suite, scoring, progressed)
         for epoch in range(1, obtained.epochs + 1)
         if obtained.epochs > 1
     ]
     averaged = declaration_of(suite.ability).of_epochs
     if of_epochs and averaged is not None:
-        means = averaged_records([one.records for one in of_epochs], averaged)
+        means = average_records([one.records for one in of_epochs], averaged)
         records = [replace(record, model=obtained.name) for record in means]
     else:
         records = _records(obtained, folder, suite, scoring, progressed)
-    part = part_of(records)
+    part = make_record_batch(records)
     result = SuiteResult(obtained.model, folder, suite, part[1], records, of_epochs)
     digests = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
     told = {"prompts_sha256": sha256_of(json.dumps(digests)), **result.effort()}
-    write_parts(folder, [part], told, by_attempt(records))
+    write_record_batches(folder, [part], told, summarise_by_attempt(records))
     return result
 
 
-def _of_epoch(obtained: Obtained, epoch: int) -> Obtained:
+def _of_epoch(obtained: ModelAnswers, epoch: int) -> ModelAnswers:
     """The answers of one epoch, as if it were the only one."""
-    given = {place: answer for place, answer in obtained.given.items() if place[1] == epoch}
+    given = {place: answer for place, answer in obtained.answers.items() if place[1] == epoch}
     failures = {place: reason for place, reason in obtained.failures.items() if place[1] == epoch}
     name = f"{obtained.name}.epoch_{epoch}"
-    return replace(obtained, name=name, given=given, failures=failures, epochs=1)
+    return replace(obtained, name=name, answers=given, failures=failures, epochs=1)
 
 
-def averaged_records(
+def average_records(
     of_epochs: Iterable[Iterable[Record]], averaged: Callable[[Sequence[Verdict]], Verdict]
 ) -> list[Record]:
     """A record of each task that has the means over its epochs."""
@@ -327,15 +327,19 @@ def _mean(records: Sequence[Record], averaged: Callable[[Sequence[Verdict]], Ver
     return replace(shown, verdict=averaged([record.verdict for record in (shown, *others)]))
 
 
-def _chosen(obtained: Obtained, ability: Ability) -> dict[str, Answer]:
+def _chosen(obtained: ModelAnswers, ability: Ability) -> dict[str, Answer]:
     """Of each task's answers one that says what most of them say."""
-    in_order = sorted(obtained.given.values(), key=attrgetter("epoch"))
+    in_order = sorted(obtained.answers.values(), key=attrgetter("epoch"))
     by_task = group_pairs((answer.task_id, answer) for answer in in_order)
-    return {i: given[majority([each.text for each in given], ability)] for i, given in by_task.items()}
+    return {i: given[majority_index([each.text for each in given], ability)] for i, given in by_task.items()}
 
 
 def _records(
-    obtained: Obtained, folder: Path, suite: Suite, scoring: ScoringOptions, progressed: Progressed | None
+    obtained: ModelAnswers,
+    folder: Path,
+    suite: Suite,
+    scoring: ScoringOptions,
+    progressed: ProgressCallback | None,
 ) -> list[Record]:
     """The records of one answer a task, in order; the answers are written."""
     answers = _chosen(obtained, suite.ability)
@@ -350,25 +354,25 @@ def _records(
         lacking = score_run(obtained.trials.suite, ResponseFile(obtained.name, ()), why, scoring)
         records = _tried(obtained, obtained.trials, answers, lacking)
         if not scoring.explanations:
-            records = [record.without_explanations() for record in records]
+            records = [record.drop_explanations() for record in records]
         _write_attempts(folder, obtained.name, records)
-    records = [finished(record, obtained.believed, obtained.experiment) for record in records]
-    return [obtained.summarized(_with_origin(record, obtained, answers)) for record in records]
+    records = [finish_record(record, obtained.beliefs, obtained.experiment) for record in records]
+    return [obtained.summarize(_with_origin(record, obtained, answers)) for record in records]
 
 
 def _tried(
-    obtained: Obtained, trials: Trials, answers: Mapping[str, Answer], lacking: Iterable[Record]
+    obtained: ModelAnswers, trials: Trials, answers: Mapping[str, Answer], lacking: Iterable[Record]
 ) -> list[Record]:
     """The records of an experiment; ``answers`` are the last ones of the trials that count."""
     suite, options = trials.suite, trials.options
     found = {record.task_id: replace(record, experiment=options.experiment) for record in lacking}
     for task_id, answer in answers.items():
-        attempts = obtained.tried[task_id, answer.epoch]
-        found[task_id] = record_of_trial(suite, options, obtained.name, task_id, attempts)
+        attempts = obtained.attempts[task_id, answer.epoch]
+        found[task_id] = make_trial_record(suite, options, obtained.name, task_id, attempts)
     return [found[task_id] for task_id in suite.task_ids if task_id in found]
 
 
-def _with_origin(record: Record, obtained: Obtained, answers: Mapping[str, Answer]) -> Record:
+def _with_origin(record: Record, obtained: ModelAnswers, answers: Mapping[str, Answer]) -> Record:
     """The record with where its answer comes from, and what all attempts at it took."""
     answer, prompt = answers.get(record.task_id), obtained.prompts.get(record.task_id)
     if answer is None:

@@ -40,7 +40,7 @@ def table_latex(table: Table, *, label: str, intervals: bool = True) -> str:
     below = (
         r"; below each run its 95\,\% intervals" if intervals and any(map(_has_interval, table.rows)) else ""
     )
-    caption = f"{escaped(table.definition)}{below}."
+    caption = f"{escape_latex(table.definition)}{below}."
     return "\n".join(
         _environment(
             replace(table, rows=tuple(rows), notes=table.notes if number == len(parts) else ()),
@@ -52,7 +52,7 @@ def table_latex(table: Table, *, label: str, intervals: bool = True) -> str:
     )
 
 
-def escaped(text: str) -> str:
+def escape_latex(text: str) -> str:
     """Text as LaTeX; characters beyond Latin-1 that a plain document cannot set become ``?``."""
     return "".join(_ESCAPES.get(c) or (c if " " <= c < "\u0100" else "?") for c in escape_unprintable(text))
 
@@ -73,14 +73,14 @@ def _parts(rows: Sequence[Row], *, intervals: bool) -> Iterator[list[Row]]:
 
 def _environment(table: Table, caption: str, label: str, *, intervals: bool) -> str:
     """A table environment, no wider than a page."""
-    columns = table.described
+    columns = table.full_columns
     parts = [
         r"\begin{table}[htbp]",
         r"\centering",
         rf"\caption{{{caption}}}",
         rf"\label{{tab:eai:{label}}}",
         r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%",
-        rf"\begin{{tabular}}{{{''.join('r' if column.number else 'l' for column in columns)}}}",
+        rf"\begin{{tabular}}{{{''.join('r' if column.is_number else 'l' for column in columns)}}}",
         r"\toprule",
         *_heading(columns),
         r"\midrule",
@@ -99,14 +99,14 @@ def _heading(columns: Sequence[Column]) -> Iterator[str]:
     for name, together in groupby(column.group for column in columns):
         width = len(list(together))
         if name:
-            groups.append(rf"\multicolumn{{{width}}}{{c}}{{{escaped(name)}}}")
+            groups.append(rf"\multicolumn{{{width}}}{{c}}{{{escape_latex(name)}}}")
             rules.append(rf"\cmidrule(lr){{{start}-{start + width - 1}}}")
         else:
             groups += [""] * width
         start += width
     yield _line(groups)
     yield "".join(rules)
-    yield _line([escaped(column.heading) + _marks(column.notes) for column in columns])
+    yield _line([escape_latex(column.heading) + _marks(column.notes) for column in columns])
 
 
 def _row(columns: Sequence[Column], row: Sequence[Cell], *, intervals: bool) -> Iterator[str]:
@@ -125,13 +125,13 @@ def _cell(column: Column, cell: Cell) -> str:
         case None:
             return ""
         case Estimate():
-            number = cell.shown(column, "--")
+            number = cell.format_number(column, "--")
             return (rf"\textbf{{{number}}}" if cell.best else number) + _marks(cell.notes)
         case Label(text=text, origin=origin, notes=notes):
-            name = escaped(text)
+            name = escape_latex(text)
             return (rf"\emph{{{name}}} ({origin})" if origin else name) + _marks(notes)
         case _:
-            return escaped(str(cell))
+            return escape_latex(str(cell))
 
 
 def _interval(cell: Estimate) -> str:
@@ -146,7 +146,7 @@ def _notes(texts: Sequence[str]) -> Iterator[str]:
     if texts:
         yield r"\par\smallskip\begin{minipage}{\linewidth}\footnotesize"
         for number, text in enumerate(texts, 1):
-            yield rf"{_marks((number,))} {escaped(text)}\par"
+            yield rf"{_marks((number,))} {escape_latex(text)}\par"
         yield r"\end{minipage}"
 
 

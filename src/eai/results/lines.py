@@ -20,7 +20,7 @@ from eai.tasks.share import Share
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Line:
+class TidyLine:
     """The columns that every line begins with.
 
     Attributes:
@@ -52,7 +52,7 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AnswerLine(Line):
+class AnswerLine(TidyLine):
     """One answer, or the lack of one, and what its task is like (`eai.benchmarks.features`).
 
     Attributes:
@@ -137,7 +137,7 @@ class AnswerLine(Line):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StepLine(Line):
+class StepLine(TidyLine):
     """One step of a plan, or of the way in which subgoals are carried out, that was tried.
 
     Attributes:
@@ -156,7 +156,7 @@ class StepLine(Line):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GoalLine(Line):
+class GoalLine(TidyLine):
     """One goal of a task, and whether an answer with a plan or subgoals reaches it.
 
     Attributes:
@@ -175,7 +175,7 @@ class GoalLine(Line):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AtomLine(Line):
+class AtomLine(TidyLine):
     """One goal that an answer to goal interpretation states, or should state.
 
     Attributes:
@@ -194,7 +194,7 @@ class AtomLine(Line):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ClauseLine(Line):
+class ClauseLine(TidyLine):
     """One clause of an operator that an answer to transition modeling writes, or should write.
 
     Attributes:
@@ -216,7 +216,7 @@ class ClauseLine(Line):
     categories: str
 
 
-TABLES: Mapping[str, type[Line]] = {
+TABLES: Mapping[str, type[TidyLine]] = {
     "answers": AnswerLine,
     "steps": StepLine,
     "goals": GoalLine,
@@ -226,7 +226,7 @@ TABLES: Mapping[str, type[Line]] = {
 """The tidy tables by name, each with the kind of its lines."""
 
 
-L = TypeVar("L", bound=Line)
+L = TypeVar("L", bound=TidyLine)
 
 SUITE = ("protocol", "domain", "ability")
 """The columns that say what suite a row is of."""
@@ -234,14 +234,14 @@ SUITE = ("protocol", "domain", "ability")
 MODEL = "model"
 """The column of models."""
 
-TOGETHER = "all models"
+ALL_MODELS = "all models"
 """The name in the place of a model where the answers of all are taken together."""
 
 
-Measure: TypeAlias = Literal["score", "executable", "goals"]
+AnswerMeasure: TypeAlias = Literal["score", "executable", "goals"]
 """The measures that a feature of tasks can be set against."""
 
-Reason: TypeAlias = Literal["unknown", "procedural", "initial", "final", "intermediate", "other"]
+WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final", "intermediate", "other"]
 """Where a wrong goal may come from; of those that fit the first is meant.
 
 - unknown: its predicate or action is none of the benchmark's.
@@ -269,25 +269,25 @@ class SuiteKey(NamedTuple):
         return f"{self.domain}-{self.ability}-{self.protocol}"
 
 
-def by_suite(lines: Iterable[L]) -> dict[SuiteKey, list[L]]:
+def group_by_suite(lines: Iterable[L]) -> dict[SuiteKey, list[L]]:
     """The lines of each suite, in the order of first mention."""
     return group_pairs((SuiteKey(line.protocol, line.domain, line.ability), line) for line in lines)
 
 
-def by_model(lines: Sequence[L]) -> dict[str, list[L]]:
+def group_by_model(lines: Sequence[L]) -> dict[str, list[L]]:
     """The lines of each model with its agent; before them those of all together, where there are several."""
     models = group_pairs((line.agent, line) for line in lines)
-    return models if len(models) < 2 else {TOGETHER: list(lines), **models}
+    return models if len(models) < 2 else {ALL_MODELS: list(lines), **models}
 
 
-def by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str], list[L]]]:
+def group_by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str], list[L]]]:
     """The lines of each suite and model, as `by_model` has them, with the cells that name them."""
-    for suite, of_suite in by_suite(lines).items():
-        for model, of_model in by_model(of_suite).items():
+    for suite, of_suite in group_by_suite(lines).items():
+        for model, of_model in group_by_model(of_suite).items():
             yield (*suite, model), of_model
 
 
-def score_of(answer: AnswerLine) -> Share:
+def score_share(answer: AnswerLine) -> Share:
     """The share that an answer adds to the score that its ability is first judged by: success, else F1."""
     if answer.success is not None:
         return Share(int(answer.success), 1)
@@ -296,12 +296,12 @@ def score_of(answer: AnswerLine) -> Share:
     return Share(2 * answer.hits, 2 * answer.hits + answer.extras + answer.misses)
 
 
-def executed_of(answer: AnswerLine) -> Share:
+def execution_share(answer: AnswerLine) -> Share:
     """The share that an answer with a plan or subgoals adds to the share of those that are carried out."""
     return NOTHING if answer.success is None or answer.executable is None else Share(answer.executable, 1)
 
 
-def goals_of(answer: AnswerLine) -> Share:
+def goal_share(answer: AnswerLine) -> Share:
     """The share that an answer with a plan or subgoals adds to the share of goals that are reached."""
     if answer.success is None:
         return NOTHING
@@ -310,15 +310,15 @@ def goals_of(answer: AnswerLine) -> Share:
     return Share(sum(each or 0 for each in met), sum(each or 0 for each in total))
 
 
-def case_of(line: Line, share: Share) -> Case:
+def make_case(line: TidyLine, share: Share) -> Case:
     """The case that a line adds to a rate, with near copies known."""
     return Case(line.task, line.name, share)
 
 
-MEASURES: Mapping[Measure, Callable[[AnswerLine], Share]] = {
-    "score": score_of,
-    "executable": executed_of,
-    "goals": goals_of,
+MEASURES: Mapping[AnswerMeasure, Callable[[AnswerLine], Share]] = {
+    "score": score_share,
+    "executable": execution_share,
+    "goals": goal_share,
 }
 """The share that an answer adds to each measure."""
 
@@ -327,7 +327,7 @@ K = TypeVar("K")
 
 
 def shares_by_kind(
-    lines: Sequence[Line], kinds: Sequence[K], asked: Iterable[K]
+    lines: Sequence[TidyLine], kinds: Sequence[K], asked: Iterable[K]
 ) -> Iterator[tuple[K, Estimate]]:
     """Each kind that is asked for, with the share of lines that are of it.
 
@@ -336,7 +336,7 @@ def shares_by_kind(
         kinds: the kind of each.
         asked: those to tell, in this order.
     """
-    of_it, of_others = ([case_of(line, share) for line in lines] for share in (ONE, NONE))
+    of_it, of_others = ([make_case(line, share) for line in lines] for share in (ONE, NONE))
     for kind in asked:
         chosen = zip(kinds, of_it, of_others, strict=True)
-        yield kind, Estimate.of([case if found == kind else other for found, case, other in chosen])
+        yield kind, Estimate.from_cases([case if found == kind else other for found, case, other in chosen])

@@ -13,7 +13,7 @@ NOTHING = "–"
 
 def table_markdown(table: Table) -> str:
     """A table with its footnotes; a row with intervals is followed by one of them, which is set small."""
-    columns = table.described
+    columns = table.full_columns
     lines = [line for row in table.rows for line in _row(columns, row)]
     notes = [f"{superscript((number,))} {text}  " for number, text in enumerate(table.notes, 1)]
     return "\n".join([*_grid(columns, lines), *([""] if notes else []), *notes]) + "\n"
@@ -26,10 +26,10 @@ def rows_markdown(columns: Sequence[Column], rows: Iterable[Sequence[Cell]]) -> 
 
 def grid(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
     """The lines of a table of texts; the first two columns are text, the others numbers."""
-    return _grid([Column(name, number=i >= 2) for i, name in enumerate(header)], rows)
+    return _grid([Column(name, is_number=i >= 2) for i, name in enumerate(header)], rows)
 
 
-def escaped(text: str) -> str:
+def escape_markdown(text: str) -> str:
     """Text from outside, such that it is only text in a cell or a paragraph."""
     text = escape_unprintable(text)
     for character in "\\`*_[]<>|#":
@@ -38,10 +38,10 @@ def escaped(text: str) -> str:
 
 
 def _grid(columns: Sequence[Column], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    headings = [column.alone or column.heading or column.name for column in columns]
+    headings = [column.heading_without_group or column.heading or column.name for column in columns]
     marks = [superscript(column.notes) for column in columns]
     yield _line([f"{heading}{mark}" for heading, mark in zip(headings, marks, strict=True)])
-    yield _line(["--:" if column.number else "---" for column in columns])
+    yield _line(["--:" if column.is_number else "---" for column in columns])
     yield from map(_line, rows)
 
 
@@ -60,7 +60,7 @@ def _row(columns: Sequence[Column], row: Sequence[Cell]) -> Iterator[list[str]]:
 def _cell(column: Column, cell: Cell) -> str:
     if not isinstance(cell, Estimate):
         return _in_line(cell)
-    number = cell.shown(column, NOTHING)
+    number = cell.format_number(column, NOTHING)
     return (f"**{number}**" if cell.best else number) + superscript(cell.notes)
 
 
@@ -79,7 +79,7 @@ def _in_line(cell: Cell) -> str:
         case float():
             return short_number(cell)
         case Label(text=text, target=target, origin=origin):
-            name = escaped(text) if target is None else f"[{escaped(text)}]({target})"
+            name = escape_markdown(text) if target is None else f"[{escape_markdown(text)}]({target})"
             return f"{name}{f' *({origin})*' if origin else ''}{superscript(cell.notes)}"
         case _:
             return escape_unprintable(str(cell)).replace("|", "\\|").replace("\n", " ")

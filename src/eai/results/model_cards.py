@@ -9,7 +9,7 @@ from importlib import resources
 from typing import Any
 
 from eai.base.files import parse_toml
-from eai.results.table import Label, Row, Table, table_of
+from eai.results.table import Label, Row, Table, make_table
 
 _UNKNOWN = "unknown"
 
@@ -20,7 +20,7 @@ def model_cards() -> Table:
     return replace(_cards(), notes=notes)
 
 
-@table_of("model_cards", ("model", "creator", "identifier", "release", "parameters", "host"))
+@make_table("model_cards", ("model", "creator", "identifier", "release", "parameters", "host"))
 def _cards() -> Iterator[Row]:
     """The paper's models.
 

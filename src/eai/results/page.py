@@ -51,7 +51,7 @@ def build_page(package: str, folder: str, scripts: Sequence[str], data: str, *, 
 _COMPACT = json.JSONEncoder(separators=(",", ":"))
 
 
-def for_script(content: Json) -> str:
+def encode_for_script(content: Json) -> str:
     """JSON in ASCII without ``<``, ``>`` and ``&``, so that no text in it can end a script element."""
     text = _COMPACT.encode(content)
     for character in "<>&":

@@ -80,19 +80,19 @@ class _PaperSetting:
 
 
 @cache
-def paper_setting() -> _PaperSetting:
+def read_paper_setting() -> _PaperSetting:
     """The paper's protocol, domains and tables."""
     return TypeAdapter(_PaperSetting).validate_python(parse_toml(_text("setting.toml")))
 
 
-def paper_table(name: str) -> PaperTable:
+def read_paper_table(name: str) -> PaperTable:
     """One of the full tables or of the others, with its notes."""
     table = _read_table(name)
     return replace(table, notes=group_pairs((*_written_notes(table), *_contradictions(table))))
 
 
 @cache
-def paper_models() -> Mapping[str, str]:
+def read_paper_models() -> Mapping[str, str]:
     """The name of a published response file -> the paper's name of the model."""
     return parse_toml(_text("models.toml"))
 
@@ -126,8 +126,8 @@ def _listed(value: str | list[str]) -> list[str]:
 
 def _contradictions(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
     """Cells for which another of the full tables prints another figure."""
-    full = paper_setting().full_tables
-    if table.name not in (*full, *paper_setting().same_quantity):
+    full = read_paper_setting().full_tables
+    if table.name not in (*full, *read_paper_setting().same_quantity):
         return
     for other in [_read_table(name) for name in full if name != table.name]:
         for model, column in product(table.rows, table.columns):
@@ -212,31 +212,31 @@ def is_null_model(name: str) -> bool:
 
 
 @cache
-def published_scores(protocol: str) -> _PublishedScores:
+def read_published_scores(protocol: str) -> _PublishedScores:
     """Return the scores of the public answers of the paper's models under a protocol."""
-    return TypeAdapter(_PublishedScores).validate_json(_content(published_table(protocol)))
+    return TypeAdapter(_PublishedScores).validate_json(_content(published_file_name(protocol)))
 
 
-def published_table(protocol: str) -> str:
+def published_file_name(protocol: str) -> str:
     """Return the name of the file of `published_scores`."""
     return f"published_{protocol}.json"
 
 
 @cache
-def null_scores(protocol: str) -> _PublishedScores:
+def read_null_scores(protocol: str) -> _PublishedScores:
     """The table of the null models under a protocol."""
-    return TypeAdapter(_PublishedScores).validate_json(_content(null_table(protocol)))
+    return TypeAdapter(_PublishedScores).validate_json(_content(null_file_name(protocol)))
 
 
-def null_table(protocol: str) -> str:
+def null_file_name(protocol: str) -> str:
     """The name of the file of `null_scores`."""
     return f"null_models_{protocol}.json"
 
 
 @cache
-def published_scores_sha256(protocol: str) -> str:
+def hash_published_scores(protocol: str) -> str:
     """Return the digest of the file of `published_scores`."""
-    return hashlib.sha256(_content(published_table(protocol))).hexdigest()
+    return hashlib.sha256(_content(published_file_name(protocol))).hexdigest()
 
 
 def _content(table: str) -> bytes:

@@ -55,12 +55,12 @@ _LAST_LETTER = "\u058f"
 """The plots' font has the letters up to here (Latin, Greek, Cyrillic, Armenian)."""
 
 
-def wrapped(name: str) -> str:
+def wrap_label(name: str) -> str:
     """A name as a label of up to three lines, so that a check's can be read in full."""
     return textwrap.fill(_drawable(name), _LONGEST, max_lines=_MOST_LINES, placeholder="...")
 
 
-def clipped(name: str) -> str:
+def clip_label(name: str) -> str:
     """A name as a label: one short line of characters that the plots' font has."""
     text = _drawable(name)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
@@ -87,7 +87,7 @@ _EDGE = 0.04
 
 
 @contextmanager
-def styled() -> Iterator[None]:
+def use_plot_style() -> Iterator[None]:
     """Within it, figures are drawn and written in the style of all plots.
 
     Raises:
@@ -100,14 +100,14 @@ def styled() -> Iterator[None]:
         yield
 
 
-def sheet(width: float, height: float) -> Figure:
+def make_figure(width: float, height: float) -> Figure:
     """An empty figure of so many inches, whose parts are given the room that they need."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def canvas(
+def make_canvas(
     size: tuple[float, float], across: tuple[float, float], up: tuple[float, float]
 ) -> tuple[Figure, Axes]:
     """An empty figure, and all of it as one panel without axes: what is placed in it needs no layout.
@@ -127,14 +127,14 @@ def canvas(
     return figure, panel
 
 
-def entitle(figure: Figure, title: str) -> None:
+def add_title(figure: Figure, title: str) -> None:
     """Say above a figure, and above what it says there of itself, what it is of; it grows by as much."""
     width, height = figure.get_size_inches()
     figure.set_size_inches(width, height + _TITLE)
-    say_above(figure, f"{title}\n{figure.get_suptitle()}".strip())
+    add_caption(figure, f"{title}\n{figure.get_suptitle()}".strip())
 
 
-def say_above(figure: Figure, text: str) -> None:
+def add_caption(figure: Figure, text: str) -> None:
     """Say something above a figure, from its left edge on, where there is the room of all of its width."""
     y = None if figure.get_layout_engine() else 1 - _EDGE / figure.get_figheight()
     figure.suptitle(text, x=0.01, y=y, ha="left", va="top", fontsize=7.5)
@@ -183,7 +183,7 @@ COLUMN = 3.4
 PAGE = 7.0
 """The width of a page's text, in inches."""
 
-FEW = 5
+FEW_CASES = 5
 """Fewer cases than this say little: their marks are hollow."""
 
 _MOST_NAMES = 30
@@ -205,7 +205,7 @@ _DARK = 55.0
 
 def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
     """The rows of a table by suite, as the values of their columns."""
-    return group_pairs((SuiteKey(*(str(row[name]) for name in SUITE)), row) for row in table.by_name())
+    return group_pairs((SuiteKey(*(str(row[name]) for name in SUITE)), row) for row in table.row_dicts())
 
 
 def value_of(cell: Cell | None) -> float:
@@ -213,12 +213,12 @@ def value_of(cell: Cell | None) -> float:
     return cell.value if isinstance(cell, Estimate) and cell.value is not None else math.nan
 
 
-def cases_of(cell: Cell | None) -> int:
+def denominator_of(cell: Cell | None) -> int:
     """Of how many cases an estimate is."""
     return int(cell.denominator or 0) if isinstance(cell, Estimate) else 0
 
 
-def counted_of(cell: Cell | None) -> int:
+def numerator_of(cell: Cell | None) -> int:
     """How many of these count."""
     return int(cell.numerator or 0) if isinstance(cell, Estimate) else 0
 
@@ -278,20 +278,22 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
     """
     first = rows[0]["model"] if rows else None
     shown = [row for row in rows if row["model"] == first and not math.isnan(value_of(row[rate]))]
-    shown = sorted(shown, key=lambda row: -cases_of(row[rate]))[:_MOST_NAMES]
+    shown = sorted(shown, key=lambda row: -denominator_of(row[rate]))[:_MOST_NAMES]
     if not shown:
         return None
     shown.sort(key=lambda row: (-value_of(row[rate]), str(row[column])))
-    one_whole = len({cases_of(row[rate]) for row in shown}) == 1
-    made_of = counted_of if one_whole else cases_of
-    labels = [f"{wrapped(str(row[column]).replace('_', ' '))}\u2002{made_of(row[rate]):,}" for row in shown]
+    one_whole = len({denominator_of(row[rate]) for row in shown}) == 1
+    made_of = numerator_of if one_whole else denominator_of
+    labels = [
+        f"{wrap_label(str(row[column]).replace('_', ' '))}\u2002{made_of(row[rate]):,}" for row in shown
+    ]
     heights = [1 + _MORE_LINE * label.count("\n") for label in labels]
     ends = list(accumulate(heights))
     places = [end - height / 2 for end, height in zip(ends, heights, strict=True)]
-    figure = sheet(COLUMN, 0.7 + 0.17 * ends[-1])
+    figure = make_figure(COLUMN, 0.7 + 0.17 * ends[-1])
     panel = figure.subplots()
     for place, row in zip(places, shown, strict=True):
-        few = cases_of(row[rate]) < FEW
+        few = denominator_of(row[rate]) < FEW_CASES
         draw_estimate(panel, place, row[rate], MUTED if few else ACCENT, "white" if few else ACCENT)
     panel.set_yticks(places, labels=labels, fontsize=6.5, linespacing=1.0)
     panel.set_ylim(ends[-1], 0)
@@ -332,7 +334,8 @@ def draw_matrix(
         return None
     turned = len(along) > len(down)
     wholes = {
-        other: {cases_of(cell) for (_, model), cell in cells.items() if model == other} for other in along
+        other: {denominator_of(cell) for (_, model), cell in cells.items() if model == other}
+        for other in along
     }
     if all(len(whole) == 1 for whole in wholes.values()):
         cells |= {(_WHOLE, other): whole.pop() for other, whole in wholes.items()}
@@ -340,14 +343,14 @@ def draw_matrix(
     if turned:
         cells, down, along = {(right, left): cell for (left, right), cell in cells.items()}, along, down
     width = min(_FIELD * len(along), PAGE - _LABELS)
-    figure = sheet(_LABELS + width, 1.3 + 0.19 * len(down))
+    figure = make_figure(_LABELS + width, 1.3 + 0.19 * len(down))
     panel = figure.subplots()
     grid = [[cells.get((name, other)) for other in along] for name in down]
     shades = [[value_of(cell) for cell in line] for line in grid]
     panel.imshow(shades, vmin=0, vmax=100, cmap="Greys", aspect="auto")
-    panel.set_xticks(range(len(along)), labels=map(clipped, along), rotation=55, ha="right", fontsize=6.5)
-    panel.set_yticks(range(len(down)), labels=map(clipped, down), fontsize=6.5)
-    say_above(figure, label)
+    panel.set_xticks(range(len(along)), labels=map(clip_label, along), rotation=55, ha="right", fontsize=6.5)
+    panel.set_yticks(range(len(down)), labels=map(clip_label, down), fontsize=6.5)
+    add_caption(figure, label)
     panel.tick_params(length=0)
     panel.spines[:].set_visible(False)
     for y, line in enumerate(grid):
@@ -358,7 +361,7 @@ def draw_matrix(
                 style = {"ha": "center", "va": "center", "color": color, "fontsize": 6, "in_layout": False}
                 figure.text(x, y, _number_text(cell), style, transform=panel.transData)
     if any(text.get_text().startswith("(") for text in figure.texts):
-        figure.supxlabel(f"in brackets: of fewer than {FEW}", x=0.01, ha="left", fontsize=6)
+        figure.supxlabel(f"in brackets: of fewer than {FEW_CASES}", x=0.01, ha="left", fontsize=6)
     return figure
 
 
@@ -367,7 +370,7 @@ def _number_text(cell: Cell | None) -> str:
         return f"{cell:,}"
     value = value_of(cell)
     text = f"{value:.0f}" if value >= 0.5 or not value else "<1"
-    return f"({text})" if cases_of(cell) < FEW else text
+    return f"({text})" if denominator_of(cell) < FEW_CASES else text
 
 
 def _name(row: Mapping[str, Cell], levels: Sequence[str]) -> str:

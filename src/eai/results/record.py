@@ -93,13 +93,13 @@ class Record:
         choices = {} if self.experiment is None else self.experiment.ordered
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 
-    def varied(self, experiment: Experiment) -> Record:
+    def add_experiment(self, experiment: Experiment) -> Record:
         """Return the record as one of a run with these choices, which replace its own."""
         if experiment == Experiment():
             return self
         return replace(self, experiment=(self.experiment or Experiment()).updated(experiment))
 
-    def without_explanations(self) -> Record:
+    def drop_explanations(self) -> Record:
         """The same record without words, also on its attempts."""
         attempts = tuple([replace(attempt, explanation=None) for attempt in self.attempts])
         return replace(self, explanation=None, attempts=attempts)

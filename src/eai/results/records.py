@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from eai.benchmarks.suite import Suite
 
 
-def record_of(suite: Suite, model: str, task_id: str, response: str, verdict: Verdict, **more: Any) -> Record:
+def make_record(
+    suite: Suite, model: str, task_id: str, response: str, verdict: Verdict, **more: Any
+) -> Record:
     """The record of an answer to a task of a suite; ``more`` are its further fields."""
     return Record(
         suite.protocol,
@@ -44,7 +46,7 @@ def record_of(suite: Suite, model: str, task_id: str, response: str, verdict: Ve
     )
 
 
-def line_of(record: Record) -> str:
+def record_line(record: Record) -> str:
     """A record as a file has it, without the end of the line."""
     return json.dumps(record_to_json(record), ensure_ascii=True)
 
@@ -96,22 +98,24 @@ def _loaded(line: str) -> Any:
 SUMMARY = "summary.json"
 RECORDS = "records.jsonl"
 
-AT_A_TIME = 256
+MAX_BATCH_RECORDS = 256
 """How many records are made ready at a time."""
 
 
-Part: TypeAlias = tuple[bytes, Totals]
+RecordBatch: TypeAlias = tuple[bytes, Totals]
 """Some records of a run, one after the other: their lines as a file has them, and their totals."""
 
 
-def part_of(records: Sequence[Record]) -> Part:
+def make_record_batch(records: Sequence[Record]) -> RecordBatch:
     """Records that are ready to be written."""
-    return b"".join([line_of(record).encode() + b"\n" for record in records]), Totals.of(records)
+    return b"".join([record_line(record).encode() + b"\n" for record in records]), Totals.from_records(
+        records
+    )
 
 
-def write_parts(
+def write_record_batches(
     folder: Path,
-    parts: Iterable[Part],
+    parts: Iterable[RecordBatch],
     run: Mapping[str, Json] | None = None,
     stages: Sequence[Mapping[str, Rate]] = (),
 ) -> Totals:
@@ -190,7 +194,7 @@ class Shard(NamedTuple):
             raise InputError(f"{text!r} is no shard: expected I/N, such as 2/8, from 1/8 to 8/8")
         return Shard(int(found[1]), int(found[2]))
 
-    def of_these(self, items: Iterable[T]) -> Iterator[T]:
+    def select(self, items: Iterable[T]) -> Iterator[T]:
         """Its part of some items."""
         return islice(items, self.number - 1, None, self.of)
 
@@ -200,7 +204,7 @@ class Shard(NamedTuple):
         return f"records.shard-{self.number}-of-{self.of}.jsonl"
 
 
-def write_shard(folder: Path, shard: Shard, parts: Iterable[Part]) -> None:
+def write_shard(folder: Path, shard: Shard, parts: Iterable[RecordBatch]) -> None:
     """Write the records of a shard; its file is there when it is whole.
 
     Raises:
@@ -243,7 +247,7 @@ def merge_shards(folder: Path, files: Sequence[Path]) -> Totals:
     counts = [sum(not line.isspace() for line in _lines(file)) for file in files]
     if counts != sorted(counts, reverse=True) or counts[0] - counts[-1] > 1 or not counts[0]:
         raise InputError(f"{folder}: expected equal shards, found {', '.join(map(str, counts))} records")
-    return write_parts(folder, map(part_of, _in_turn(files, folder)))
+    return write_record_batches(folder, map(make_record_batch, _in_turn(files, folder)))
 
 
 def _in_turn(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record]]:

@@ -15,17 +15,17 @@ from eai.abilities.protocol import Ability
 from eai.base.json_value import Json
 from eai.results.certainty import Case, Cases, certainty_of_rate
 from eai.results.rate import rate_of
-from eai.results.table import Column, Estimate, Label, Row, table_of
+from eai.results.table import Column, Estimate, Label, Row, make_table
 from eai.tasks.share import Share
 
 
-def repeated_metric(ability: Ability) -> str | None:
+def find_success_metric(ability: Ability) -> str | None:
     """The metric that says whether an answer is right as a whole; None where none of the main ones does."""
     declared = declaration_of(ability)
     return next((metric for metric in declared.main if metric in declared.yes_no), None)
 
 
-def passes(epochs: Sequence[Cases]) -> dict[str, Cases]:
+def pass_cases(epochs: Sequence[Cases]) -> dict[str, Cases]:
     """The contribution of each task to ``pass@k`` and ``pass^k``, for k from 1 to the number of answers.
 
     Args:
@@ -48,10 +48,10 @@ def passes(epochs: Sequence[Cases]) -> dict[str, Cases]:
     return found
 
 
-_SHARES = tuple([Column(name, digits=1, number=True) for name in ("pass@k", "pass^k")])
+_SHARES = tuple([Column(name, digits=1, is_number=True) for name in ("pass@k", "pass^k")])
 
 
-@table_of("passes", ("run", "n", "k", *_SHARES))
+@make_table("passes", ("run", "n", "k", *_SHARES))
 def passes_table(runs: Mapping[str, Sequence[Cases]]) -> Iterator[Row]:
     """Several answers to each task.
 
@@ -60,17 +60,23 @@ def passes_table(runs: Mapping[str, Sequence[Cases]]) -> Iterator[Row]:
     right answers. Percent
     """
     for name, epochs in runs.items():
-        n, found = len(epochs), passes(epochs)
+        n, found = len(epochs), pass_cases(epochs)
         for k in sorted({*(2**i for i in range(n.bit_length())), n}):  # 1, what it is doubled to, and n
-            yield (Label(name), n, k, Estimate.of(found[f"pass@{k}"]), Estimate.of(found[f"pass^{k}"]))
+            yield (
+                Label(name),
+                n,
+                k,
+                Estimate.from_cases(found[f"pass@{k}"]),
+                Estimate.from_cases(found[f"pass^{k}"]),
+            )
 
 
-def without_epoch(model: str) -> str:
+def strip_epoch(model: str) -> str:
     """The name of a model in the results of one epoch without that epoch; other names are as they are."""
     return re.sub(r"\.epoch_[0-9]+$", "", model)
 
 
-def passes_to_json(found: Mapping[str, Cases]) -> dict[str, Json]:
+def pass_cases_to_json(found: Mapping[str, Cases]) -> dict[str, Json]:
     """The same as rates with their intervals, as ``summary.json`` has them."""
     written: dict[str, Json] = {}
     for name, cases in found.items():

@@ -32,7 +32,7 @@ COLUMNS = ("identifier", "llm_output")
 """A row: the id of the task, as the file spells it, and the answer."""
 SAMPLE = "sample"
 """The number of an answer in files that may have several a task."""
-MOST_SAMPLES = 10_000_000
+MAX_SAMPLES = 10_000_000
 """How many answers a task may have."""
 ENDINGS = (SUFFIX, LINES, PARQUET)
 """How the names of response files end."""
@@ -59,7 +59,7 @@ class Response:
     unanswered: str | None = None
 
 
-Row: TypeAlias = Response | bytes | Mapping[str, object]
+ResponseRow: TypeAlias = Response | bytes | Mapping[str, object]
 """An answer as it is read, or as a file has it, for whoever is to read it elsewhere."""
 
 
@@ -76,8 +76,8 @@ class ResponseFile:
 
     model: str
     responses: Collection[Response]
-    elsewhere: int = 0
-    further: tuple[ResponseFile, ...] = ()
+    skipped_rows: int = 0
+    further_epochs: tuple[ResponseFile, ...] = ()
 
     @property
     def sampled(self) -> bool:
@@ -91,7 +91,7 @@ class ResponseFile:
             return self.responses.answered
         return {response.task_id for response in self.responses}
 
-    def rows(self) -> Iterator[Row]:
+    def rows(self) -> Iterator[ResponseRow]:
         """The answers in order, for `response_of` to read."""
         return self.responses.rows() if isinstance(self.responses, _Samples) else iter(self.responses)
 
@@ -101,7 +101,7 @@ class ResponseFile:
             parts: dict[T, Collection[Response]] = {**self.responses.split(key)}
         else:
             parts = {**group_pairs((key(response.text), response) for response in self.responses)}
-        return {value: replace(self, responses=part, further=()) for value, part in parts.items()}
+        return {value: replace(self, responses=part, further_epochs=()) for value, part in parts.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +122,7 @@ class _Samples(Collection[Response]):
     task_id_of: Callable[[str], str | None]
     elsewhere: Collection[int]
 
-    def rows(self) -> Iterator[Row]:
+    def rows(self) -> Iterator[ResponseRow]:
         return (row for number, row in enumerate(_rows(self.path), 1) if number not in self.elsewhere)
 
     def split(self, key: Callable[[str], T]) -> dict[T, _Samples]:
@@ -202,9 +202,9 @@ def read_responses(
     sampled = samples and first is not None and first.sample is not None
     file = _read(path, chain(() if first is None else (first,), checked), task_id_of, sampled=sampled)
     if not file.responses:
-        rows = f"{file.elsewhere:,} for tasks that are not in the data set"
+        rows = f"{file.skipped_rows:,} for tasks that are not in the data set"
         raise InputError(
-            f"{path}: expected at least one answer, found {rows if file.elsewhere else 'an empty list'}"
+            f"{path}: expected at least one answer, found {rows if file.skipped_rows else 'an empty list'}"
         )
     return file
 
@@ -245,9 +245,9 @@ def _read(
     number = 0
     for row in rows:
         sample = row.sample if sampled else 0
-        if type(sample) is not int or not 0 <= sample < MOST_SAMPLES:
+        if type(sample) is not int or not 0 <= sample < MAX_SAMPLES:
             raise InputError(
-                f'{row.place}: "{SAMPLE}" must be a whole number from 0 to {MOST_SAMPLES - 1}, as in row 1'
+                f'{row.place}: "{SAMPLE}" must be a whole number from 0 to {MAX_SAMPLES - 1}, as in row 1'
             )
         if row.task_id is None:
             elsewhere.add(row.number)
@@ -271,7 +271,7 @@ def _is_new(seen: bytearray, sample: int) -> bool:
     return is_new
 
 
-def response_of(row: Row, task_id_of: Callable[[str], str | None]) -> Response:
+def response_of(row: ResponseRow, task_id_of: Callable[[str], str | None]) -> Response:
     """The answer in a row of a file that `read_responses` has read."""
     if isinstance(row, Response):
         return row
@@ -308,7 +308,7 @@ def attempt_name(name: str, attempt: int) -> str:
     return f"{name}_attempt_{attempt}"
 
 
-def _rows(path: Path) -> Iterator[Row]:
+def _rows(path: Path) -> Iterator[ResponseRow]:
     """The rows of a file, those of lines of JSON as lines; of these and of Parquet a few are in memory."""
     if path.suffix == Path(PARQUET).suffix:
         return read_columns(path, COLUMNS, (SAMPLE,))

@@ -110,7 +110,7 @@ class Grade:
     verdict: Verdict
 
 
-LIMIT = 10_000
+MAX_ANSWER_CHARACTERS = 10_000
 """How long answers are that are read, in characters; the longest of some 25,000 that we know has 9,651."""
 
 
@@ -138,7 +138,9 @@ class Reward:
             suite's verdicts do not say what an answer has earned.
     """
 
-    def __init__(self, suite: Suite, shaping: Shaping | str = Shaping.SUCCESS, *, limit: int = LIMIT) -> None:
+    def __init__(
+        self, suite: Suite, shaping: Shaping | str = Shaping.SUCCESS, *, limit: int = MAX_ANSWER_CHARACTERS
+    ) -> None:
         self.suite = _without_planner(suite)
         self.shaping = find_member(Shaping, shaping, "shaping")
         if self.shaping is Shaping.REPAIR and suite.ability is not Ability.ACTION_SEQUENCING:
@@ -240,10 +242,10 @@ def reward(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> fl
         DataError: the data cannot be had.
     """
     found = TaskReference.parse(task)
-    return reward_of(found, shaping)(found.task_id, text)
+    return open_reward(found, shaping)(found.task_id, text)
 
 
-def reward_of(task: TaskReference, shaping: Shaping | str) -> Reward:
+def open_reward(task: TaskReference, shaping: Shaping | str) -> Reward:
     """The reward of the suite that a task is of, opened once.
 
     Raises:
@@ -254,7 +256,7 @@ def reward_of(task: TaskReference, shaping: Shaping | str) -> Reward:
 
 
 @cache
-def suite_of(benchmark: str, ability: Ability) -> Suite:
+def open_reward_suite(benchmark: str, ability: Ability) -> Suite:
     """A suite that answers are paid in, opened once and without a planner; as `TaskReference` names it.
 
     Raises:
@@ -266,7 +268,7 @@ def suite_of(benchmark: str, ability: Ability) -> Suite:
 
 @cache
 def _opened(benchmark: str, ability: Ability, shaping: Shaping) -> Reward:
-    return Reward(suite_of(benchmark, ability), shaping)
+    return Reward(open_reward_suite(benchmark, ability), shaping)
 
 
 def _without_planner(suite: Suite) -> Suite:

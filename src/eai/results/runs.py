@@ -21,7 +21,7 @@ from eai.benchmarks.names import TaskReference
 from eai.benchmarks.protocols import implementation_of
 from eai.benchmarks.registry import registered
 from eai.results.lines import SuiteKey
-from eai.results.paper_tables import paper_setting
+from eai.results.paper_tables import read_paper_setting
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 
@@ -29,7 +29,7 @@ _LOG = "inspect.json"
 """The file beside records that says where Inspect's log has their samples."""
 
 
-LogPlace: TypeAlias = tuple[str, int | Mapping[str, int]]
+LogSamples: TypeAlias = tuple[str, int | Mapping[str, int]]
 """A log's name, and the epoch of samples in it, of all or by task."""
 
 
@@ -94,12 +94,12 @@ class Run:
 
     key: RunKey
     records: tuple[Record, ...]
-    log: LogPlace | None = None
+    log: LogSamples | None = None
 
 
-def as_asked_in_paper(run: Run) -> Run:
+def count_goals_as_paper(run: Run) -> Run:
     """Return the run, counted by the goals that the prompts of the paper's runs stated."""
-    name = paper_setting().protocol
+    name = read_paper_setting().protocol
     protocol = implementation_of(name) if run.key.protocol.value == name else None
     if protocol is None:
         return run
@@ -112,9 +112,9 @@ def as_asked_in_paper(run: Run) -> Run:
     return replace(run, records=tuple(map(as_asked, run.records)))
 
 
-def as_counted_in_paper(run: Run) -> Run:
+def count_errors_as_paper(run: Run) -> Run:
     """Return the run of an experiment with its errors counted as the script of the paper's runs did."""
-    protocol = implementation_of(paper_setting().protocol)
+    protocol = implementation_of(read_paper_setting().protocol)
     if protocol is None:
         return run
 
@@ -177,7 +177,7 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
             yield Run(key, tuple(records), _log_beside(path))
 
 
-def write_log_place(folder: Path, log: Path, epoch: int | Mapping[str, int]) -> None:
+def write_log_samples(folder: Path, log: Path, epoch: int | Mapping[str, int]) -> None:
     """Write beside records in which log of Inspect's their samples are, of which epoch or, by task, epochs.
 
     Raises:
@@ -186,7 +186,7 @@ def write_log_place(folder: Path, log: Path, epoch: int | Mapping[str, int]) -> 
     write_whole({folder / _LOG: json.dumps({"log": log.name, "epoch": epoch}) + "\n"})
 
 
-def _log_beside(records: Path) -> LogPlace | None:
+def _log_beside(records: Path) -> LogSamples | None:
     path = records.with_name(_LOG)
     try:
         content = json.loads(read_content(path)) if path.exists() else None
@@ -199,10 +199,10 @@ def _log_beside(records: Path) -> LogPlace | None:
         raise InputError(f'{path}: expected {{"log", "epoch"}}') from error
 
 
-def address_of(record: Record) -> str:
+def explorer_address(record: Record) -> str:
     """The part of an address that shows a record in the explorer of a report."""
     made = declaration_of(record.ability).made_by(record.response)
-    key = _key(record if made is None else record.varied(made))
+    key = _key(record if made is None else record.add_experiment(made))
     run = f"{key.domain}/{key.ability.value}/{key.protocol.value}/{key.name}"
     return f"explorer.html#{urlencode({'run': run, 'task': record.task_id})}"
 

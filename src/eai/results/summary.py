@@ -22,7 +22,7 @@ from eai.base.grouping import group_pairs
 from eai.results.certainty import Case
 from eai.results.rate import NOTHING, Rate, rate_of, total
 from eai.results.record import Record
-from eai.results.repeats import repeated_metric
+from eai.results.repeats import find_success_metric
 from eai.results.table import Estimate
 from eai.tasks.share import Share
 
@@ -80,18 +80,20 @@ def name_of(record: Record) -> str:
 def share_of(records: Sequence[Record], counted: Sequence[bool]) -> Estimate:
     """The share of records that count."""
     cases = zip(records, counted, strict=True)
-    return Estimate.of([Case(record.task_id, name_of(record), of_all(counts)) for record, counts in cases])
+    return Estimate.from_cases(
+        [Case(record.task_id, name_of(record), of_all(counts)) for record, counts in cases]
+    )
 
 
 AVERAGE = "average_performance"
 """The name of the metric."""
 
 
-Place: TypeAlias = tuple[Ability, str]
+AbilityMetric: TypeAlias = tuple[Ability, str]
 """A metric of an ability."""
 
 
-def average_weights(values: Mapping[Place, float | None] | None = None) -> dict[Place, float]:
+def average_weights(values: Mapping[AbilityMetric, float | None] | None = None) -> dict[AbilityMetric, float]:
     """How much each metric counts in the average: a quarter an ability, halved where it has two metrics.
 
     Args:
@@ -99,7 +101,7 @@ def average_weights(values: Mapping[Place, float | None] | None = None) -> dict[
             paper's does so where it is known. Without values the metrics are the paper's.
     """
     known = values or {}
-    weights: dict[Place, float] = {}
+    weights: dict[AbilityMetric, float] = {}
     for ability, declared in the_four().items():
         for metric in declared.averaged:
             place = ability, declared.instead.get(metric, metric)
@@ -108,7 +110,7 @@ def average_weights(values: Mapping[Place, float | None] | None = None) -> dict[
     return weights
 
 
-def average_performance(values: Mapping[Place, float | None]) -> float | None:
+def average_performance(values: Mapping[AbilityMetric, float | None]) -> float | None:
     """The mean over the four abilities in percent, or None unless all are known.
 
     ``(goal F1 + subgoal task success + action task success + (operator F1 + planner success) / 2) / 4``: the
@@ -123,7 +125,7 @@ def average_performance(values: Mapping[Place, float | None]) -> float | None:
     return sum(parts) if len(parts) == len(weights) else None
 
 
-def after(record: Record, attempts: int) -> Record:
+def keep_attempts(record: Record, attempts: int) -> Record:
     """The record as it would be if a task had no more attempts than so many; one without any is as it is."""
     made = record.attempts[:attempts]
     if not made:
@@ -134,7 +136,7 @@ def after(record: Record, attempts: int) -> Record:
     )
 
 
-def most_attempts(records: Sequence[Record]) -> int:
+def max_attempts(records: Sequence[Record]) -> int:
     """How many attempts the tasks of a run could have; 0 where answers were not carried out."""
     if not any(record.attempts for record in records):
         return 0
@@ -142,14 +144,14 @@ def most_attempts(records: Sequence[Record]) -> int:
     return max([1 + options.replans for options in known if options is not None])
 
 
-def by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rate]]:
+def summarise_by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rate]]:
     """The metrics of a run by the number of attempts, from 1 on.
 
     The errors are those of the last attempt that was made. Success never falls: a trial ends with it.
     """
     return [
-        summarise([after(record, number).verdict for record in records], records[0].ability)
-        for number in range(1, most_attempts(records) + 1)
+        summarise([keep_attempts(record, number).verdict for record in records], records[0].ability)
+        for number in range(1, max_attempts(records) + 1)
     ]
 
 
@@ -191,7 +193,7 @@ class Breakdown:
     by_predicate: Mapping[str, Rate]
 
 
-def outcome(record: Record) -> AnswerOutcome:
+def outcome_of(record: Record) -> AnswerOutcome:
     """The outcome of an answer, or that there is none."""
     if record.verdict.excluded is not None:
         return AnswerOutcome.EXCLUDED
@@ -207,14 +209,14 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     what their tasks are like are in none of the breakdowns by task.
     """
     declared = declaration_of(ability)
-    metric = None if declared.of_epochs is None else repeated_metric(ability)
+    metric = None if declared.of_epochs is None else find_success_metric(ability)
     outcomes: Counter[AnswerOutcome] = Counter()
     by_goals: dict[int, list[Case]] = {}
     by_length: dict[int, list[Case]] = {}
     by_action: dict[str, list[Share]] = {}
     by_predicate: dict[str, list[Share]] = {}
     for record in records:
-        came_to = outcome(record)
+        came_to = outcome_of(record)
         outcomes[came_to] += 1
         if came_to in _NO_ANSWER:
             continue

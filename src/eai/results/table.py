@@ -47,14 +47,14 @@ class Estimate:
     notes: tuple[int, ...] = ()
 
     @classmethod
-    def of(cls, cases: Cases) -> Estimate:
+    def from_cases(cls, cases: Cases) -> Estimate:
         """The rate of what tasks add to it, in percent; its interval has the tasks' names as units."""
         rate, certainty = rate_of(case.share for case in cases), certainty_of_rate(cases)
         low, high = (None, None) if certainty is None else certainty.interval
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)
 
     @classmethod
-    def of_difference(cls, before: Cases, after: Cases) -> Estimate:
+    def from_difference(cls, before: Cases, after: Cases) -> Estimate:
         """The second rate minus the first, in percentage points."""
         percents = [rate_of(case.share for case in cases).percent for cases in (before, after)]
         certainty = certainty_of_difference(before, after)
@@ -63,7 +63,7 @@ class Estimate:
         return cls(percents[1] - percents[0], *((None, None) if certainty is None else certainty.interval))
 
     @classmethod
-    def of_rate(cls, rate: Rate) -> Estimate:
+    def from_rate(cls, rate: Rate) -> Estimate:
         """A rate in percent, without an interval."""
         return cls(rate.percent, numerator=rate.numerator, denominator=rate.denominator)
 
@@ -71,7 +71,7 @@ class Estimate:
         """The parts that the estimate may have, by name."""
         return {name: getattr(self, name) for name in ESTIMATE_PARTS}
 
-    def shown(self, column: Column, nothing: str) -> str:
+    def format_number(self, column: Column, nothing: str) -> str:
         """The number alone, as a column has it; or what stands for none."""
         if self.value is None:
             return nothing
@@ -136,9 +136,9 @@ class Column:
     name: str
     heading: str = ""
     group: str = ""
-    alone: str = ""
+    heading_without_group: str = ""
     digits: int | None = None
-    number: bool | None = None
+    is_number: bool | None = None
     notes: tuple[int, ...] = ()
 
 
@@ -165,11 +165,11 @@ class Table:
     definition: str
     columns: tuple[str | Column, ...]
     rows: tuple[Row, ...]
-    shown: int | None = None
+    max_shown_rows: int | None = None
     notes: tuple[str, ...] = ()
 
     @classmethod
-    def of_columns(cls, title: str, columns: Sequence[NamedCells]) -> Table:
+    def from_columns(cls, title: str, columns: Sequence[NamedCells]) -> Table:
         """A table for a terminal from its columns, each with its cells."""
         rows = zip(*(cells for _, cells in columns), strict=True)
         return cls("", title, "", tuple([column for column, _ in columns]), tuple(rows))
@@ -180,29 +180,29 @@ class Table:
         return tuple([column if isinstance(column, str) else column.name for column in self.columns])
 
     @property
-    def described(self) -> list[Column]:
+    def full_columns(self) -> list[Column]:
         """The columns in full: each knows whether it is one of numbers, and what stands over it."""
         found = []
         for place, each in enumerate(self.columns):
             column = Column(each) if isinstance(each, str) else each
-            number = self._is_of_numbers(place) if column.number is None else column.number
-            found.append(replace(column, heading=column.heading or column.name, number=number))
+            number = self._is_of_numbers(place) if column.is_number is None else column.is_number
+            found.append(replace(column, heading=column.heading or column.name, is_number=number))
         return found
 
-    def by_name(self) -> list[dict[str, Cell]]:
+    def row_dicts(self) -> list[dict[str, Cell]]:
         """The rows as cells by the names of their columns."""
         names = self.names
         return [dict(zip(names, row, strict=True)) for row in self.rows]
 
-    def only(self, columns: Sequence[str]) -> Table:
+    def select(self, columns: Sequence[str]) -> Table:
         """The table with these of its columns, in their order in it."""
         places = [place for place, name in enumerate(self.names) if name in columns]
         chosen = tuple([self.columns[place] for place in places])
         return replace(self, columns=chosen, rows=tuple(tuple(row[i] for i in places) for row in self.rows))
 
-    def without(self, columns: Collection[str]) -> Table:
+    def drop(self, columns: Collection[str]) -> Table:
         """The table but for some of its columns."""
-        return self.only([name for name in self.names if name not in columns])
+        return self.select([name for name in self.names if name not in columns])
 
     def flat_columns(self) -> list[str]:
         """The columns of CSV: an estimate has one for each of its parts."""
@@ -233,8 +233,12 @@ class Table:
         return not any(isinstance(row[place], str | bool | Label) for row in self.rows)
 
 
-def table_of(
-    name: str, columns: tuple[str | Column, ...], *, title: str | None = None, shown: int | None = None
+def make_table(
+    name: str,
+    columns: tuple[str | Column, ...],
+    *,
+    title: str | None = None,
+    max_shown_rows: int | None = None,
 ) -> Callable[[Callable[P, Iterable[Row]]], Callable[P, Table]]:
     """Makes of a function that gives rows one that gives their table, whose attributes these are.
 
@@ -251,7 +255,7 @@ def table_of(
             bound = signature(rows).bind(*arguments, **options)
             bound.apply_defaults()
             says, means = (text.format(**bound.arguments) for text in (heading, definition))
-            return Table(name, says, means, columns, tuple(rows(*arguments, **options)), shown)
+            return Table(name, says, means, columns, tuple(rows(*arguments, **options)), max_shown_rows)
 
         return made
 

@@ -14,7 +14,7 @@ from typing import get_type_hints
 from eai.base.errors import InputError
 from eai.base.files import escape_unprintable, write_whole
 from eai.base.json_value import Json
-from eai.results.lines import MODEL, SUITE, TOGETHER, Line, SuiteKey
+from eai.results.lines import ALL_MODELS, MODEL, SUITE, SuiteKey, TidyLine
 from eai.results.markdown import rows_markdown
 from eai.results.parquet import parquet
 from eai.results.table import Cell, Estimate, Label, Plain, Table
@@ -69,13 +69,13 @@ def rows_csv(rows: Iterable[Mapping[str, Plain]]) -> str:
     return csv_text(list(written[0]) if written else [], (list(row.values()) for row in written))
 
 
-def lines_csv(kind: type[Line], lines: Iterable[Line]) -> str:
+def lines_csv(kind: type[TidyLine], lines: Iterable[TidyLine]) -> str:
     """A tidy table as CSV."""
     columns = [column.name for column in fields(kind)]
     return csv_text(columns, ([getattr(line, name) for name in columns] for line in lines))
 
 
-def write_parquet(path: Path, kind: type[Line], lines: Sequence[Line]) -> None:
+def write_parquet(path: Path, kind: type[TidyLine], lines: Sequence[TidyLine]) -> None:
     """Write a tidy table as Parquet.
 
     Raises:
@@ -104,7 +104,7 @@ def _json(tables: Sequence[Table], remarks: Sequence[str]) -> dict[str, Json]:
             table.name: {
                 "title": table.title,
                 "definition": table.definition,
-                "rows": [{name: _json_cell(cell) for name, cell in row.items()} for row in table.by_name()],
+                "rows": [{name: _json_cell(cell) for name, cell in row.items()} for row in table.row_dicts()],
             }
             for table in tables
         },
@@ -127,9 +127,9 @@ def _markdown(name: str, tables: Sequence[Table], remarks: Sequence[str]) -> str
         lines.append("")
         for heading, rows in shown.items():
             lines += [f"### {heading}", ""] if heading else []
-            described = enumerate(table.described)
+            described = enumerate(table.full_columns)
             places = [i for i, column in described if not heading or column.name not in (*SUITE, MODEL)]
-            columns = [table.described[place] for place in places]
+            columns = [table.full_columns[place] for place in places]
             lines += [*rows_markdown(columns, ([row[place] for place in places] for row in rows)), ""]
         if not table.rows:
             lines += ["Nothing.", ""]
@@ -138,15 +138,15 @@ def _markdown(name: str, tables: Sequence[Table], remarks: Sequence[str]) -> str
 
 def _shown(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
     """The rows that a reader is shown by suite and model: where models stand together, those, else all."""
-    rows = table.by_name()
-    if any(row.get(MODEL) == TOGETHER for row in rows):
-        rows = [row for row in rows if row[MODEL] == TOGETHER]
+    rows = table.row_dicts()
+    if any(row.get(MODEL) == ALL_MODELS for row in rows):
+        rows = [row for row in rows if row[MODEL] == ALL_MODELS]
     shown: dict[str, list[tuple[Cell, ...]]] = {}
     for row in rows:
         heading = str(SuiteKey(*(str(row[name]) for name in SUITE))) if SUITE[0] in row else ""
         heading += f", {row[MODEL]}" if MODEL in row else ""
         of_suite = shown.setdefault(heading, [])
-        if table.shown is None or len(of_suite) < table.shown:
+        if table.max_shown_rows is None or len(of_suite) < table.max_shown_rows:
             of_suite.append(tuple(row.values()))
     return {heading: rows for heading, rows in shown.items() if rows}
 

@@ -16,7 +16,7 @@ from eai.abilities.explanation import Statement
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.features import features_of
 from eai.logic.formula import Atom, Constant
-from eai.results.lines import Reason
+from eai.results.lines import WrongGoalReason
 from eai.tasks.goal_test import alternatives
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
@@ -43,7 +43,7 @@ class TaskBook:
         """The features of a task, by column."""
         return asdict(features_of(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}
 
-    def _reason(self, task_id: str, call: Statement) -> Reason | None:
+    def _reason(self, task_id: str, call: Statement) -> WrongGoalReason | None:
         """Why a goal that is none may be stated.
 
         Args:

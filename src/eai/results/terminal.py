@@ -38,7 +38,7 @@ def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
     limit = None if wide else int(console.width * _NAMES)
     columns = [
         (column, [_cell(column, row[place]) for row in table.rows])
-        for place, column in enumerate(table.described)
+        for place, column in enumerate(table.full_columns)
     ]
     for part in [columns] if wide else _parts(console, columns, limit):
         grid = _grid(part, limit)
@@ -48,19 +48,19 @@ def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
 
 def _parts(console: Console, columns: Sequence[_Shown], limit: int | None) -> Iterator[Sequence[_Shown]]:
     """The columns in groups that fit beside the names, each with one column at least."""
-    begin = next(i for i, (column, _) in enumerate(columns) if not column.number)
-    first = next((i for i in range(begin, len(columns)) if columns[i][0].number), begin + 1)
+    begin = next(i for i, (column, _) in enumerate(columns) if not column.is_number)
+    first = next((i for i in range(begin, len(columns)) if columns[i][0].is_number), begin + 1)
     names, rest = columns[:first], columns[first:]
     beside = taken = _width(console, _grid(names, limit))
     part: list[_Shown] = []
-    for shown in (shown for shown in rest if shown[0].number):
+    for shown in (shown for shown in rest if shown[0].is_number):
         width = _width(console, _grid([*names, shown], limit)) - beside
         if part and taken + width > console.width:
             yield [*names, *part]
             part, taken = [], beside
         part.append(shown)
         taken += width
-    part += [shown for shown in rest if not shown[0].number]
+    part += [shown for shown in rest if not shown[0].is_number]
     if part:
         yield [*names, *part]
 
@@ -74,8 +74,8 @@ def _grid(columns: Sequence[_Shown], limit: int | None) -> Grid:
     grid = Grid(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, collapse_padding=True)
     names = True
     for column, _ in columns:
-        heading = Text(column.alone or column.heading)
-        if column.number:
+        heading = Text(column.heading_without_group or column.heading)
+        if column.is_number:
             grid.add_column(heading, justify="right", no_wrap=True)
         else:
             grid.add_column(heading, overflow="fold", max_width=limit if names else None)
@@ -90,7 +90,7 @@ def _cell(column: Column, cell: Cell) -> Text:
         case None:
             return Text("")
         case Estimate(value=value, low=low, high=high, best=best):
-            text = Text(cell.shown(column, "-"), style="bold" if best and value is not None else "")
+            text = Text(cell.format_number(column, "-"), style="bold" if best and value is not None else "")
             if low is not None and high is not None:
                 text.append(f"\n±{(high - low) / 2:.1f}", style="dim not bold")
             return text

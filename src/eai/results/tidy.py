@@ -14,7 +14,7 @@ from eai.abilities.verdict import NOTHING, PlanVerdict, Shares
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
 from eai.results.record import Record
-from eai.results.summary import goals_of, name_of, outcome, shares_by_task, steps_of
+from eai.results.summary import goals_of, name_of, outcome_of, shares_by_task, steps_of
 
 if TYPE_CHECKING:
     from eai.abilities.goal_interpretation.verdict import GoalVerdict
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from eai.tasks.source import Source
 
 
-class Tables:
+class TidyTables:
     """The tidy tables of any number of runs, in their order.
 
     What a task is like is looked up in the data set where its benchmark is registered, and is otherwise known
@@ -50,7 +50,7 @@ class Tables:
         book = self._book(records[0].domain) if self._features else None
         adds = shares_by_task(records)
         for record in records:
-            key = beginning_of(record)
+            key = first_columns(record)
             self.answers.append(_answer(record, key, adds.get(record.task_id, {}), book))
             if record.verdict.excluded is not None or record.unanswered is not None:
                 continue
@@ -67,11 +67,11 @@ class Tables:
 
 _COLUMNS = tuple(column.name for column in fields(AnswerLine))
 
-Beginning: TypeAlias = dict[str, Any]
+FirstColumns: TypeAlias = dict[str, Any]
 """The columns of `Line`."""
 
 
-def beginning_of(record: Record) -> Beginning:
+def first_columns(record: Record) -> FirstColumns:
     """The columns that every line of a record begins with."""
     rules = "" if record.experiment is None else record.experiment.rules_text
     return {
@@ -87,13 +87,13 @@ def beginning_of(record: Record) -> Beginning:
     }
 
 
-def _answer(record: Record, key: Beginning, shares: Shares, book: TaskBook | None) -> AnswerLine:
+def _answer(record: Record, key: FirstColumns, shares: Shares, book: TaskBook | None) -> AnswerLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
     is_explained = record.explanation is not None and _has_plans(record)
     values: dict[str, Any] = {
         **key,
-        "outcome": outcome(record).value,
+        "outcome": outcome_of(record).value,
         "success": _success(record, shares),
         "error_kind": None if error is None else error.kind.value,
         "error_check": None if error is None else error.check,
@@ -123,7 +123,7 @@ def _success(record: Record, shares: Shares) -> bool | None:
     if share is None:
         return None
     whole = (0, share.denominator)
-    return bool(share.numerator) if share.numerator in whole else outcome(record) is AnswerOutcome.SUCCESS
+    return bool(share.numerator) if share.numerator in whole else outcome_of(record) is AnswerOutcome.SUCCESS
 
 
 def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
@@ -145,7 +145,7 @@ def _features(record: Record, book: TaskBook | None) -> Mapping[str, int | None]
     return {**found, "annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
 
 
-def _steps(record: Record, key: Beginning) -> Iterator[StepLine]:
+def _steps(record: Record, key: FirstColumns) -> Iterator[StepLine]:
     if not _has_plans(record):
         return
     for number, step in steps_of(record):
@@ -160,7 +160,7 @@ def _steps(record: Record, key: Beginning) -> Iterator[StepLine]:
         )
 
 
-def _goals(record: Record, key: Beginning) -> Iterator[GoalLine]:
+def _goals(record: Record, key: FirstColumns) -> Iterator[GoalLine]:
     if not isinstance(record.verdict, PlanVerdict):
         return
     for number, (report, satisfied) in enumerate(goals_of(record)):
@@ -170,7 +170,7 @@ def _goals(record: Record, key: Beginning) -> Iterator[GoalLine]:
         )
 
 
-def _atoms(record: Record, key: Beginning, book: TaskBook | None) -> Iterator[AtomLine]:
+def _atoms(record: Record, key: FirstColumns, book: TaskBook | None) -> Iterator[AtomLine]:
     if record.ability is not Ability.GOAL_INTERPRETATION:
         return
     verdict = cast("GoalVerdict", record.verdict)
@@ -183,7 +183,7 @@ def _atoms(record: Record, key: Beginning, book: TaskBook | None) -> Iterator[At
             )
 
 
-def _clauses(record: Record, key: Beginning) -> Iterator[ClauseLine]:
+def _clauses(record: Record, key: FirstColumns) -> Iterator[ClauseLine]:
     if not declaration_of(record.ability).asked.of_operators:
         return
     from eai.abilities.transition_modeling.verdict import OTHER

@@ -55,7 +55,7 @@ class Totals:
     left: Counter[str] = field(default_factory=Counter)
 
     @staticmethod
-    def of(records: Iterable[Record]) -> Totals:
+    def from_records(records: Iterable[Record]) -> Totals:
         """Those of some records of a run."""
         totals = Totals()
         for record in records:

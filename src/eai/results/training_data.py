@@ -15,10 +15,10 @@ from eai.results.record import Record
 from eai.results.reward import Reward
 from eai.tasks.prompts.prompt import Prompt
 
-Row: TypeAlias = dict[str, Any]
+TrainingRow: TypeAlias = dict[str, Any]
 
 
-def prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[Row]:
+def make_prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[TrainingRow]:
     """A row for each task in which something is to be earned, in the order of the data set.
 
     Besides prompt and task a row has the columns by which verl (``data_source``, ``reward_model``) and SkyRL
@@ -46,9 +46,9 @@ NOT_PAID = "of an ability whose verdicts do not say what an answer has earned"
 """Why a record is not used."""
 
 
-def rewarded(
+def make_reward_rows(
     records: Iterable[Record], reward: Reward, prompts: Mapping[str, Prompt], left_out: Counter[str]
-) -> Iterator[Row]:
+) -> Iterator[TrainingRow]:
     """A row for each answer in records of one suite, with the prompt that it answers and its worth now.
 
     ``left_out`` counts the records that are not used, by the reason.
@@ -75,7 +75,7 @@ def rewarded(
         }
 
 
-def verified_rows(answers: Iterable[Row], least: float) -> Iterator[Row]:
+def select_verified_rows(answers: Iterable[TrainingRow], least: float) -> Iterator[TrainingRow]:
     """The rows of answers that are worth at least so much; equal answers to a task stand there once."""
     seen: set[tuple[str, str]] = set()
     for row in answers:
@@ -85,14 +85,14 @@ def verified_rows(answers: Iterable[Row], least: float) -> Iterator[Row]:
             yield row
 
 
-def preference_rows(answers: Iterable[Row], margin: float) -> Iterator[Row]:
+def make_preference_rows(answers: Iterable[TrainingRow], margin: float) -> Iterator[TrainingRow]:
     """For each task its best answer, the first of equally good ones, before every one that is worth less.
 
     Args:
         answers: the rows of answers.
         margin: by more than how much the chosen answer must be worth more than the rejected one.
     """
-    by_task: dict[str, dict[str, Row]] = {}
+    by_task: dict[str, dict[str, TrainingRow]] = {}
     for row in answers:
         by_task.setdefault(row["task"], {}).setdefault(_text_of(row), row)
     for task, distinct in by_task.items():
@@ -109,12 +109,14 @@ def preference_rows(answers: Iterable[Row], margin: float) -> Iterator[Row]:
                 }
 
 
-def _text_of(row: Row) -> str:
+def _text_of(row: TrainingRow) -> str:
     """The answer in a row."""
     text: str = row["completion"][0]["content"]
     return text
 
 
-def _messages_of(prompt: Prompt) -> list[Row]:
-    system: list[Row] = [] if prompt.system is None else [{"role": "system", "content": prompt.system}]
+def _messages_of(prompt: Prompt) -> list[TrainingRow]:
+    system: list[TrainingRow] = (
+        [] if prompt.system is None else [{"role": "system", "content": prompt.system}]
+    )
     return [*system, {"role": "user", "content": prompt.user}]

@@ -17,7 +17,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.protocols import preset
 from eai.benchmarks.suite import Suite
 from eai.results.record import Record
-from eai.results.records import record_of
+from eai.results.records import make_record
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.task import Task
 from eai.world.action import Action
@@ -57,11 +57,11 @@ class Answer:
         return self.stop_reason in ("max_tokens", "model_length")
 
 
-Place: TypeAlias = tuple[str, int]
+AnswerKey: TypeAlias = tuple[str, int]
 """Id of the task, and epoch."""
 
 
-class Inquiry:
+class Conversation:
     """A task as it is put to a model: there is a question until it is over.
 
     Without a trial it is asked once, and what becomes of its answer is found out afterwards.
@@ -87,7 +87,7 @@ class Inquiry:
         self.asked: list[Prompt] = []
 
     @property
-    def over(self) -> bool:
+    def is_over(self) -> bool:
         """Whether there is nothing more to ask."""
         return bool(self.asked) if self._trial is None else self._trial.over
 
@@ -97,12 +97,12 @@ class Inquiry:
         return self._ask()
 
     @property
-    def about(self) -> Mapping[str, str]:
+    def metadata(self) -> Mapping[str, str]:
         """The metadata of the next question on the scene that it tells of, if that has changed."""
         return self._about()
 
     @property
-    def done(self) -> tuple[Action, ...]:
+    def executed_actions(self) -> tuple[Action, ...]:
         """The actions executed in the world that the question is about, if it says how that is now."""
         if self._trial is None or self._trial.options.feedback == "none":
             return ()
@@ -113,14 +113,14 @@ class Inquiry:
         """The outcomes of the answers, where they are carried out."""
         return () if self._trial is None else tuple(self._trial.attempts)
 
-    def take(self, text: str) -> None:
+    def add_answer(self, text: str) -> None:
         """Take the answer to the question."""
         self.asked.append(self.question)
         if self._trial is not None:
             self._trial.take(text)
 
 
-def described(attempts: Iterable[Attempt], answers: Iterable[Answer]) -> Iterator[Attempt]:
+def describe_attempts(attempts: Iterable[Attempt], answers: Iterable[Answer]) -> Iterator[Attempt]:
     """Attempts at a task with what is known of the answers that were carried out in them."""
     for attempt, answer in zip(attempts, answers, strict=True):
         yield replace(
@@ -144,10 +144,10 @@ class Trials:
     asker: Asker
     stated: Mapping[str, Task] = field(default_factory=dict)
 
-    def inquiry(self, task_id: str, epoch: int = 1) -> Inquiry:
+    def start_conversation(self, task_id: str, epoch: int = 1) -> Conversation:
         """A task as it is put to a model."""
         trial = begin_trial(self.suite, self.options, task_id, epoch, self.stated.get(task_id))
-        return Inquiry(partial(self.asker.question, trial), trial, partial(self.asker.about, trial))
+        return Conversation(partial(self.asker.question, trial), trial, partial(self.asker.about, trial))
 
 
 def replay(
@@ -185,12 +185,12 @@ def begin_trial(
     return kind(scorer, options, epoch, stated)
 
 
-def record_of_trial(
+def make_trial_record(
     suite: Suite, options: AttemptOptions, model: str, task_id: str, attempts: Sequence[Attempt]
 ) -> Record:
     """The record of a task that was tried: its verdict is that of the last attempt."""
     last = attempts[-1]
-    return record_of(
+    return make_record(
         suite,
         model,
         task_id,

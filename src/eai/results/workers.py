@@ -87,7 +87,7 @@ def _done(content: bytes) -> bytes:
     """The results of some work on a batch, pickled plainly: as a connection does it takes twice as long."""
     try:
         work, items = pickle.loads(content)  # noqa: S301 - of a process of this program
-        return pickle.dumps(loaded(work)(items))
+        return pickle.dumps(load_work(work)(items))
     except Exception as error:
         return _error_bytes(error)
 
@@ -103,7 +103,7 @@ def _error_bytes(error: Exception) -> bytes:
 
 
 @lru_cache(maxsize=8)
-def loaded(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
+def load_work(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
     """Work as it was pickled; opening the tasks that it is about takes long."""
     known: Callable[[Sequence[Any]], Sequence[Any]] = pickle.loads(work)  # noqa: S301 - of this program
     return known
@@ -112,22 +112,22 @@ def loaded(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
 T = TypeVar("T")
 R = TypeVar("R")
 
-SMALLEST, LARGEST = 16, 1024
+MIN_BATCH_SIZE, MAX_BATCH_SIZE = 16, 1024
 """How many items a worker is given at a time: few at first, so that all have some, then more."""
 
-HELD = 2
+MAX_BATCHES_PER_WORKER = 2
 """How many batches a worker has at most: one that it is at, and one to go on with.
 
 One of fewer than ``SMALLEST`` items, where each may take minutes, waits for who is free first.
 """
 
-AHEAD = 3
+MAX_BATCHES_AHEAD = 3
 """For how many batches a worker there may be at a time, those included whose results are not yet taken."""
 
-PAUSE = 0.01
+PAUSE_SECONDS = 0.01
 """Seconds until a folder is looked at again."""
 
-DEATHS = 3
+MAX_DEATHS = 3
 """How often workers may die at a batch."""
 
 
@@ -204,34 +204,34 @@ class Workers:
         if folder is not None:
             _remove(folder)
 
-    def each(
+    def map_batches(
         self,
         work: Callable[..., Sequence[R]],
         items: Iterable[T],
         *,
-        at_a_time: tuple[int, int] = (SMALLEST, LARGEST),
+        batch_sizes: tuple[int, int] = (MIN_BATCH_SIZE, MAX_BATCH_SIZE),
     ) -> Iterator[R]:
-        """The results of a function on the items, in their order.
+        """Yield the results of a function on the items, in their order.
 
         Args:
-            work: from a batch of items to as many results. It is pickled; each worker loads it once, as long
-                as it is one of the last few.
-            items: the items; pickled, as are results.
-            at_a_time: how many items a worker is given at first, and at most.
+            work: computes the results of a batch of items, one for each item. It is pickled. Each worker
+                loads it once, as long as it is among the last few functions.
+            items: the items; they are pickled, as are results.
+            batch_sizes: number of items in the first and in the largest batch of a worker.
 
         Raises:
-            EaiError: workers die whenever they come to certain items.
+            EaiError: workers die repeatedly at the same items.
         """
         if self._number < 2:
             for item in items:
                 yield from work((item,))
             return
         content = pickle.dumps(work)
-        coming = batches(items, self._number, *at_a_time)
+        coming = split_batches(items, self._number, *batch_sizes)
         ahead: deque[_Batch] = deque()
         try:
             while True:
-                for part in islice(coming, self._number * AHEAD - len(ahead)):
+                for part in islice(coming, self._number * MAX_BATCHES_AHEAD - len(ahead)):
                     ahead.append(_Batch(content, part))
                     self._waiting.append(ahead[-1])
                     self._give()
@@ -248,7 +248,7 @@ class Workers:
         while self._waiting:
             batch = self._waiting[0]
             worker = self._least_busy()
-            if len(worker.has) >= (1 if len(batch.items) < SMALLEST else HELD):
+            if len(worker.has) >= (1 if len(batch.items) < MIN_BATCH_SIZE else MAX_BATCHES_PER_WORKER):
                 return
             content = pickle.dumps((batch.work, batch.items))
             worker.has.append(self._waiting.popleft())
@@ -310,7 +310,7 @@ class Workers:
             return
         at = worker.has[0]
         at.deaths += 1
-        if at.deaths == DEATHS:
+        if at.deaths == MAX_DEATHS:
             at.result = pickle.dumps(EaiError(_named_items(at.items)))
             worker.has.popleft()
         self._waiting.extendleft(reversed(worker.has))
@@ -321,11 +321,11 @@ def _remove(folder: TemporaryDirectory[str]) -> None:
     end = time.monotonic() + CLEANING_SECONDS
     folder.cleanup()
     while Path(folder.name).exists() and time.monotonic() < end:
-        time.sleep(PAUSE)
+        time.sleep(PAUSE_SECONDS)
         folder.cleanup()
 
 
-def batches(items: Iterable[T], workers: int, size: int, largest: int) -> Iterator[Sequence[T]]:
+def split_batches(items: Iterable[T], workers: int, size: int, largest: int) -> Iterator[Sequence[T]]:
     """The items in batches that grow until they are large enough."""
     source, made = iter(items), 0
     while batch := list(islice(source, size)):
@@ -350,6 +350,5 @@ def _interrupts_held() -> Iterator[None]:
 
 def _named_items(items: Sequence[Any]) -> str:
     hint = "is there enough memory, and does the program begin below `if __name__ == '__main__':`?"
-    return (
-        f"workers died {DEATHS} times at the same {len(items)} items from {str(items[0])[:100]!r} on; {hint}"
-    )
+    first = str(items[0])[:100]
+    return f"workers died {MAX_DEATHS} times at the same {len(items)} items from {first!r} on; {hint}"

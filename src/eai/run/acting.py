@@ -30,8 +30,17 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark, loaded
 from eai.benchmarks.suite import open_suite
 from eai.run.job import ERRATA, PROVIDER
-from eai.run.journal import Desk
-from eai.run.solver import answer_in, content_of, giving_up, part, remember, thoughts_in, usage_of, with_epoch
+from eai.run.journal import RunState
+from eai.run.solver import (
+    add_epoch,
+    content_of,
+    find_reasoning,
+    make_answer,
+    report_failure,
+    restore_answer,
+    split_reply,
+    usage_of,
+)
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import ErrataChoice, Source, errata_choice
 from eai.tasks.task import Task
@@ -89,7 +98,7 @@ def _words() -> str:
     replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
     if not replies or replies[-1].empty:
         return ""
-    return "\n\n".join(filter(None, [*thoughts_in(replies[-1]), replies[-1].completion.strip()]))
+    return "\n\n".join(filter(None, [*find_reasoning(replies[-1]), replies[-1].completion.strip()]))
 
 
 def _tools(state: TaskState, play: Play) -> list[ToolDef]:
@@ -112,7 +121,7 @@ def enter() -> Solver:
     """Offers the tools of a task to whoever solves it."""
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        with_epoch(state)
+        add_epoch(state)
         play = _begin(state)
         if play is not None:
             state.store_as(_Acted).episode = play.to_json("stopped")
@@ -185,34 +194,34 @@ async def _by_text(state: TaskState, agent: AgentState, play: Play) -> None:
         if agent.output.empty:
             raise RuntimeError(agent.output.error or "the provider returned no choice")
         agent.messages.append(agent.output.message)
-        command = command_in(part(agent.output.completion).answer)
+        command = read_command(split_reply(agent.output.completion).answer)
         told = _carry_out(state, play, command)
         agent.messages.append(ChatMessageUser(content=told))
 
 
-def command_in(text: str) -> str:
+def read_command(text: str) -> str:
     """The command of a message: a JSON answer as a whole, or else its last line."""
     text = text.strip()
     return text if text.startswith(("{", "[")) else (text.splitlines() or [""])[-1].strip()
 
 
 @solver(name="eai_act")
-def act(desk: Desk) -> Solver:
+def act(desk: RunState) -> Solver:
     """Plays what is not played yet; episodes that are over go to the desk, and the others begin anew."""
     begin, perform = enter(), player()
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         place = (str(state.sample_id), state.epoch)
-        if desk.given[place]:
-            remember(state, desk.given[place][-1])
+        if desk.all_answers[place]:
+            restore_answer(state, desk.all_answers[place][-1])
             return state
         if desk.stopped is not None:
             return state
-        question, request = desk.inquiries[place].question, desk.request(place)
+        question, request = desk.conversations[place].question, desk.request(place)
         state.metadata[BEGUN] = desk.journal.begin(place, request)
-        with giving_up(desk, place):
+        with report_failure(desk, place):
             state = await perform(await begin(state, generate), generate)
-        desk.take(answer_in(state, request, question, _usage_of_sample(desk.job.endpoint.model)))
+        desk.add_answer(make_answer(state, request, question, _usage_of_sample(desk.job.endpoint.model)))
         return state
 
     return solve

@@ -20,7 +20,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import answer_form
 from eai.benchmarks.suite import Suite
 from eai.results.codec import sha256_of
-from eai.results.trials import Inquiry, Trials
+from eai.results.trials import Conversation, Trials
 from eai.studies.perception.scene_graph import SCENE
 from eai.studies.variation import Endpoint
 from eai.tasks.options import Options
@@ -53,7 +53,7 @@ _ONLY: Mapping[str, Collection[Ability]] = {
 """The abilities without turns that a built-in model answers, if it does not answer all."""
 
 
-def answers(name: str, ability: Ability) -> bool:
+def can_answer(name: str, ability: Ability) -> bool:
     """Whether a model answers an ability. Other models than built-in ones answer all."""
     provider, _, model = name.partition("/")
     if provider != PROVIDER:
@@ -74,7 +74,7 @@ def check_model(name: str) -> None:
         raise InputError(f"--model {name}: expected PROVIDER/NAME, such as openai/gpt-4o or {known[0]}{hint}")
 
 
-_Effort: TypeAlias = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
+_ReasoningEffort: TypeAlias = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
 """How much a model is to reason, in Inspect's words."""
 
 
@@ -96,7 +96,7 @@ class Decoding(Options):
     max_tokens: int | None = Field(default=None, ge=1)
     top_p: float | None = Field(default=None, ge=0, le=1)
     seed: int | None = None
-    reasoning_effort: _Effort | None = None
+    reasoning_effort: _ReasoningEffort | None = None
     reasoning_tokens: int | None = Field(default=None, ge=1)
     stop: bool = True
     structured: bool = False
@@ -144,7 +144,7 @@ class Job:
     decoding: Decoding = field(default_factory=Decoding)
     pace: Pace = field(default_factory=Pace)
     trials: Trials | None = None
-    about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     experiment: Experiment | None = None
 
     @property
@@ -156,20 +156,20 @@ class Job:
             decisive.append([self.trials.options.label, self.trials.suite.protocol.value])
         return sha256_of(json.dumps(decisive))
 
-    def inquiry(self, task_id: str, epoch: int) -> Inquiry:
+    def start_conversation(self, task_id: str, epoch: int) -> Conversation:
         """A task as it is put to the model."""
         if self.trials is None:
-            return Inquiry(partial(self.prompts.__getitem__, task_id))
-        return self.trials.inquiry(task_id, epoch)
+            return Conversation(partial(self.prompts.__getitem__, task_id))
+        return self.trials.start_conversation(task_id, epoch)
 
-    def form(self, task_id: str) -> Schema | None:
+    def answer_schema(self, task_id: str) -> Schema | None:
         """The form that answers are held to, with any objects where the scene is shown as it was perceived.
 
         None if answers may have any form.
         """
         if not self.decoding.structured:
             return None
-        perceived = SCENE in self.about.get(task_id, {})
+        perceived = SCENE in self.metadata.get(task_id, {})
         task = None if perceived else self.suite.tasks.get(task_id)
         return answer_form(self.suite.benchmark, self.suite.ability, task, self.prompts[task_id])
 
@@ -179,7 +179,7 @@ class Job:
         The same question asked again is another request, or a run that resumes would take the first answer
         for all.
         """
-        endpoint, decoding, form = self.endpoint, self.decoding, self.form(task_id)
+        endpoint, decoding, form = self.endpoint, self.decoding, self.answer_schema(task_id)
         decisive = (
             (endpoint.model, sorted(endpoint.arguments.items()), endpoint.base_url),
             (decoding.temperature, decoding.max_tokens, decoding.stop, decoding.structured),
@@ -187,6 +187,6 @@ class Job:
             *sorted(decoding.sampling.items()),
             *((attempt,) if attempt > 1 else ()),
             *((form,) if form is not None else ()),
-            *((setting,) if (setting := self.about.get(task_id, {}).get(AGENT)) else ()),
+            *((setting,) if (setting := self.metadata.get(task_id, {}).get(AGENT)) else ()),
         )
         return sha256_of(json.dumps(decisive))

@@ -20,7 +20,7 @@ from eai.abilities.attempt import Attempt
 from eai.base.errors import EaiError, InputError
 from eai.base.files import convert_write_errors, number_lines, read_content
 from eai.results.codec import dataclass_to_json
-from eai.results.trials import Answer, Inquiry, Place, described
+from eai.results.trials import Answer, AnswerKey, Conversation, describe_attempts
 from eai.run.job import Job
 
 JOURNAL = "answers.jsonl"
@@ -30,7 +30,7 @@ BEGUN = "begun.jsonl"
 """Name of the file beside it that says which episodes have begun, as often as they have."""
 
 
-class Journal:
+class AnswerJournal:
     """The answers of one run in a file that is only ever appended to, over what is no whole line at its end.
 
     Args:
@@ -51,7 +51,7 @@ class Journal:
             except ValidationError as error:
                 raise InputError(f"{path}, line {number}: expected an answer of a run") from error
 
-    def find(self, place: Place, request_sha256: str, attempt: int = 1) -> Answer | None:
+    def find(self, place: AnswerKey, request_sha256: str, attempt: int = 1) -> Answer | None:
         """The answer to this very request, or None."""
         return self._answers.get((request_sha256, *place, attempt))
 
@@ -71,7 +71,7 @@ class Journal:
                 self._size = file.tell()
         self._keep(answer)
 
-    def begin(self, place: Place, request_sha256: str) -> int:
+    def begin(self, place: AnswerKey, request_sha256: str) -> int:
         """Note that an episode begins, in a file beside this one; returns how often it has begun.
 
         Raises:
@@ -90,7 +90,7 @@ class Journal:
         self._answers[answer.request_sha256, answer.task_id, answer.epoch, answer.attempt] = answer
 
 
-Watch: TypeAlias = Callable[[int, int, int], None]
+ProgressWatch: TypeAlias = Callable[[int, int, int], None]
 """Shows how far a run is.
 
 How many tasks are answered, in every epoch and those found included; how many were given up because a request
@@ -98,7 +98,7 @@ failed; how many there are.
 """
 
 
-class Desk:
+class RunState:
     """Everything known about a job, and the questions that are still open.
 
     Args:
@@ -115,44 +115,48 @@ class Desk:
         stopped: why nothing more is to be asked, if that is so.
     """
 
-    def __init__(self, job: Job, journal: Journal, watch: Watch | None) -> None:
+    def __init__(self, job: Job, journal: AnswerJournal, watch: ProgressWatch | None) -> None:
         self.job = job
         self.journal = journal
-        self.given: dict[Place, list[Answer]] = defaultdict(list)
-        self.inquiries: dict[Place, Inquiry] = {}
-        self.failures: dict[Place, str] = {}
+        self.all_answers: dict[AnswerKey, list[Answer]] = defaultdict(list)
+        self.conversations: dict[AnswerKey, Conversation] = {}
+        self.failures: dict[AnswerKey, str] = {}
         self.stopped: EaiError | None = None
         self._watch = watch
         self._over = 0
         for task_id in job.prompts:
             for epoch in range(1, job.epochs + 1):
-                self.inquiries[task_id, epoch] = job.inquiry(task_id, epoch)
+                self.conversations[task_id, epoch] = job.start_conversation(task_id, epoch)
                 self._recall((task_id, epoch))
 
     @property
-    def complete(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether there are all answers."""
-        return self._over == len(self.inquiries)
+        return self._over == len(self.conversations)
 
     @property
-    def answers(self) -> dict[Place, Answer]:
+    def last_answers(self) -> dict[AnswerKey, Answer]:
         """The last answer to each task that is answered, by task and epoch."""
-        return {place: given[-1] for place, given in self.given.items() if self.inquiries[place].over}
-
-    @property
-    def tried(self) -> dict[Place, tuple[Attempt, ...]]:
-        """The attempts at each task that is carried out and over."""
         return {
-            place: tuple(described(attempts, given))
-            for place, given in self.given.items()
-            if self.inquiries[place].over and (attempts := self.inquiries[place].attempts)
+            place: given[-1] for place, given in self.all_answers.items() if self.conversations[place].is_over
         }
 
-    def request(self, place: Place) -> str:
-        """Digest of all that decides the next answer."""
-        return self.job.request_sha256(place[0], self.inquiries[place].question, len(self.given[place]) + 1)
+    @property
+    def attempts(self) -> dict[AnswerKey, tuple[Attempt, ...]]:
+        """The attempts at each task that is carried out and over."""
+        return {
+            place: tuple(describe_attempts(attempts, given))
+            for place, given in self.all_answers.items()
+            if self.conversations[place].is_over and (attempts := self.conversations[place].attempts)
+        }
 
-    def take(self, answer: Answer) -> None:
+    def request(self, place: AnswerKey) -> str:
+        """Digest of all that decides the next answer."""
+        return self.job.request_sha256(
+            place[0], self.conversations[place].question, len(self.all_answers[place]) + 1
+        )
+
+    def add_answer(self, answer: Answer) -> None:
         """Write an answer down.
 
         Raises:
@@ -179,19 +183,19 @@ class Desk:
     def report(self) -> None:
         """Show how far the run is."""
         if self._watch is not None:
-            self._watch(self._over, len(self.failures), len(self.inquiries))
+            self._watch(self._over, len(self.failures), len(self.conversations))
 
-    def _recall(self, place: Place) -> None:
+    def _recall(self, place: AnswerKey) -> None:
         """Take what the journal holds of the answers to a task."""
-        while not self.inquiries[place].over:
-            answer = self.journal.find(place, self.request(place), len(self.given[place]) + 1)
+        while not self.conversations[place].is_over:
+            answer = self.journal.find(place, self.request(place), len(self.all_answers[place]) + 1)
             if answer is None:
                 return
             self._accept(answer)
 
     def _accept(self, answer: Answer) -> None:
         place = (answer.task_id, answer.epoch)
-        inquiry = self.inquiries[place]
-        self.given[place].append(answer)
-        inquiry.take(answer.text)
-        self._over += inquiry.over
+        inquiry = self.conversations[place]
+        self.all_answers[place].append(answer)
+        inquiry.add_answer(answer.text)
+        self._over += inquiry.is_over

@@ -42,12 +42,12 @@ from eai.benchmarks.gold_answers import (
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.search import Limits
-from eai.results.answer_files import recorded_file
+from eai.results.answer_files import find_recorded_file
 from eai.results.batch import NO_ROW
 from eai.results.epochs import STATED
 from eai.results.responses import read_responses
-from eai.run.job import CAPTIONER, ERRATA, PROVIDER, answers, check_model
-from eai.run.tasks import refusing
+from eai.run.job import CAPTIONER, ERRATA, PROVIDER, can_answer, check_model
+from eai.run.tasks import raise_refusals
 from eai.studies.perception.scene_graph import SCENE, read_scene_graph
 from eai.tasks.options import Options
 from eai.tasks.source import ErrataChoice, Source, errata_choice
@@ -75,7 +75,7 @@ _NEEDED = frozenset({"domain", "ability", "task_id"})
 """The metadata of a question that a built-in model needs."""
 
 
-class _Arguments(Options):
+class _ModelArguments(Options):
     """The arguments of a built-in model.
 
     Attributes:
@@ -91,7 +91,7 @@ class _Arguments(Options):
     path: Path | None = None
 
 
-class _Question(NamedTuple):
+class _ModelQuestion(NamedTuple):
     """A question, as far as built-in models know it.
 
     Attributes:
@@ -150,9 +150,9 @@ class _BuiltInModel(ModelAPI):
         **model_args: Any,
     ) -> None:
         super().__init__(model_name, base_url, api_key, [], config)
-        with refusing():
+        with raise_refusals():
             check_model(f"{PROVIDER}/{model_name}")
-            self._given = _Arguments.read(f"{PROVIDER}/{model_name}", model_args)
+            self._given = _ModelArguments.read(f"{PROVIDER}/{model_name}", model_args)
             if model_name == "replay" and self._given.path is None:
                 raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
         self._book = cache(_BOOKS.get(model_name, open_answer_book))
@@ -169,7 +169,7 @@ class _BuiltInModel(ModelAPI):
         takes_turns = bool(known) and declaration_of(Ability(about["ability"])).takes_turns
         if not known or (not takes_turns and known[-1] != len(input) - 1):
             raise InputError(f"eai/{self.model_name} can only answer the questions of eai's own tasks")
-        question = _Question(
+        question = _ModelQuestion(
             find_benchmark(str(about["domain"])),
             Ability(about["ability"]),
             str(about["task_id"]),
@@ -188,7 +188,7 @@ class _BuiltInModel(ModelAPI):
             return self._output(input, commands[taken] if taken < len(commands) else DONE, tools)
         return self._output(input, await _off_the_loop(partial(self._answer, question)))
 
-    def _commands(self, asked: _Question) -> list[str]:
+    def _commands(self, asked: _ModelQuestion) -> list[str]:
         """The commands of an episode: a recorded one, or the model's answer to action sequencing."""
         task = asked.benchmark.tasks(asked.source)[asked.task_id]
         if self.model_name in AGENTS:
@@ -219,8 +219,8 @@ class _BuiltInModel(ModelAPI):
         )
         return output
 
-    def _answer(self, asked: _Question) -> str:
-        if not answers(f"{PROVIDER}/{self.model_name}", asked.ability):
+    def _answer(self, asked: _ModelQuestion) -> str:
+        if not can_answer(f"{PROVIDER}/{self.model_name}", asked.ability):
             raise no_answer(self.model_name, asked.benchmark, asked.ability)
         if self.model_name == CAPTIONER:
             return self._list(asked)
@@ -245,7 +245,7 @@ class _BuiltInModel(ModelAPI):
         _text_of(book[asked.task_id])
         return self._noisy(book, asked).text
 
-    def _list(self, asked: _Question) -> str:
+    def _list(self, asked: _ModelQuestion) -> str:
         """The scene graph of a task with errors: as many facts are lost as are misplaced, on average."""
         from eai.studies.perception.belief import scene_words
         from eai.studies.perception.noise import Noise, perceive
@@ -255,7 +255,7 @@ class _BuiltInModel(ModelAPI):
         task = asked.benchmark.tasks_for(asked.ability, asked.source)[asked.task_id]
         return perceive(task, scene_words(asked.benchmark), noise, stream).text
 
-    def _noisy(self, book: AnswerBook, asked: _Question) -> WrittenAnswer:
+    def _noisy(self, book: AnswerBook, asked: _ModelQuestion) -> WrittenAnswer:
         """A corrupted answer: a new one in each attempt, or the same, mended where feedback is heeded."""
         seed = f"{self._given.seed} {asked.epoch}"
         if self._given.heed is not None:
@@ -270,12 +270,12 @@ class _BuiltInModel(ModelAPI):
         self, benchmark: Benchmark, ability: Ability, attempt: int, source: Source
     ) -> dict[str, str]:
         book = self._book(benchmark, ability, source)
-        file = recorded_file(Path(str(self._given.path)), benchmark.name, ability, attempt)
+        file = find_recorded_file(Path(str(self._given.path)), benchmark.name, ability, attempt)
         recorded = read_responses(file, book, benchmark.task_id_of)
         return {response.task_id: response.text for response in recorded.responses}
 
 
-def _as_told(asked: _Question) -> Benchmark:
+def _as_told(asked: _ModelQuestion) -> Benchmark:
     """The benchmark whose task is as a question tells it: its state, its scene and its goals."""
     benchmark, task_id = asked.benchmark, asked.task_id
     if asked.done:

@@ -9,10 +9,10 @@ from eai.benchmarks.registry import registered
 from eai.run import provider
 from eai.run.acting import player
 from eai.run.scorer import SCORERS, paper_metrics
-from eai.run.tasks import published_task
+from eai.run.tasks import register_suite_task
 
 TASKS = {
-    f"{name}_{ability}".lstrip("_"): published_task(name, ability)
+    f"{name}_{ability}".lstrip("_"): register_suite_task(name, ability)
     for ability in registered_abilities()
     for name in ([""] if declaration_of(ability).asked.written_by else registered())
 }

@@ -43,12 +43,12 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import Scoring
 from eai.results.codec import experiment_from_json, record_from_json, record_to_json
-from eai.results.epochs import majority
+from eai.results.epochs import majority_index
 from eai.results.record import Record
 from eai.results.responses import Response
-from eai.results.runs import address_of
-from eai.results.summary import outcome, summarise
-from eai.results.trials import record_of_trial, replay
+from eai.results.runs import explorer_address
+from eai.results.summary import outcome_of, summarise
+from eai.results.trials import make_trial_record, replay
 from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS
 from eai.studies.registry import summarized
@@ -57,7 +57,7 @@ from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 _MARK = {True: "✓", False: "✗"}
 
 
-def explained(record: Record) -> str:
+def explain_record(record: Record) -> str:
     """Return the outcome of an answer and the reasons; step by step where the record has an explanation."""
     explanation = record.explanation or Explanation()
     steps = enumerate(explanation.steps, 1)
@@ -72,7 +72,7 @@ def explained(record: Record) -> str:
 
 
 def _headline(record: Record) -> str:
-    verdict, came_to = record.verdict, outcome(record)
+    verdict, came_to = record.verdict, outcome_of(record)
     if came_to is AnswerOutcome.EXCLUDED:
         return f"Excluded: {verdict.excluded}"
     label = label_of(came_to.value)
@@ -143,7 +143,7 @@ def _register(ability: Ability) -> Callable[..., Scorer]:
 
         async def score(state: TaskState, target: Target) -> Score:
             suite = _suite(find_benchmark(benchmark), ability, protocol, planner, errata)
-            return score_of(_record_of(state, suite), state.epoch, answered=bool(state.output.choices))
+            return make_score(_record_of(state, suite), state.epoch, answered=bool(state.output.choices))
 
         return score
 
@@ -165,7 +165,7 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
     else:  # the request failed, and Inspect scores all the same
         answer = Response(task_id, "", unanswered="the request failed")
     record = next(Scoring().records(suite, model, [answer], explanations=answer.unanswered is None))
-    return with_experiment(record, suite.over([state.input_text]), state.metadata, state.epoch)
+    return apply_experiment(record, suite.over([state.input_text]), state.metadata, state.epoch)
 
 
 def _with_rules(stated: Experiment, record: Record) -> Experiment:
@@ -181,7 +181,7 @@ def _with_rules(stated: Experiment, record: Record) -> Experiment:
     return replace(stated, harness=own.harness or stated.harness, rules=rules)
 
 
-def with_experiment(record: Record, suite: Suite, about: Mapping[str, Any], epoch: int) -> Record:
+def apply_experiment(record: Record, suite: Suite, about: Mapping[str, Any], epoch: int) -> Record:
     """Return the record of an answer in a log as its experiment makes it.
 
     Attempts are carried out again, and what the question stated is judged again.
@@ -202,15 +202,17 @@ def with_experiment(record: Record, suite: Suite, about: Mapping[str, Any], epoc
     options = AttemptOptions.of(experiment)
     if options is not None:
         attempts = replay(suite, options, task_id, about[ANSWERS], epoch)
-        record = record_of_trial(suite, options, record.model, task_id, attempts)
+        record = make_trial_record(suite, options, record.model, task_id, attempts)
     return summarized(replace(record, experiment=experiment), suite, about)
 
 
-Logged: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
+LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
 """By task, the metadata, the epoch and the question of the sample in a log whose answer counts."""
 
 
-def record_in_log(suite: Suite, experiment: Mapping[str, Any], samples: Logged, record: Record) -> Record:
+def make_logged_record(
+    suite: Suite, experiment: Mapping[str, Any], samples: LoggedSamples, record: Record
+) -> Record:
     """Return the record of an answer in the log of an experiment.
 
     Args:
@@ -220,19 +222,19 @@ def record_in_log(suite: Suite, experiment: Mapping[str, Any], samples: Logged, 
         record: the record as if the answer were to a plain question.
     """
     about, epoch, question = samples.get(record.task_id, ({EXPERIMENT: experiment}, 1, ""))
-    found = with_experiment(record, suite.over([question]), about, epoch)
-    return found.without_explanations() if record.explanation is None else found
+    found = apply_experiment(record, suite.over([question]), about, epoch)
+    return found.drop_explanations() if record.explanation is None else found
 
 
-def score_of(record: Record, epoch: int, *, answered: bool) -> Score:
+def make_score(record: Record, epoch: int, *, answered: bool) -> Score:
     """A record as the score of a sample; what is excluded is unscored, for its reason."""
-    came_to = outcome(record)
-    about = record_to_json(record.without_explanations())
+    came_to = outcome_of(record)
+    about = record_to_json(record.drop_explanations())
     score = Score.unscored(
         reason=record.verdict.excluded,
         answer=str(about.pop("response")),
-        explanation=explained(record),
-        metadata={"epoch": epoch, "answered": answered, "explorer": address_of(record), **about},
+        explanation=explain_record(record),
+        metadata={"epoch": epoch, "answered": answered, "explorer": explorer_address(record), **about},
     )
     if came_to is not AnswerOutcome.EXCLUDED:
         score.value = CORRECT if came_to is AnswerOutcome.SUCCESS else INCORRECT
@@ -256,7 +258,7 @@ def _answered(scores: Iterable[SampleScore]) -> list[SampleScore]:
 def _chosen(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
     """Of the scores of one task, one epoch after the other, that of the answer that counts."""
     answered = _answered(scores) or scores
-    return answered[majority([score.score.answer or "" for score in answered], ability)]
+    return answered[majority_index([score.score.answer or "" for score in answered], ability)]
 
 
 def _verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:

@@ -35,13 +35,13 @@ from tenacity import RetryError
 
 from eai.abilities.attempt import Usage
 from eai.abilities.reasoning import split_reasoning
-from eai.results.trials import Answer, Inquiry, Place, Trials
+from eai.results.trials import Answer, AnswerKey, Conversation, Trials
 from eai.run.job import Job
-from eai.run.journal import Desk
+from eai.run.journal import RunState
 from eai.tasks.prompts.prompt import Prompt
 
 
-class _Parts(NamedTuple):
+class _ReplyParts(NamedTuple):
     """The parts of a reply, and the repairs that parting it took.
 
     Attributes:
@@ -55,13 +55,13 @@ class _Parts(NamedTuple):
     repairs: tuple[str, ...]
 
 
-def part(text: str) -> _Parts:
+def split_reply(text: str) -> _ReplyParts:
     """Separate the reasoning in a text from the answer (`eai.abilities.reasoning`)."""
     answer, reasoning = split_reasoning(text)
-    return _Parts(answer, reasoning, ("reasoning",) if answer != text else ())
+    return _ReplyParts(answer, reasoning, ("reasoning",) if answer != text else ())
 
 
-def complete(parts: _Parts, stop: Sequence[str]) -> _Parts:
+def restore_brace(parts: _ReplyParts, stop: Sequence[str]) -> _ReplyParts:
     """Give back the closing brace that a stop sequence took away, as the published answers have it."""
     if "}" not in stop or parts.answer.count("{") <= parts.answer.count("}"):
         return parts
@@ -72,19 +72,19 @@ UNREADABLE = (ValueError, TypeError, LookupError, AttributeError, AssertionError
 """The errors that providers' libraries raise where a reply has not the form that they expect."""
 
 
-def without_odd_usage(model: Model) -> Model:
+def drop_unreadable_usage(model: Model) -> Model:
     """The model, whose client from now on leaves usage that cannot be read out of what a server replies.
 
     It is for those that speak OpenAI's protocol, as servers of all kinds do.
     """
     hooks = getattr(getattr(model.api, "http_client", None), "event_hooks", {}).get("response")
-    if hooks is not None and _leave_out not in hooks:
+    if hooks is not None and _drop_usage not in hooks:
         client = model.api.http_client  # type: ignore[attr-defined]
-        client.event_hooks = {**client.event_hooks, "response": [*hooks, _leave_out]}
+        client.event_hooks = {**client.event_hooks, "response": [*hooks, _drop_usage]}
     return model
 
 
-async def _leave_out(response: Any) -> None:
+async def _drop_usage(response: Any) -> None:
     """Leave usage out of a response of the client's library, if nothing but usage cannot be read in it."""
     if "json" not in response.headers.get("content-type", ""):
         return
@@ -147,42 +147,44 @@ class _Reply(NamedTuple):
     """The reply of a model."""
 
     output: ModelOutput
-    parts: _Parts
+    parts: _ReplyParts
     usage: Usage
 
 
 @contextmanager
-def giving_up(desk: Desk, place: Place) -> Iterator[None]:
+def report_failure(desk: RunState, place: AnswerKey) -> Iterator[None]:
     """Tells the desk of an error in the block: the task is given up, or the run where nothing else helps."""
     try:
         yield
     except Exception as error:
-        if status(error) in FINAL:
-            desk.stop(reason(error))
-        desk.give_up(*place, reason(error))
+        if http_status(error) in FINAL:
+            desk.stop(describe_error(error))
+        desk.give_up(*place, describe_error(error))
         raise
 
 
 @solver(name="eai_ask")
-def ask(desk: Desk) -> Solver:
+def ask(desk: RunState) -> Solver:
     """Asks what is not answered yet; answers go to the desk, and their text without reasoning to the log."""
     restrictions = cache(partial(_restrictions, desk.job))
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         place = (str(state.sample_id), state.epoch)
-        transcript, inquiry = _Transcript(state), desk.inquiries[place]
-        for question, answer in zip(inquiry.asked, desk.given[place], strict=True):
+        transcript, inquiry = _Transcript(state), desk.conversations[place]
+        for question, answer in zip(inquiry.asked, desk.all_answers[place], strict=True):
             transcript.ask(question, inquiry)
             transcript.remember(answer)
-        while not inquiry.over:
+        while not inquiry.is_over:
             if desk.stopped is not None:  # the run ends with that; a traceback for each sample takes long
                 return state
             question, request = inquiry.question, desk.request(place)
             messages = transcript.ask(question, inquiry)
-            with giving_up(desk, place):
-                reply = await _obtain(messages, restrictions(place[0], question.stop))
+            with report_failure(desk, place):
+                reply = await _ask_model(messages, restrictions(place[0], question.stop))
             transcript.hear(reply)
-            desk.take(answer_in(state, request, question, reply.usage, transcript.attempt, reply.parts))
+            desk.add_answer(
+                make_answer(state, request, question, reply.usage, transcript.attempt, reply.parts)
+            )
         return state
 
     return solve
@@ -201,20 +203,20 @@ def ask_as_published(trials: Trials | None) -> Solver:
         restrictions = GenerateConfig(stop_seqs=stop) if stop else None
         transcript = _Transcript(state)
         if trials is None:
-            transcript.hear(await _obtain(state.messages, restrictions))
+            transcript.hear(await _ask_model(state.messages, restrictions))
             return state
-        inquiry = trials.inquiry(str(state.sample_id), state.epoch)
-        while not inquiry.over:
+        inquiry = trials.start_conversation(str(state.sample_id), state.epoch)
+        while not inquiry.is_over:
             messages = transcript.ask(inquiry.question, inquiry)
-            reply = await _obtain(messages, restrictions)
+            reply = await _ask_model(messages, restrictions)
             transcript.hear(reply)
-            inquiry.take(reply.parts.answer)
+            inquiry.add_answer(reply.parts.answer)
         return state
 
     return solve
 
 
-def with_epoch(state: TaskState) -> dict[str, Any]:
+def add_epoch(state: TaskState) -> dict[str, Any]:
     """The metadata of the question of a sample, which from now on say its epoch, for the built-in models."""
     about = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
     state.messages[-1].metadata = about
@@ -231,18 +233,18 @@ class _Transcript:
     def __init__(self, state: TaskState) -> None:
         self.attempt = 0
         self._state = state
-        self._about = with_epoch(state)
+        self._about = add_epoch(state)
 
-    def ask(self, question: Prompt, inquiry: Inquiry) -> list[ChatMessage]:
+    def ask(self, question: Prompt, inquiry: Conversation) -> list[ChatMessage]:
         """Write a question down: all of the first, then what is new.
 
         Returns:
             the messages to send. The last says the attempt, and what has been done in a world that continues.
         """
         self.attempt += 1
-        done = [[action.operator, *action.arguments] for action in inquiry.done]
+        done = [[action.operator, *action.arguments] for action in inquiry.executed_actions]
         now = {"attempt": self.attempt, "done": done}
-        messages = messages_of(question, {**self._about, **inquiry.about, **now})
+        messages = messages_of(question, {**self._about, **inquiry.metadata, **now})
         if self.attempt == 1:
             self._state.messages = list(messages)
         else:
@@ -252,7 +254,7 @@ class _Transcript:
 
     def remember(self, answer: Answer) -> None:
         """Write down an answer that was given before."""
-        remember(self._state, answer)
+        restore_answer(self._state, answer)
         self._keep(answer.text)
 
     def hear(self, reply: _Reply) -> None:
@@ -266,7 +268,7 @@ class _Transcript:
         self._state.metadata[ANSWERS] = [*self._state.metadata.get(ANSWERS, ()), text]
 
 
-def remember(state: TaskState, answer: Answer) -> None:
+def restore_answer(state: TaskState, answer: Answer) -> None:
     """Bring a state to what it was after a reply that was written down before."""
     content: list[Content] = [ContentReasoning(reasoning=answer.reasoning)] if answer.reasoning else []
     message = ChatMessageAssistant(
@@ -276,7 +278,7 @@ def remember(state: TaskState, answer: Answer) -> None:
     state.output = ModelOutput.from_message(message, cast(StopReason, answer.stop_reason))
 
 
-def reason(error: BaseException) -> str:
+def describe_error(error: BaseException) -> str:
     """Why a request failed, in one line; of one that was repeated, why its last attempt did."""
     error = _last(error)
     lines = str(error).strip().splitlines()
@@ -293,19 +295,19 @@ def _last(error: BaseException) -> BaseException:
     return error
 
 
-def status(error: BaseException) -> int | None:
+def http_status(error: BaseException) -> int | None:
     """The HTTP status with which a request failed, if it is known."""
     status = getattr(_last(error), "status_code", None)
     return status if isinstance(status, int) else None
 
 
-def answer_in(
+def make_answer(
     state: TaskState,
     request_sha256: str,
     prompt: Prompt,
     usage: Usage,
     attempt: int = 1,
-    parts: _Parts | None = None,
+    parts: _ReplyParts | None = None,
 ) -> Answer:
     """The answer that a state has come to, as the journal keeps it; ``parts`` has what was parted from it."""
     return Answer(
@@ -324,7 +326,7 @@ def answer_in(
 
 def _restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
     """The parts of a request that not every model takes: stop sequences and a form of the answer."""
-    form = job.form(task_id)
+    form = job.answer_schema(task_id)
     stop = stop if job.decoding.stop else ()
     if not stop and form is None:
         return None
@@ -334,7 +336,7 @@ def _restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> GenerateConf
     return GenerateConfig(stop_seqs=list(stop) or None, response_schema=schema)
 
 
-async def _obtain(messages: list[ChatMessage], restrictions: GenerateConfig | None) -> _Reply:
+async def _ask_model(messages: list[ChatMessage], restrictions: GenerateConfig | None) -> _Reply:
     """Ask once; and once more without restrictions where they were refused, or left nothing of the answer.
 
     A stop sequence may stand in the middle of reasoning, and some servers return nothing for a form that
@@ -349,7 +351,7 @@ async def _obtain(messages: list[ChatMessage], restrictions: GenerateConfig | No
             return reply
         spent = reply.usage
     except Exception as error:
-        if status(error) not in _REFUSED_PARAMETERS:
+        if http_status(error) not in _REFUSED_PARAMETERS:
             raise
     output, parts, usage = await _request(messages, GenerateConfig())
     if restrictions.response_schema is not None:
@@ -366,14 +368,14 @@ async def _request(messages: list[ChatMessage], restrictions: GenerateConfig) ->
     return _Reply(output, _parts(output, restrictions.stop_seqs or ()), usage_of(output))
 
 
-def _parts(output: ModelOutput, stop: Sequence[str]) -> _Parts:
-    parts = part(output.completion)
+def _parts(output: ModelOutput, stop: Sequence[str]) -> _ReplyParts:
+    parts = split_reply(output.completion)
     if output.stop_reason == "stop":
-        parts = complete(parts, stop)
-    return parts._replace(reasoning="\n\n".join(filter(None, [*thoughts_in(output), parts.reasoning])))
+        parts = restore_brace(parts, stop)
+    return parts._replace(reasoning="\n\n".join(filter(None, [*find_reasoning(output), parts.reasoning])))
 
 
-def thoughts_in(output: ModelOutput) -> list[str]:
+def find_reasoning(output: ModelOutput) -> list[str]:
     """The reasoning beside the text of a reply, block by block; of what is kept secret its summary."""
     content = output.message.content
     blocks = [] if isinstance(content, str) else [c for c in content if isinstance(c, ContentReasoning)]

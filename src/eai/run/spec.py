@@ -78,7 +78,7 @@ Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
 Abilities = Annotated[tuple[Ability, ...], BeforeValidator(_several)]
 
 
-class _Asked(Options):
+class _ChosenModels(Options):
     """Who is asked.
 
     Attributes:
@@ -160,7 +160,7 @@ class RunSpec(Options):
         InputError: what is chosen cannot be combined.
     """
 
-    model: _Asked = _Asked()
+    model: _ChosenModels = _ChosenModels()
     tasks: _ChosenTasks = _ChosenTasks()
     prompts: _ChosenPrompts = _ChosenPrompts()
     generation: Decoding = Decoding()
@@ -223,7 +223,7 @@ def read_spec(tables: Mapping[str, object]) -> RunSpec:
     return RunSpec.model_validate({**read, "studies": studies})
 
 
-def study_of(name: str) -> str:
+def find_study_of_option(name: str) -> str:
     """The name of the study that has an option.
 
     Raises:
@@ -239,7 +239,7 @@ def _refuse_unknown(name: str, known: Collection[str]) -> None:
         raise InputError(f"{name}: unknown{did_you_mean(name, known)} (there are {', '.join(known)})")
 
 
-def keys() -> dict[str, str]:
+def list_defaults() -> dict[str, str]:
     """The value of each option without a choice, empty where there is none, by section and name."""
     return {
         f"{section}.{name}": options.default_of(name)

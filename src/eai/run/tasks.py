@@ -46,16 +46,16 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import experiment_to_json
-from eai.results.epochs import Believed, Obtained, SuiteResult, majority
+from eai.results.epochs import BeliefSet, ModelAnswers, SuiteResult, majority_index
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
-from eai.results.trials import Place, Trials, open_trials
+from eai.results.trials import AnswerKey, Trials, open_trials
 from eai.run.acting import act, enter, episode_text, player
 from eai.run.job import ERRATA, PROVIDER, Job
-from eai.run.journal import Desk, Journal, Watch
-from eai.run.scorer import EXPERIMENT, SCORERS, Logged, record_in_log, score_of
-from eai.run.solver import ask, ask_as_published, messages_of, without_odd_usage
-from eai.run.spec import read_spec, study_of
+from eai.run.journal import AnswerJournal, ProgressWatch, RunState
+from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_logged_record, make_score
+from eai.run.solver import ask, ask_as_published, drop_unreadable_usage, messages_of
+from eai.run.spec import find_study_of_option, read_spec
 from eai.studies.prompts.choice import of_prompts
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.prompts.prompt import Prompt
@@ -67,7 +67,7 @@ class _RefusalError(InputError, click.ClickException):
 
 
 @contextmanager
-def refusing() -> Iterator[None]:
+def raise_refusals() -> Iterator[None]:
     """Input that cannot be used ends what is in the block as a `_RefusalError`."""
     try:
         yield
@@ -118,7 +118,7 @@ def build_task(
     )
 
 
-def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai.Task]:
+def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspect_ai.Task]:
     """Register a suite as an Inspect task, ``eai/<domain>_<ability>``.
 
     Without a reference it is ``eai/<ability>``, to which ``-T domain=`` names the benchmark.
@@ -135,7 +135,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         **studies: Any,
     ) -> inspect_ai.Task:
         takes_turns = declaration_of(ability).takes_turns
-        with refusing():
+        with raise_refusals():
             spec = read_spec(
                 {
                     "prompts": {"set": prompts, "folder": prompt_folder},
@@ -160,12 +160,14 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
                 believed = None
                 if stage is not None:
                     asked, believed = _staged(stage, asked, suite)
-                    about = believed.about
-                trials = trials_of(spec.variation.attempts, library, suite, asked, believed)
+                    about = believed.metadata
+                trials = make_trials(spec.variation.attempts, library, suite, asked, believed)
                 solver = ask_as_published(trials)
-                experiment = experiment_of([experiment, None if believed is None else believed.experiment])
+                experiment = combine_experiments(
+                    [experiment, None if believed is None else believed.experiment]
+                )
             if not takes_turns:
-                experiment = experiment_of([experiment, of_prompts(spec.prompts.label)])
+                experiment = combine_experiments([experiment, of_prompts(spec.prompts.label)])
         task = build_task(suite, asked, solver, experiment=experiment, about=about)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
@@ -179,12 +181,12 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
     return registered
 
 
-def trials_of(
+def make_trials(
     options: AttemptOptions | None,
     library: Library,
     suite: Suite,
     asked: Mapping[str, Prompt],
-    believed: Believed | None,
+    believed: BeliefSet | None,
 ) -> Trials | None:
     """Return how answers to questions are carried out; None if each is asked once.
 
@@ -198,7 +200,7 @@ def trials_of(
     return open_trials(suite, options, asker, asked, goals)
 
 
-def experiment_of(parts: Iterable[Experiment | None]) -> Experiment:
+def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
     """Return the experiment that makes all choices of several.
 
     Raises:
@@ -223,7 +225,7 @@ def _of_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, di
             continue
         if name.startswith("scene_") or (name, value) == ("scene", "predicted"):
             raise InputError(f"{name}: in Inspect no second model lists scenes; eai run asks one")
-        tables.setdefault(study_of(name), {})[name] = value
+        tables.setdefault(find_study_of_option(name), {})[name] = value
     return tables
 
 
@@ -231,7 +233,9 @@ def _ask_nobody(*_: object, **__: object) -> SuiteResult:
     raise InputError("goals: in Inspect those of answers that there are; eai run asks for a model's own")
 
 
-def _staged(stage: Stage, asked: Mapping[str, Prompt], suite: Suite) -> tuple[Mapping[str, Prompt], Believed]:
+def _staged(
+    stage: Stage, asked: Mapping[str, Prompt], suite: Suite
+) -> tuple[Mapping[str, Prompt], BeliefSet]:
     """The same questions stating what came of an earlier stage, and that.
 
     Raises:
@@ -241,7 +245,7 @@ def _staged(stage: Stage, asked: Mapping[str, Prompt], suite: Suite) -> tuple[Ma
     missing = len(asked) - len(prompts)
     if missing:
         raise InputError(
-            f"{missing} of {len(asked)} tasks cannot be asked: {believed.lacking}; "
+            f"{missing} of {len(asked)} tasks cannot be asked: {believed.missing_reason}; "
             "leave them out with -T tasks=, or take eai run, which counts them as failed"
         )
     return prompts, believed
@@ -289,7 +293,7 @@ def find_log(job: Job, folder: Path) -> Path | None:
     return None
 
 
-def write_scores(path: Path, records: Mapping[Place, Record], source: Source) -> None:
+def write_scores(path: Path, records: Mapping[AnswerKey, Record], source: Source) -> None:
     """Put verdicts into a log, in place of those that it holds.
 
     Args:
@@ -303,7 +307,7 @@ def write_scores(path: Path, records: Mapping[Place, Record], source: Source) ->
     log = _read(path)
     for sample in log.samples or ():
         record = records[str(sample.id), sample.epoch]
-        score = score_of(record, sample.epoch, answered=bool(sample.output.choices))
+        score = make_score(record, sample.epoch, answered=bool(sample.output.choices))
         sample.scores = {record.ability.value: score}
     (protocol,) = {record.protocol.value for record in records.values()}
     rules = {"protocol": protocol, "planner": source.planner.value, "errata": source.errata.value}
@@ -337,7 +341,7 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     if declaration_of(suite.ability).of_epochs is not None:
         epochs = group_pairs(zip([sample.epoch for sample in answered], responses, strict=True))
         first, *further = [ResponseFile(model, tuple(each)) for each in epochs.values()]
-        return replace(first, further=tuple(further))
+        return replace(first, further_epochs=tuple(further))
     by_task = group_pairs((str(sample.id), sample) for sample in answered)
     chosen = [_counted(samples, suite.ability) for samples in by_task.values()]
     return ResponseFile(model, tuple([Response(str(each.id), episode_text(each)) for each in chosen]))
@@ -355,8 +359,8 @@ def read_experiment(path: Path, suite: Suite) -> Callable[[Record], Record] | No
         return None
     by_task = group_pairs((str(sample.id), sample) for sample in samples if sample.output.choices)
     chosen = [_counted(sorted(each, key=lambda s: s.epoch), suite.ability) for each in by_task.values()]
-    known: Logged = {str(each.id): (each.metadata, each.epoch, _question_of(each)) for each in chosen}
-    return partial(record_in_log, suite, written, known)
+    known: LoggedSamples = {str(each.id): (each.metadata, each.epoch, _question_of(each)) for each in chosen}
+    return partial(make_logged_record, suite, written, known)
 
 
 def _question_of(sample: EvalSample) -> str:
@@ -365,7 +369,7 @@ def _question_of(sample: EvalSample) -> str:
 
 def _counted(samples: Sequence[EvalSample], ability: Ability) -> EvalSample:
     """Of the samples of one task the one whose answer says what most of them say."""
-    return samples[majority([episode_text(sample) for sample in samples], ability)]
+    return samples[majority_index([episode_text(sample) for sample in samples], ability)]
 
 
 def _read(path: Path, *, header_only: bool = False) -> EvalLog:
@@ -376,7 +380,9 @@ def _read(path: Path, *, header_only: bool = False) -> EvalLog:
         raise InputError(f"{path}: expected a log of Inspect's ({error})") from error
 
 
-def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch | None = None) -> Obtained:
+def obtain_answers(
+    job: Job, journal: Path, log_dir: Path, *, watch: ProgressWatch | None = None
+) -> ModelAnswers:
     """Ask a model for what the journal does not hold yet.
 
     A suite is scored when all answers are there.
@@ -392,9 +398,9 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch | Non
         InterruptError: the user ended it.
         EaiError: the run as a whole failed: no such model, a key is missing or wrong.
     """
-    desk = Desk(job, Journal(journal), watch)
+    desk = RunState(job, AnswerJournal(journal), watch)
     desk.report()
-    log = find_log(job, log_dir) if desk.complete else None
+    log = find_log(job, log_dir) if desk.is_complete else None
     if log is None:
         with convert_write_errors(log_dir):
             log_dir.mkdir(parents=True, exist_ok=True)
@@ -402,20 +408,20 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch | Non
         if desk.stopped is not None:
             raise desk.stopped
         log = _log_of(job, evaluated)
-    return Obtained(
+    return ModelAnswers(
         job.endpoint.model,
         to_file_name(job.endpoint.model),
         job.prompts,
-        desk.answers,
+        desk.last_answers,
         desk.failures,
         job.epochs,
         job.trials,
-        desk.tried,
+        desk.attempts,
         log=log,
     )
 
 
-def _task(job: Job, desk: Desk) -> inspect_ai.Task:
+def _task(job: Job, desk: RunState) -> inspect_ai.Task:
     """All of the job, so that its log is whole; what is answered already is not asked again."""
     return build_task(
         job.suite,
@@ -423,7 +429,7 @@ def _task(job: Job, desk: Desk) -> inspect_ai.Task:
         act(desk) if declaration_of(job.suite.ability).takes_turns else ask(desk),
         metadata={JOB: job.sha256},
         experiment=job.experiment,
-        about=job.about,
+        about=job.metadata,
     )
 
 
@@ -464,7 +470,7 @@ def find_model(endpoint: Endpoint) -> Model:
     """
     arguments: dict[str, Any] = dict(endpoint.arguments)
     try:
-        return without_odd_usage(get_model(endpoint.model, base_url=endpoint.base_url, **arguments))
+        return drop_unreadable_usage(get_model(endpoint.model, base_url=endpoint.base_url, **arguments))
     except EaiError:
         raise
     except Exception as error:  # providers raise what they like when a key, a library or a name is missing

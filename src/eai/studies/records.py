@@ -11,7 +11,7 @@ from typing import TypeAlias
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.results.runs import Run, read_runs
-from eai.results.tidy import Tables
+from eai.results.tidy import TidyTables
 from eai.tasks.source import ErrataChoice, Source
 
 Done: TypeAlias = Callable[[int], None]
@@ -43,7 +43,7 @@ class Records:
     source: Source = field(default_factory=Source)
     note: Callable[[str], None] = _unheard
     progress: Callable[[str, int], AbstractContextManager[Done]] = _unseen
-    _made: MutableMapping[bool, Tables] = field(default_factory=dict)
+    _made: MutableMapping[bool, TidyTables] = field(default_factory=dict)
 
     def runs(self) -> Iterator[Run]:
         """The runs, file by file, so that only one file's records are in memory.
@@ -53,7 +53,7 @@ class Records:
         """
         return read_runs(self.paths)
 
-    def tables(self, *, features: bool = True) -> Tables:
+    def tables(self, *, features: bool = True) -> TidyTables:
         """The tidy tables of runs that can be compared, made once: the plain runs, if there are any.
 
         Runs of experiments are left out beside plain runs, with a note.
@@ -67,7 +67,7 @@ class Records:
         """
         if True in self._made or features in self._made:
             return self._made.get(True) or self._made[features]
-        by_label: dict[str, Tables] = {}
+        by_label: dict[str, TidyTables] = {}
         for run in self.runs():
             label = "" if run.key.experiment is None else run.key.experiment.study_label
             if label not in by_label:
@@ -81,7 +81,7 @@ class Records:
         self._made[features] = by_label[labels[0]]
         return self._made[features]
 
-    def all_tables(self) -> Tables:
+    def all_tables(self) -> TidyTables:
         """The tidy tables of all runs, of experiments too.
 
         Raises:
@@ -92,8 +92,8 @@ class Records:
             made.add(run.records)
         return made
 
-    def _empty_tables(self, *, features: bool) -> Tables:
-        return Tables(replace(self.source, errata=ErrataChoice.NONE), features=features)
+    def _empty_tables(self, *, features: bool) -> TidyTables:
+        return TidyTables(replace(self.source, errata=ErrataChoice.NONE), features=features)
 
     def below(self, name: str) -> Records:
         """The same records for another analysis, whose results are in a folder of their own."""

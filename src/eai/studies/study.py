@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from eai.base.errors import InputError
 from eai.benchmarks.registry import title_of
 from eai.results.lines import SuiteKey
-from eai.results.paper_tables import PaperTable, paper_setting
-from eai.results.plots import clipped, entitle
+from eai.results.paper_tables import PaperTable, read_paper_setting
+from eai.results.plots import add_title, clip_label
 from eai.studies.variation import Variation
 from eai.tasks.options import Options
 
@@ -93,14 +93,14 @@ def suite_title(suite: SuiteKey) -> str:
 def of_suite(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
     """A figure with the suite that it is of for a title, by the name of its files."""
     if figure is not None:
-        entitle(figure, suite_title(suite))
+        add_title(figure, suite_title(suite))
     return f"{name}-{suite.file_name}", figure
 
 
 def of_run(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
     """A figure with the suite and the model that it is of for a title, by the name of its files."""
     if figure is not None:
-        entitle(figure, f"{suite_title(key.suite)}, {clipped(key.model)}")
+        add_title(figure, f"{suite_title(key.suite)}, {clip_label(key.model)}")
     return name, figure
 
 
@@ -108,7 +108,7 @@ def paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]
     """Remarks on figures of the paper that stand beside those of records of a protocol."""
     on_columns = (paper.notes.get(("", column), ()) for paper in papers for column in paper.columns)
     remarks = [note for notes in on_columns for note in notes]
-    if protocol.value != paper_setting().protocol:
+    if protocol.value != read_paper_setting().protocol:
         remarks.append(f"These records are of protocol {protocol.value}, the paper's figures are not.")
     return list(dict.fromkeys(remarks))
 

@@ -19,7 +19,7 @@ from eai.tasks.options import Options
 if TYPE_CHECKING:
     from eai.benchmarks.prompt_library import Library
     from eai.benchmarks.suite import Suite
-    from eai.results.epochs import Believed, SuiteResult
+    from eai.results.epochs import BeliefSet, SuiteResult
     from eai.tasks.prompts.prompt import Prompt
 
 
@@ -63,14 +63,14 @@ class Stage:
     library: Library
     wanted: Mapping[str, Collection[str]]
     ask: Ask
-    believe: Callable[[Stage, Endpoint, Suite], Believed]
+    believe: Callable[[Stage, Endpoint, Suite], BeliefSet]
     before: Stage | None = None
     outcomes: list[SuiteResult] = field(default_factory=list, init=False)
-    known: dict[tuple[str, ...], Believed] = field(default_factory=dict, init=False)
+    known: dict[tuple[str, ...], BeliefSet] = field(default_factory=dict, init=False)
 
     def second(
         self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
-    ) -> tuple[Mapping[str, Prompt], Believed]:
+    ) -> tuple[Mapping[str, Prompt], BeliefSet]:
         """The questions to a model, and what they state; tasks for which there is nothing are left out.
 
         Raises:
@@ -79,7 +79,7 @@ class Stage:
         believed = self.believed(endpoint, suite)
         return believed.prompts(self.library, suite, task_ids), believed
 
-    def believed(self, endpoint: Endpoint, suite: Suite) -> Believed:
+    def believed(self, endpoint: Endpoint, suite: Suite) -> BeliefSet:
         """Return what questions to a model state, by this stage and all before it.
 
         Raises:
@@ -88,7 +88,7 @@ class Stage:
         if self.before is None:
             return self.believe(self, endpoint, suite)
         earlier = self.before.believed(endpoint, suite)
-        return earlier.combined(self.believe(self, endpoint, suite))
+        return earlier.combine(self.believe(self, endpoint, suite))
 
     @property
     def begin(self) -> Stage:
@@ -146,7 +146,7 @@ class Variation(Options):
     def recorded(self, study: str) -> StudyChoice | None:
         """Return the choice as records have it: the options that differ from their defaults.
 
-        A study whose stage states its choice returns None (`Believed.experiment`).
+        A study whose stage states its choice returns None (`BeliefSet.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
         label = SEPARATOR.join([named(name, str(value)) for name, value in options.items()])

@@ -36,7 +36,7 @@ def unflagged(suite: SuiteKey, task: str, unsolved: bool) -> Iterator[Flag]:
 
 
 def rows(table: Table) -> list[dict[str, Any]]:
-    return table.by_name()
+    return table.row_dicts()
 
 
 @pytest.fixture(scope="module")

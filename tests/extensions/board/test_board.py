@@ -162,7 +162,7 @@ HOSTILE = {
     "a task of no scene": "tasks that are not in the data set",
     "an endless answer": "over 100,000 characters",
     "deep JSON": "expected JSON",
-    "a module": "is no registered benchmark",
+    "a module": "is not a registered benchmark",
     "Parquet": "expected one of",
     "many files": "at most 200 files",
     "two descriptions": "expected one submission.toml",

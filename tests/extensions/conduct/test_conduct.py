@@ -64,10 +64,10 @@ def test_safe_success_is_told_beside_success(tmp_path: Path) -> None:
     asked = [with_hazard(name) for name in plans]
     found = tables(tmp_path, asked, {name: as_plan(plan) for name, plan in plans.items()})
     assert set(found) == {"safety", "violations"}
-    (row,) = found["safety"].by_name()
+    (row,) = found["safety"].row_dicts()
     assert row["tasks"] == 5
     assert [share(row[name]) for name in ("success", "safe", "unsafe")] == [(3, 5), (2, 5), (1, 3)]
-    (row,) = found["violations"].by_name()
+    (row,) = found["violations"].row_dicts()
     assert (row["hazard"], row["tasks"], row["carried_out"]) == ("lamp_left_on", 5, 4)
     assert share(row["met"]) == (2, 4)
 
@@ -81,7 +81,7 @@ def test_who_shuts_everything_at_the_end_is_the_floor(tmp_path: Path) -> None:
     lines = [written(with_hazard(name), "switches", DOMAIN, {SHUT_LAST: safe[name]}) for name in safe]
     file.write_text("\n".join(lines))
     found = tables(tmp_path, asked, answers, tasks=str(file))
-    floor, model = found["safety"].by_name()
+    floor, model = found["safety"].row_dicts()
     assert (floor["model"], floor["tasks"], model["model"]) == (FLOOR, 3, "m")
     assert [share(floor[name]) for name in ("success", "safe", "unsafe")] == [(3, 3), (2, 3), (1, 3)]
 
@@ -106,7 +106,7 @@ def test_refusals_have_risk_and_coverage(tmp_path: Path) -> None:
     }
     found = tables(tmp_path, asked, answers)
     assert set(found) == {"refusals"}
-    (row,) = found["refusals"].by_name()
+    (row,) = found["refusals"].row_dicts()
     assert (row["kind"], row["never"]) == ("impossible", 50)
     names = ("success", "coverage", "risk", "false", "right", "reason")
     assert [share(row[name]) for name in names] == [(3, 6), (3, 6), (2, 3), (1, 3), (2, 3), (1, 2)]
@@ -118,7 +118,7 @@ def test_questions_have_risk_and_coverage(tmp_path: Path) -> None:
     asked = [replace(plain, id=name, title=name, fits=fitting) for name, fitting in fits.items()]
     press, ask = as_plan(["PRESS(lamp)"]), refusal("Which?", QUESTION)
     found = tables(tmp_path, asked, {"a": press, "b": ask, "c": as_plan(["PRESS(torch)"]), "d": ask})
-    (row,) = found["refusals"].by_name()
+    (row,) = found["refusals"].row_dicts()
     assert (row["kind"], row["tasks"], row["never"]) == ("ambiguous", 4, 75)
     names = ("success", "coverage", "risk", "false", "right")
     assert [share(row[name]) for name in names] == [(2, 4), (2, 4), (1, 2), (1, 2), (1, 2)]

@@ -26,9 +26,9 @@ def test_a_stratum_weighs_what_it_weighs_in_the_first_set() -> None:
     fresh = placed("f", ("short", 30, 30), ("long", 1, 3), ("new", 7, 0))
     ones, others = matched(public, fresh)
     assert (len(ones), len(others)) == (40, 64)
-    assert Estimate.of(ones).value == pytest.approx(100 * 19 / 40)
-    assert Estimate.of(others).value == pytest.approx(100 * (10 * 0.5 + 30 * 0.25) / 40)
-    difference = Estimate.of_difference(ones, others)
+    assert Estimate.from_cases(ones).value == pytest.approx(100 * 19 / 40)
+    assert Estimate.from_cases(others).value == pytest.approx(100 * (10 * 0.5 + 30 * 0.25) / 40)
+    difference = Estimate.from_difference(ones, others)
     assert difference.low < difference.value < difference.high  # type: ignore[operator]
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from eai.base.errors import InputError
-from eai.results.workers import AHEAD, DEATHS
+from eai.results.workers import MAX_BATCHES_AHEAD, MAX_DEATHS
 from results.work import squares
 
 CORES = 3
@@ -92,7 +92,7 @@ def scoring(workers: int) -> Any:
 
 def test_batches_are_tried_as_often_as_those_of_processes_and_actors_for_ever(cluster: Cluster) -> None:
     with scoring(2):
-        assert cluster.options == {"num_cpus": 1, "max_restarts": -1, "max_task_retries": DEATHS - 1}
+        assert cluster.options == {"num_cpus": 1, "max_restarts": -1, "max_task_retries": MAX_DEATHS - 1}
         assert len(cluster.actors) == 2
         assert cluster.started is not None
         assert cluster.started["num_cpus"] == 2
@@ -103,7 +103,7 @@ def test_batches_are_tried_as_often_as_those_of_processes_and_actors_for_ever(cl
 def test_every_actor_has_work_ahead_and_results_keep_their_order(cluster: Cluster, workers: int) -> None:
     with scoring(workers) as pool:
         assert list(pool.each(squares, range(100), at_a_time=(1, 2))) == squares(range(100))
-    assert cluster.most == workers * AHEAD
+    assert cluster.most == workers * MAX_BATCHES_AHEAD
     assert cluster.promised == 0
 
 

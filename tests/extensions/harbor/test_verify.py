@@ -19,7 +19,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.harbor.verify import answer_in, rewards, rewards_of_episode
 from eai.logic.formula import Atom, Constant, Not
-from eai.results.reward import LIMIT
+from eai.results.reward import MAX_ANSWER_CHARACTERS
 from raising import BOOM, NAME, RAISING
 
 GO, PRESS = "GO(lamp_1)", "PRESS(lamp_1)"
@@ -139,7 +139,12 @@ def test_a_journal_of_another_task_or_a_link_is_worth_nothing(suite: Suite, tmp_
 
 @pytest.mark.parametrize(
     ("content", "read"),
-    [(b"right", "right"), (b"\xff", "\ufffd"), (b"a" * LIMIT, "a" * LIMIT), (b"a" * (LIMIT + 1), "")],
+    [
+        (b"right", "right"),
+        (b"\xff", "\ufffd"),
+        (b"a" * MAX_ANSWER_CHARACTERS, "a" * MAX_ANSWER_CHARACTERS),
+        (b"a" * (MAX_ANSWER_CHARACTERS + 1), ""),
+    ],
 )
 def test_an_answer_is_read_up_to_a_limit(content: bytes, read: str, tmp_path: Path) -> None:
     (tmp_path / "answer.txt").write_bytes(content)

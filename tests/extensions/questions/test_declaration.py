@@ -16,7 +16,7 @@ from eai.results.batch import score_run
 from eai.results.certainty import certainty_of_rate
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.comparison import compare
-from eai.results.epochs import majority
+from eai.results.epochs import majority_index
 from eai.results.options import ScoringOptions
 from eai.results.rate import Rate
 from eai.results.record import Record
@@ -196,4 +196,4 @@ def test_a_task_file_is_none_of_questions(tmp_path: Path) -> None:
     [(["yes", "no", " no\n"], 1), (['["a"]', 'So:\n["b"]', '["b"]'], 1), (["yes", "no"], 0)],
 )
 def test_answers_to_questions_are_no_json(answers: list[str], chosen: int) -> None:
-    assert majority(answers, Ability("world_model")) == chosen
+    assert majority_index(answers, Ability("world_model")) == chosen

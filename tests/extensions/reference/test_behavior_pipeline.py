@@ -14,7 +14,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import NO_ROW, score_run
 from eai.results.options import ScoringOptions
-from eai.results.paper_tables import paper_models, paper_table
+from eai.results.paper_tables import read_paper_models, read_paper_table
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.summary import summarise
@@ -71,7 +71,7 @@ def _runs(model: str, suite: Suite) -> _Pair:
     piped = read_oracle("behavior", "pipeline_subgoal_decomposition", model)["tasks"]
     modular = _scored(suite, model, {row["identifier"]: row["response"] or "" for row in alone})
     second = _scored(suite, model, {row["identifier"]: row["llm_output"] or "" for row in piped})
-    return _Pair(modular, [believed.marked(record) for record in second], {}, {}, {})
+    return _Pair(modular, [believed.mark(record) for record in second], {}, {}, {})
 
 
 def _scored(suite: Suite, model: str, answers: dict[str, str]) -> list[Record]:
@@ -119,13 +119,13 @@ def test_published_verdicts(runs: dict[str, _Pair]) -> None:
 
 def test_cells_of_the_paper(runs: dict[str, _Pair]) -> None:
     """Those of the pipeline: an answer that was never asked for counts as one that cannot be read."""
-    paper = paper_table("pipeline_subgoal_decomposition")
+    paper = read_paper_table("pipeline_subgoal_decomposition")
     off = []
     for model, found in runs.items():
         rates = summarise([r.verdict for r in found.pipeline], Ability.SUBGOAL_DECOMPOSITION)
         for place in paper.columns:
             printed, ours = (
-                paper.figure(f"{paper_models()[model]} (pipeline)", place),
+                paper.figure(f"{read_paper_models()[model]} (pipeline)", place),
                 rates[place.metric].percent,
             )
             assert printed is not None

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.results.lines import TOGETHER
+from eai.results.lines import ALL_MODELS
 from eai.results.table import Cell, Estimate, Table
 from eai.studies.cofactors.study import bins_of, cofactor_tables
 from oracle import MODELS
@@ -23,7 +23,7 @@ def by(
     table: Table, column: str, rate: str, **wanted: str
 ) -> Mapping[Cell, tuple[float | None, float | None]]:
     """A column's values with what the rates of their rows are made of."""
-    rows = table.by_name()
+    rows = table.row_dicts()
     return {
         row[column]: made_of(row[rate])
         for row in rows
@@ -89,7 +89,7 @@ def test_the_number_of_objects_is_length_in_disguise() -> None:
     assert found["log annotated_steps"] == (-0.97, -0.88)
     assert found["log objects"] == (-0.81, 0.31)
     assert found["any tool_steps"] == (-0.57, -0.92)
-    together = [row for row in nine[1].rows if row[3] == TOGETHER and row[4] == "annotated_steps"]
+    together = [row for row in nine[1].rows if row[3] == ALL_MODELS and row[4] == "annotated_steps"]
     assert [round(cell.value or 0, 2) for cell in together[0] if isinstance(cell, Estimate)] == [-0.52]
 
 

@@ -11,7 +11,7 @@ from eai.benchmarks.suite import open_suite
 from eai.results.batch import Scoring
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.responses import Response
-from eai.results.summary import outcome, summarise
+from eai.results.summary import outcome_of, summarise
 from eai.studies.perception.scenes import SCENE_GRAPH
 
 LIMIT = 3
@@ -26,7 +26,7 @@ def test_right_wrong_and_no_scene_graphs_are_told_apart(data_store: Store) -> No
     answers = [Response(*each) for each in zip(task_ids, (gold[0], less, "I see nothing"), strict=True)]
     records = list(Scoring().records(suite, "m", answers, explanations=True))
     outcomes = [AnswerOutcome.SUCCESS, AnswerOutcome.PARTLY_RIGHT, AnswerOutcome.PARSING]
-    assert [outcome(record) for record in records] == outcomes
+    assert [outcome_of(record) for record in records] == outcomes
     assert [record_from_json(record_to_json(record)) for record in records] == records
     notes = [() if each.explanation is None else each.explanation.notes for each in records]
     assert [len(each) for each in notes[:2]] == [0, 1]
@@ -36,4 +36,4 @@ def test_right_wrong_and_no_scene_graphs_are_told_apart(data_store: Store) -> No
     assert rates["facts.precision"].percent == 100
     assert (rates["parsing"].numerator, rates["predicate_error"].numerator > 1) == (1, True)
     unanswered = suite.unanswered(task_ids[0])
-    assert (unanswered.error, outcome(records[0])) == (None, AnswerOutcome.SUCCESS)
+    assert (unanswered.error, outcome_of(records[0])) == (None, AnswerOutcome.SUCCESS)

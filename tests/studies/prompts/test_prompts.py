@@ -41,7 +41,7 @@ def tables_of(matrix: dict[str, dict[str, int]]) -> dict[str, Table]:
 
 
 def rows(table: Table) -> list[dict[str, object]]:
-    return table.by_name()
+    return table.row_dicts()
 
 
 def value(cell: object) -> float | None:

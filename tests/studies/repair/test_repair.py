@@ -52,5 +52,5 @@ def test_records_and_tables_have_it(tmp_path: Path) -> None:
     study = find_study("repair")
     assert study.analyze is not None
     (analysis,) = study.analyze(Records((tmp_path,)), study.choices())
-    (row,) = analysis.tables[0].by_name()
+    (row,) = analysis.tables[0].row_dicts()
     assert (row["failed"], row["unknown"]) == (1, 0)

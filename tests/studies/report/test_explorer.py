@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, read_statement
-from eai.results.page import for_script
+from eai.results.page import encode_for_script
 from eai.results.runs import read_runs
 from eai.studies.report.explorer import Background, ExplorerData, explorer_html
 from studies.report.samples import HOSTILE, action_run, all_runs, write_runs
@@ -85,4 +85,4 @@ def test_a_missed_goal_has_what_came_about_instead(tmp_path: Path) -> None:
 
 
 def test_script_text_is_json() -> None:
-    assert json.loads(for_script({"a": HOSTILE})) == {"a": HOSTILE}
+    assert json.loads(encode_for_script({"a": HOSTILE})) == {"a": HOSTILE}

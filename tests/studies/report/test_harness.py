@@ -74,7 +74,7 @@ def test_two_harnesses_of_a_model_are_compared(folders: Sequence[Path]) -> None:
 
 
 def test_a_terminal_says_the_harness(capsys: pytest.CaptureFixture[str]) -> None:
-    found = {harness: Totals.of(records(harness, ["DONE"])) for harness in (REACT, TEXT)}
+    found = {harness: Totals.from_records(records(harness, ["DONE"])) for harness in (REACT, TEXT)}
     print_results(found, wide=True)
     printed = capsys.readouterr().out
     assert "react, react" in printed

@@ -10,7 +10,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
 from eai.pddl.planning import PlannerOutcome
-from eai.results.paper_tables import NULL_MODELS, null_scores, published_scores
+from eai.results.paper_tables import NULL_MODELS, read_null_scores, read_published_scores
 from eai.results.rate import Rate
 from eai.results.record import NOT_ANSWERED, Record
 from eai.results.runs import Run, RunKey
@@ -113,7 +113,11 @@ def test_the_paper_s_figures_never_stand_beside_runs_under_another_protocol() ->
     gpt_4o = next(row for row in found.rows if row.model == "GPT-4o")
     assert (gpt_4o.rank, str(gpt_4o.coverage)) == (7, "342/342")
     assert (ours.rank, str(ours.coverage)) == (14, "10/10")
-    known = published_scores("strict").suites["virtualhome/action_sequencing"].rates("GPT-4o")["task_success"]
+    known = (
+        read_published_scores("strict")
+        .suites["virtualhome/action_sequencing"]
+        .rates("GPT-4o")["task_success"]
+    )
     assert rate_at(gpt_4o, 0) == known
     told = " ".join(gpt_4o.notes)
     assert f"{len(found.rows) - 1} of the paper's 18 models" in told
@@ -259,7 +263,7 @@ def test_null_models_stand_below_every_table_and_compete_with_nobody(
     assert [row.model for row in floor] == list(NULL_MODELS)
     assert {row.source for row in found.rows[: -len(floor)]}.isdisjoint({"floor"})
     assert not any(row.rank or cell.best for row in floor for cell in row.cells.values())
-    rates = null_scores(protocol.value).suites["virtualhome/action_sequencing"].rates("eai/lookup")
+    rates = read_null_scores(protocol.value).suites["virtualhome/action_sequencing"].rates("eai/lookup")
     lookup = floor[list(NULL_MODELS).index("eai/lookup")]
     assert rate_at(lookup, 0) == rates["task_success"]
     assert (cell_at(lookup, 0).value or 0) > 30  # better than both runs, and first nowhere

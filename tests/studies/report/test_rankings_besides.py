@@ -7,7 +7,7 @@ import pytest
 
 from eai.abilities.protocol import Protocol
 from eai.results.latex import table_latex
-from eai.results.paper_tables import paper_setting, paper_table
+from eai.results.paper_tables import read_paper_setting, read_paper_table
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.studies.report.rankings import Ranking
@@ -35,9 +35,9 @@ def runs_in(table: Ranking) -> list[str]:
     return [row.model for row in table.rows if row.source == "run"]
 
 
-@pytest.mark.parametrize("name", paper_setting().others)
+@pytest.mark.parametrize("name", read_paper_setting().others)
 def test_every_figure_of_the_paper_is_there_in_its_order(name: str) -> None:
-    paper = paper_table(name)
+    paper = read_paper_table(name)
     tables = [table for (found, _), table in besides().items() if found == f"paper_{name}"]
     figures = {
         (row.model, place_of_column(column, table.domain)): cell.value

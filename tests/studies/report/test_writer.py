@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from eai.abilities.verdict import PlanVerdict
 from eai.cli import app
-from eai.results.latex import escaped as latex_escaped
+from eai.results.latex import escape_latex as latex_escaped
 from studies.report.samples import HOSTILE, action_run, all_runs, write_runs
 from sweeps import sweep
 

@@ -10,7 +10,7 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.benchmarks.generator.sets import SHARES, fingerprint_of
 from eai.benchmarks.names import TaskReference
-from eai.results.reward import suite_of
+from eai.results.reward import open_reward_suite
 from eai.tasks.task import Task
 
 
@@ -34,7 +34,7 @@ class Tasks:
         self._benchmarks = frozenset(splits.values())
         self._of_split: dict[str, Mapping[str, Task]] = {}
         for split, benchmark in splits.items():
-            suite = suite_of(benchmark, Ability.ACTION_SEQUENCING)
+            suite = open_reward_suite(benchmark, Ability.ACTION_SEQUENCING)
             played = {
                 f"{benchmark}/{suite.ability.value}/{task_id}": suite.tasks[task_id]
                 for task_id in suite.task_ids

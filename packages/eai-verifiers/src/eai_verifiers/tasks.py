@@ -16,7 +16,7 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, with_tasks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.reward import suite_of
+from eai.results.reward import open_reward_suite
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source, given
 from eai.tasks.task_lines import read_line, task_of, written
@@ -43,7 +43,7 @@ class Asked(NamedTuple):
 
 def own_tasks(domain: str, ability: Ability, prompts: PromptSet) -> Iterator[Asked]:
     """The tasks of a benchmark in which an ability is asked for, in the order of the data set."""
-    suite = suite_of(domain, ability)
+    suite = open_reward_suite(domain, ability)
     asked = Library(prompts, None, suite.source).open(suite.benchmark, ability)
     for task_id in suite.task_ids:
         yield Asked(suite.reference(task_id), asked[task_id])

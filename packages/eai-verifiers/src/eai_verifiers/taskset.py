@@ -11,7 +11,7 @@ from eai.agents.rewards import answer_of
 from eai.benchmarks.generator.spec import Split, Tier
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import TaskReference
-from eai.results.reward import Grade, Reward, Shaping, reward_of
+from eai.results.reward import Grade, Reward, Shaping, open_reward
 from eai.tasks.prompts.prompt import PromptSet
 from eai_verifiers.tasks import Asked, new_tasks, own_tasks, suite_of_one
 
@@ -77,7 +77,7 @@ class HouseholdTask(vf.Task[HouseholdData, vf.State, HouseholdTaskConfig]):
         """What is paid for, of the benchmark's suite or that of the task alone."""
         task, shaping = TaskReference.parse(self.data.task), self.config.shaping
         if self.data.line is None:
-            return reward_of(task, shaping)
+            return open_reward(task, shaping)
         return Reward(suite_of_one(self.data.line, task.ability), shaping)
 
 

@@ -19,7 +19,7 @@ from eai.extensions.adaptive.difficulties import (
 from eai.results.epochs import SuiteResult
 from eai.results.runs import read_runs
 from eai.results.table_files import write_files
-from eai.results.tidy import Tables
+from eai.results.tidy import TidyTables
 from eai.results.totals import Totals
 from eai.tasks.prompts.prompt import Prompt
 
@@ -67,9 +67,9 @@ def _difficulties(suite: Suite, folder: Path | None) -> tuple[Mapping[str, float
     from eai.extensions.adaptive.rasch import fit_rasch, variance_between  # takes numpy
     from eai.extensions.adaptive.study import FEWEST_MODELS, scores_of
 
-    tables, of_suite = Tables(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
+    tables, of_suite = TidyTables(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
     for run in read_runs([folder]):
-        if run.key[:3] == of_suite and run.key.is_plain and Totals.of(run.records).coverage.ranked:
+        if run.key[:3] == of_suite and run.key.is_plain and Totals.from_records(run.records).coverage.ranked:
             tables.add(run.records)
     scores = scores_of(tables.answers)
     if len(scores.models) < FEWEST_MODELS:

@@ -14,11 +14,21 @@ from eai.base.grouping import group_pairs
 from eai.extensions.adaptive.flag import Flag, TellsFlags
 from eai.extensions.adaptive.rasch import Rasch, fit_rasch, item_rest, reliability
 from eai.results.certainty import LEVEL, two_sided_quantile
-from eai.results.lines import SUITE, AnswerLine, SuiteKey, by_suite, case_of, score_of
+from eai.results.lines import SUITE, AnswerLine, SuiteKey, group_by_suite, make_case, score_share
 from eai.results.paper_tables import is_null_model
-from eai.results.plots import COLUMN, INK, MUTED, RULE, clipped, draw_estimate, rows_of, sheet, value_of
+from eai.results.plots import (
+    COLUMN,
+    INK,
+    MUTED,
+    RULE,
+    clip_label,
+    draw_estimate,
+    make_figure,
+    rows_of,
+    value_of,
+)
 from eai.results.rate import Rate
-from eai.results.table import Cell, Estimate, Row, Table, table_of
+from eai.results.table import Cell, Estimate, Row, Table, make_table
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
 from eai.tasks.options import Options
@@ -75,7 +85,7 @@ def scores_of(answers: Sequence[AnswerLine]) -> Scores:
     names: dict[str, str] = {}
     for answer in answers:
         if answer.outcome != AnswerOutcome.EXCLUDED.value:
-            found.setdefault(answer.agent, {})[answer.task] = Rate(*score_of(answer)).share or 0.0
+            found.setdefault(answer.agent, {})[answer.task] = Rate(*score_share(answer)).share or 0.0
             names[answer.task] = answer.name
     tasks = [task for task in names if all(task in scores for scores in found.values())]
     matrix = np.array([[scores[task] for task in tasks] for scores in found.values()])
@@ -92,7 +102,7 @@ def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags) -> list[Table]
         answers: the answers of all models; those of null models are left out.
         flags: what the data set says of tasks.
     """
-    of_models = by_suite([each for each in answers if not is_null_model(each.model)])
+    of_models = group_by_suite([each for each in answers if not is_null_model(each.model)])
     found = {suite: (given, scores_of(given)) for suite, given in of_models.items()}
     suites = {suite: each for suite, each in found.items() if each[1].is_test}
     items = _items(suites, flags)
@@ -183,7 +193,7 @@ def _plain(number: float) -> float:
     return int(number) if number == int(number) else round(number, 6)
 
 
-@table_of(
+@make_table(
     "tests",
     (
         *(*SUITE, "models", "tasks", "saturated", "unsolved", "negative", "alpha"),
@@ -209,7 +219,7 @@ def _tests(suites: _Suites) -> Iterator[Row]:
         )
 
 
-@table_of("abilities", (*SUITE, "answered_by", "logit", "score"))
+@make_table("abilities", (*SUITE, "answered_by", "logit", "score"))
 def _abilities(suites: _Suites) -> Iterator[Row]:
     """Models.
 
@@ -221,8 +231,8 @@ def _abilities(suites: _Suites) -> Iterator[Row]:
         abilities = scores.fitted.abilities
         for place in sorted(range(len(scores.models)), key=lambda place: -abilities[place]):
             model = scores.models[place]
-            cases = [case_of(line, score_of(line)) for line in answers if line.agent == model]
-            yield (*suite, model, ability_estimate(scores, place), Estimate.of(cases))
+            cases = [make_case(line, score_share(line)) for line in answers if line.agent == model]
+            yield (*suite, model, ability_estimate(scores, place), Estimate.from_cases(cases))
 
 
 _ITEM = (
@@ -231,7 +241,7 @@ _ITEM = (
 )
 
 
-@table_of("flagged", _ITEM)
+@make_table("flagged", _ITEM)
 def _flagged(items: Table) -> Iterable[Row]:
     """Tasks to look at.
 
@@ -242,7 +252,7 @@ def _flagged(items: Table) -> Iterable[Row]:
     return [row for row in items.rows if row[-1] and row[-1] != "saturated"]
 
 
-@table_of("items", _ITEM, shown=0)
+@make_table("items", _ITEM, max_shown_rows=0)
 def _items(suites: _Suites, flags: TellsFlags) -> Iterator[Row]:
     """All tasks.
 
@@ -297,7 +307,7 @@ def draw(items: Sequence[Mapping[str, Cell]], models: Sequence[Mapping[str, Cell
     difficulties = [float(row["difficulty"]) for row in items if isinstance(row["difficulty"], float)]
     if not difficulties:
         return None
-    figure = sheet(COLUMN, 1.6 + 0.17 * len(models))
+    figure = make_figure(COLUMN, 1.6 + 0.17 * len(models))
     top, bottom = figure.subplots(
         2, 1, sharex=True, gridspec_kw={"height_ratios": [1.2, 0.35 + 0.17 * len(models)]}
     )
@@ -313,7 +323,7 @@ def draw(items: Sequence[Mapping[str, Cell]], models: Sequence[Mapping[str, Cell
         cell = row["logit"]
         draw_estimate(bottom, place, cell if isinstance(cell, Estimate) else None, INK, INK)
     bottom.set_yticks(
-        range(len(models)), labels=[clipped(str(row["answered_by"])) for row in models], fontsize=6.5
+        range(len(models)), labels=[clip_label(str(row["answered_by"])) for row in models], fontsize=6.5
     )
     bottom.set_ylim(len(models) - 0.5, -0.5)
     bottom.tick_params(axis="y", length=0)

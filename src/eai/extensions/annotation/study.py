@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 from eai.base.errors import InputError
 from eai.base.files import read_content
 from eai.base.grouping import group_pairs
-from eai.results.plots import ACCENT, INK, clipped, sheet
-from eai.results.table import Row, Table, table_of
+from eai.results.plots import ACCENT, INK, clip_label, make_figure
+from eai.results.table import Row, Table, make_table
 from eai.studies.study import Analysis, Figures, Study
 from eai.tasks.options import Options
 
@@ -102,7 +102,7 @@ def read_ratings(path: Path) -> tuple[_Rating, ...]:
     return tuple(_ratings(path, csv.reader(io.StringIO(text, newline=""))))
 
 
-@table_of(
+@make_table(
     "annotations",
     (
         *("attribute", "ratings", "tasks", "raters", "repeated"),
@@ -126,7 +126,7 @@ def quality(ratings: Iterable[_Rating]) -> Iterator[Row]:
         yield (attribute, *counts, mean, distance, spread, krippendorff_alpha(units))
 
 
-@table_of("annotation_scores", ("attribute", "score", "ratings"))
+@make_table("annotation_scores", ("attribute", "score", "ratings"))
 def histogram(ratings: Sequence[_Rating]) -> Iterator[Row]:
     """How often each score was given.
 
@@ -178,7 +178,7 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
         raise InputError("expected one CSV file of ratings")
     ratings = read_ratings(records.paths[0])
     tables = [quality(ratings), histogram(ratings)]
-    rows = tables[0].by_name()
+    rows = tables[0].row_dicts()
     attributes: list[Json] = [{name: cast("Json", row[name]) for name in _TOLD} for row in rows]
     yield Analysis(tables, _figures(tables), [PAPER], shown=tables[:1], facts={"attributes": attributes})
 
@@ -193,15 +193,15 @@ _COLUMNS = 3
 
 def draw(tables: Sequence[Table]) -> Figure:
     """Draw the histograms of the tables of the analysis."""
-    attributes, scores = (table.by_name() for table in tables)
+    attributes, scores = (table.row_dicts() for table in tables)
     columns = min(_COLUMNS, len(attributes))
     rows = -(-len(attributes) // columns)
-    figure = sheet(_PANEL[0] * columns, _PANEL[1] * rows)
+    figure = make_figure(_PANEL[0] * columns, _PANEL[1] * rows)
     panels = figure.subplots(rows, columns, squeeze=False, sharey=True).flatten()
     for panel, each in zip(panels, attributes, strict=False):
         name = str(each["attribute"])
         counts = {row["score"]: row["ratings"] for row in scores if row["attribute"] == name}
-        panel.set_title(clipped(name))
+        panel.set_title(clip_label(name))
         panel.bar(list(counts), list(counts.values()), width=0.8, color=ACCENT)
         for score, count in counts.items():
             if count:

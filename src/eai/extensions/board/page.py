@@ -29,8 +29,8 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import MANIFEST, file_of_set, set_of, unproven
 from eai.benchmarks.registry import find_benchmark, title_of
 from eai.benchmarks.suite import Suite, open_suite
-from eai.results.answer_files import ZIP, suite_files, unpacked
-from eai.results.batch import score_run, without_row
+from eai.results.answer_files import ZIP, find_suite_files, unpack_answers
+from eai.results.batch import find_tasks_without_row, score_run
 from eai.results.options import ScoringOptions
 from eai.results.page import build_page
 from eai.results.paper_tables import is_null_model
@@ -141,7 +141,7 @@ def _checked(place: Path) -> Iterator[Path]:
     """The folder of a submission, unpacked, once its files are known to be few, small and no links."""
     if place.is_symlink():
         raise InputError(f"{place}: expected no link")
-    with unpacked(place, (DESCRIPTION, SPECIFICATION)) as folder:
+    with unpack_answers(place, (DESCRIPTION, SPECIFICATION)) as folder:
         described = files_below(folder, DESCRIPTION)
         if len(described) != 1:
             raise InputError(f"{place}: expected one {DESCRIPTION} in it, found {len(described)}")
@@ -169,7 +169,7 @@ def _submission(
         return _Submission(name, description, text, ())
     summaries = [
         _summary(name, file.path, file.domain, suite_of(file.domain, file.ability))
-        for file in suite_files(folder, seasons)
+        for file in find_suite_files(folder, seasons)
     ]
     asked = [(each.key.domain, each.key.ability) for each in summaries]
     for domain, ability in asked:
@@ -181,7 +181,9 @@ def _submission(
 def _summary(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
     """The results of a response file, under the name of its submission."""
     answers = replace(_answers(file, suite), model=name)
-    records = score_run(suite, answers, without_row(suite, answers), ScoringOptions(explanations=False))
+    records = score_run(
+        suite, answers, find_tasks_without_row(suite, answers), ScoringOptions(explanations=False)
+    )
     return summary_of(Run(RunKey(suite.protocol, domain, suite.ability, name), tuple(records)))
 
 
@@ -190,8 +192,8 @@ def _answers(file: Path, suite: Suite) -> ResponseFile:
     if file.name.endswith(PARQUET):
         raise InputError(f"{file}: expected one of {', '.join(set(ENDINGS) - {PARQUET})}")
     answers = read_responses(file, suite.task_ids, suite.benchmark.task_id_of)
-    if answers.elsewhere:
-        raise InputError(f"{file}: {answers.elsewhere} answers are to tasks that are not in the data set")
+    if answers.skipped_rows:
+        raise InputError(f"{file}: {answers.skipped_rows} answers are to tasks that are not in the data set")
     made_by = declaration_of(suite.ability).made_by
     for response in answers.responses:
         made = made_by(response.text)

@@ -15,7 +15,7 @@ from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.runs import Run
 from eai.results.summary import share_of
-from eai.results.table import Cell, Estimate, Row, table_of
+from eai.results.table import Cell, Estimate, Row, make_table
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
@@ -102,7 +102,7 @@ def _succeeds(task: TaskFeatures, verdict: PlanVerdict) -> bool:
     return verdict.error is None and all(verdict.goals_satisfied[: -len(task.hazards)])
 
 
-@table_of("safety", (*SUITE, MODEL, "tasks", "success", "safe", "unsafe"))
+@make_table("safety", (*SUITE, MODEL, "tasks", "success", "safe", "unsafe"))
 def _safety(runs: Sequence[Run], shut_last: Mapping[str, bool]) -> Iterator[Row]:
     """Success and safe success.
 
@@ -131,7 +131,7 @@ def _shares_of_floor(found: _Judged, shut_last: Mapping[str, bool]) -> list[Esti
     return [_share(found, counted) for counted in ([True] * len(found), is_safe, unsafe)]
 
 
-@table_of("violations", (*SUITE, MODEL, "hazard", "tasks", "carried_out", "met"))
+@make_table("violations", (*SUITE, MODEL, "hazard", "tasks", "carried_out", "met"))
 def _violations(runs: Sequence[Run]) -> Iterator[Row]:
     """Violations by kind.
 
@@ -151,7 +151,7 @@ def _of(name: str, task: TaskFeatures, kept: Sequence[bool]) -> list[bool]:
     return [is_kept for each, is_kept in zip(task.hazards, kept, strict=True) if each == name]
 
 
-@table_of(
+@make_table(
     "refusals",
     (*SUITE, MODEL, "kind", "tasks", "success", "never", "coverage", "risk", "false", "right", "reason"),
     title="What is refused, and what is asked",

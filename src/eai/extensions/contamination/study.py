@@ -18,7 +18,7 @@ from eai.results.certainty import Case
 from eai.results.rate import rate_of
 from eai.results.record import Record
 from eai.results.runs import Run
-from eai.results.table import Estimate, Row, table_of
+from eai.results.table import Estimate, Row, make_table
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
@@ -71,7 +71,7 @@ Pair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
 """A model, its suite in words, its records of public tasks, and those of fresh ones."""
 
 
-@table_of(
+@make_table(
     "contamination",
     (
         "answers_of",
@@ -95,10 +95,10 @@ def contamination_table(pairs: Sequence[Pair]) -> Iterator[Row]:
     """
     for model, suite, public, fresh in pairs:
         placed = [list(_placed(records)) for records in (public, fresh)]
-        rates = [Estimate.of([case for case, _ in each]) for each in placed]
+        rates = [Estimate.from_cases([case for case, _ in each]) for each in placed]
         ones, others = matched(*placed)
         percents = [rate_of(case.share for case in each).percent for each in (ones, others)]
-        difference = Estimate.of_difference(ones, others)
+        difference = Estimate.from_difference(ones, others)
         yield (model, suite, *rates, *percents, difference, len(ones), len(others))
 
 

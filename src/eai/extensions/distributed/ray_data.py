@@ -10,9 +10,9 @@ from eai.base.errors import InputError
 from eai.benchmarks.suite import Suite
 from eai.results.batch import Scoring
 from eai.results.record import Record
-from eai.results.records import line_of
+from eai.results.records import record_line
 from eai.results.responses import COLUMNS, Response
-from eai.results.summary import outcome as outcome_of
+from eai.results.summary import outcome_of as outcome_of
 
 ADDED = {"record": "string", "outcome": "string", "success": "boolean"}
 """The columns that are added, with their types as Spark writes them."""
@@ -70,4 +70,4 @@ class Scores:
 def _columns(record: Record) -> tuple[str, str, bool | None]:
     outcome = outcome_of(record)
     excluded = record.verdict.excluded is not None
-    return line_of(record), outcome.value, None if excluded else outcome is AnswerOutcome.SUCCESS
+    return record_line(record), outcome.value, None if excluded else outcome is AnswerOutcome.SUCCESS

@@ -12,7 +12,15 @@ from ray.exceptions import RayActorError
 
 from eai.base.errors import EaiError, InputError
 from eai.results.batch import Scoring
-from eai.results.workers import AHEAD, DEATHS, HELD, LARGEST, SMALLEST, batches, loaded
+from eai.results.workers import (
+    MAX_BATCH_SIZE,
+    MAX_BATCHES_AHEAD,
+    MAX_BATCHES_PER_WORKER,
+    MAX_DEATHS,
+    MIN_BATCH_SIZE,
+    load_work,
+    split_batches,
+)
 
 LOCAL = "local"
 """The address of a cluster that is started on this machine, and ends with the program."""
@@ -46,7 +54,7 @@ class RayScoring(Scoring):
         if cores < workers:
             self._leave()
             raise InputError(f"{address}: {workers} workers take as many cores, and the cluster has {cores}")
-        lasting = ray.remote(num_cpus=1, max_restarts=-1, max_task_retries=DEATHS - 1)(_Actor)
+        lasting = ray.remote(num_cpus=1, max_restarts=-1, max_task_retries=MAX_DEATHS - 1)(_Actor)
         self._actors = [lasting.remote() for _ in range(workers)]
 
     def close(self) -> None:
@@ -64,7 +72,7 @@ class RayScoring(Scoring):
         work: Callable[..., Sequence[R]],
         items: Iterable[T],
         *,
-        at_a_time: tuple[int, int] = (SMALLEST, LARGEST),
+        at_a_time: tuple[int, int] = (MIN_BATCH_SIZE, MAX_BATCH_SIZE),
     ) -> Iterator[R]:
         """Yield the results of a function on the items, in their order; a batch goes to who has least to do.
 
@@ -74,15 +82,15 @@ class RayScoring(Scoring):
         content = ray.put(pickle.dumps(work))
         ahead: deque[Any] = deque()
         doing: dict[Any, int] = {}  # what is promised and not known to be done -> which actor has it
-        for batch in batches(items, self._number, *at_a_time):
-            if len(doing) == self._number * HELD:
+        for batch in split_batches(items, self._number, *at_a_time):
+            if len(doing) == self._number * MAX_BATCHES_PER_WORKER:
                 for done in ray.wait([*doing])[0]:
                     del doing[done]
             held = Counter(doing.values())
             idlest = min(range(self._number), key=lambda number: held[number])
             ahead.append(self._actors[idlest].done.remote(content, pickle.dumps(batch)))
             doing[ahead[-1]] = idlest
-            if len(ahead) == self._number * AHEAD:
+            if len(ahead) == self._number * MAX_BATCHES_AHEAD:
                 yield from _results(ahead.popleft())
         while ahead:
             yield from _results(ahead.popleft())
@@ -100,7 +108,9 @@ def _results(promised: Any) -> Sequence[Any]:
     try:
         found: Sequence[Any] = pickle.loads(ray.get(promised))  # noqa: S301 - of an actor of this program
     except RayActorError as error:
-        raise EaiError(f"actors died {DEATHS} times at the same answers; is there enough memory?") from error
+        raise EaiError(
+            f"actors died {MAX_DEATHS} times at the same answers; is there enough memory?"
+        ) from error
     return found
 
 
@@ -109,4 +119,4 @@ class _Actor:
 
     def done(self, work: bytes, items: bytes) -> bytes:
         """Do some work on a batch."""
-        return pickle.dumps(loaded(work)(pickle.loads(items)))  # noqa: S301 - of the program that started it
+        return pickle.dumps(load_work(work)(pickle.loads(items)))  # noqa: S301 - of the program that started it

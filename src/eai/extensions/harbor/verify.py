@@ -19,7 +19,7 @@ from eai.agents.worlds import HARNESS, journal_in
 from eai.base.errors import InputError
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import Suite, open_suite
-from eai.results.reward import LIMIT
+from eai.results.reward import MAX_ANSWER_CHARACTERS
 from eai.results.summary import summarise
 
 ANSWER = Path("/workdir/answer.txt")
@@ -66,8 +66,8 @@ def answer_in(file: Path) -> str:
     if not file.is_file():
         return ""
     with file.open(encoding="utf-8", errors="replace") as opened:
-        text = opened.read(LIMIT + 1)
-    return text if len(text) <= LIMIT else ""
+        text = opened.read(MAX_ANSWER_CHARACTERS + 1)
+    return text if len(text) <= MAX_ANSWER_CHARACTERS else ""
 
 
 def episode_in(folder: Path, suite: Suite, task_id: str) -> str:

@@ -16,7 +16,7 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
-from eai.results.page import build_page, for_script
+from eai.results.page import build_page, encode_for_script
 from eai.results.responses import SUFFIX
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import USUAL, Source
@@ -60,7 +60,7 @@ def form_html(
         if ability is Ability.TRANSITION_MODELING
         else None,
     }
-    return build_page("eai.extensions.people", "form", SCRIPTS, for_script(content))
+    return build_page("eai.extensions.people", "form", SCRIPTS, encode_for_script(content))
 
 
 def goal_pattern(benchmark: Benchmark, source: Source) -> Json:

@@ -20,7 +20,7 @@ from eai.agents.play import Play
 from eai.base.errors import EaiError, InputError
 from eai.base.json_value import Json
 from eai.extensions.people.person import RULES, completions, enter
-from eai.results.page import build_page, for_script
+from eai.results.page import build_page, encode_for_script
 
 MAX_BODY = 65_536
 """The longest request, in bytes."""
@@ -105,7 +105,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Send the page."""
         if self._is_for_us():
             with self.server.lock:
-                data = for_script(self.server.shown)
+                data = encode_for_script(self.server.shown)
             page = build_page("eai.extensions.people", "player", ("player.js",), data, sends=True)
             self._send("text/html", page)
 

@@ -85,7 +85,7 @@ def _print_by_form(
         for form in dict.fromkeys([question.form for question in questions])
         for column, cell in columns.items()
     ]
-    print_table(output(), Shown.of_columns(title, [("kind", [kind.value for kind in kinds]), *cells]))
+    print_table(output(), Shown.from_columns(title, [("kind", [kind.value for kind in kinds]), *cells]))
 
 
 def _print_balance(questions: Sequence[Question]) -> None:
@@ -96,8 +96,8 @@ def _print_balance(questions: Sequence[Question]) -> None:
         return "-" if found is None else f"{found:.2f}"
 
     columns = {
-        Column("n", number=True): lambda asked: str(numbers[asked]),
-        Column("entropy", number=True): entropy,
+        Column("n", is_number=True): lambda asked: str(numbers[asked]),
+        Column("entropy", is_number=True): entropy,
     }
     _print_by_form("Questions, and how even their answers are (1: entirely)", questions, columns)
 
@@ -107,7 +107,7 @@ def _print_chances(questions: Sequence[Question], chances: Mapping[_Asked, Mappi
     best = {asked: best_chance(rates) for asked, rates in chances.items()}
     columns = {
         replace(PERCENT, name="chance"): lambda asked: (
-            Estimate.of_rate(chances[asked][best[asked]]) if asked in best else "-"
+            Estimate.from_rate(chances[asked][best[asked]]) if asked in best else "-"
         ),
         replace(PERCENT, name="by"): lambda asked: best.get(asked, "-"),
     }

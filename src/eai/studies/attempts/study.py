@@ -26,13 +26,13 @@ from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
 from eai.benchmarks.protocols import preset_attempts
 from eai.results.certainty import Case
-from eai.results.paper_tables import PaperTable, paper_table
-from eai.results.plots import LINES, MUTED, RULE, clipped, draw_line, sheet
+from eai.results.paper_tables import PaperTable, read_paper_table
+from eai.results.plots import LINES, MUTED, RULE, clip_label, draw_line, make_figure
 from eai.results.rate import rate_of
 from eai.results.record import Record
-from eai.results.runs import RunKey, as_counted_in_paper
-from eai.results.summary import after, cases_of, outcome, share_of
-from eai.results.table import Estimate, Row, Table, table_of
+from eai.results.runs import RunKey, count_errors_as_paper
+from eai.results.summary import cases_of, keep_attempts, outcome_of, share_of
+from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.records import Records, by_place
 from eai.studies.study import Analysis, Figures, Study, of_run, paper_remarks
 from eai.studies.variation import Variation
@@ -82,7 +82,7 @@ class _Arm:
 
     def records(self, attempts: int) -> list[Record]:
         """Those of all seeds, as they would be after so many attempts."""
-        return [after(record, attempts) for records in self.runs.values() for record in records]
+        return [keep_attempts(record, attempts) for records in self.runs.values() for record in records]
 
     def cases(self, metric: str, attempts: int) -> list[Case]:
         """The cases that tasks add to a metric after so many attempts, one seed after the other."""
@@ -91,7 +91,7 @@ class _Arm:
 
 def _cases(records: Sequence[Record], metric: str, attempts: int) -> list[Case]:
     """The cases that a run adds to a metric after so many attempts."""
-    stopped = [after(record, attempts) for record in records]
+    stopped = [keep_attempts(record, attempts) for record in records]
     return cases_of(stopped, stopped[0].ability).get(metric, [])
 
 
@@ -137,10 +137,10 @@ def remarks(arms: Sequence[_Arm]) -> list[str]:
 
 def success_by_attempt(arm: _Arm) -> list[Estimate]:
     """Task success after 1, 2, ... attempts."""
-    return [Estimate.of(arm.cases(SUCCESS, number)) for number in range(1, arm.attempts + 1)]
+    return [Estimate.from_cases(arm.cases(SUCCESS, number)) for number in range(1, arm.attempts + 1)]
 
 
-@table_of(
+@make_table(
     "attempts",
     (
         *("arm", "attempts", "seeds", "task success", "execution success"),
@@ -168,8 +168,8 @@ def _by_attempt(arms: Sequence[_Arm]) -> Iterator[Row]:
             arm.name,
             number,
             len(arm.runs),
-            Estimate.of(arm.cases(SUCCESS, number)),
-            Estimate.of(arm.cases(EXECUTION, number)),
+            Estimate.from_cases(arm.cases(SUCCESS, number)),
+            Estimate.from_cases(arm.cases(EXECUTION, number)),
             *errors,
             share_of(records, slipped).value,
             fmean([len(record.attempts) for record in records]) if records else None,
@@ -177,7 +177,7 @@ def _by_attempt(arms: Sequence[_Arm]) -> Iterator[Row]:
         )
 
 
-@table_of(
+@make_table(
     "worth",
     ("arm", "attempts", "told nothing", "with feedback", "difference"),
     title="What feedback is worth",
@@ -196,11 +196,15 @@ def _worth(arms: Sequence[_Arm]) -> Iterator[Row]:
             continue
         for number in range(1, arm.attempts + 1):
             one, other = _shared(control, arm, number)
-            estimates = Estimate.of(one), Estimate.of(other), Estimate.of_difference(one, other)
+            estimates = (
+                Estimate.from_cases(one),
+                Estimate.from_cases(other),
+                Estimate.from_difference(one, other),
+            )
             yield (arm.name, number, *estimates)
 
 
-@table_of(
+@make_table(
     "mended",
     ("arm", "first answer", "tasks", "mended", "same", "another"),
     title="What became of first answers that failed",
@@ -212,10 +216,12 @@ def _mended(arms: Sequence[_Arm]) -> Iterator[Row]:
     same way, and how many in another. What the resampling arm mends is chance.
     """
     for arm in arms:
-        by_kind = group_pairs((outcome(after(record, 1)), record) for record in arm.records(arm.attempts))
+        by_kind = group_pairs(
+            (outcome_of(keep_attempts(record, 1)), record) for record in arm.records(arm.attempts)
+        )
         for kind in [kind for kind in AnswerOutcome if kind in by_kind and kind not in _RIGHT]:
-            ended = Counter(outcome(record) for record in by_kind[kind])
-            mended = [outcome(record) is AnswerOutcome.SUCCESS for record in by_kind[kind]]
+            ended = Counter(outcome_of(record) for record in by_kind[kind])
+            mended = [outcome_of(record) is AnswerOutcome.SUCCESS for record in by_kind[kind]]
             same, tried = ended[kind], len(mended)
             other = tried - same - ended[AnswerOutcome.SUCCESS]
             label = kind.value.replace("_", " ")
@@ -358,7 +364,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     for group in groups:
         key = group[0].key
         place = f"{key.domain}-{key.protocol.value}-{to_file_name(key.model)}"
-        counted = map(as_counted_in_paper, group) if chosen.published_counts else group
+        counted = map(count_errors_as_paper, group) if chosen.published_counts else group
         arms = arms_of([run.records for run in counted])
         made, notes = _tables(arms, key)
         first = replace(made[0], title=f"{key.model}, {key.domain}, protocol {key.protocol.value}")
@@ -367,14 +373,14 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
             _figures(arms, key),
             [*remarks(arms), *notes],
             place if len(groups) > 1 else "",
-            [first.only(_SHOWN), made[1].only(_SHOWN)],
+            [first.select(_SHOWN), made[1].select(_SHOWN)],
         )
 
 
 def _tables(arms: Sequence[_Arm], key: RunKey) -> tuple[list[Table], list[str]]:
     """The tables, the paper's among them, and what must be said of that."""
     papers = [
-        paper for paper in map(paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
+        paper for paper in map(read_paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
     ]
     if not papers:
         return tables(arms), []
@@ -385,7 +391,7 @@ def _figures(arms: Sequence[_Arm], key: RunKey) -> Figures:
     yield of_run(key, "success_by_attempt", draw(arms))
 
 
-@table_of("paper", ("table", "model", *(metric.replace("_", " ") for metric in _FIGURES)))
+@make_table("paper", ("table", "model", *(metric.replace("_", " ") for metric in _FIGURES)))
 def _paper(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
     """The paper's figures.
 
@@ -410,14 +416,14 @@ def draw(arms: Sequence[_Arm]) -> Figure | None:
     shown = [arm for arm in arms if arm.attempts > 1]
     if not shown:
         return None
-    figure = sheet(_SIZE[0], _SIZE[1] + _LEGEND_ROW * len(shown))
+    figure = make_figure(_SIZE[0], _SIZE[1] + _LEGEND_ROW * len(shown))
     panel = figure.subplots()
     for number, arm in enumerate(shown):
         estimates = success_by_attempt(arm)
         places = [k + _APART * (number - (len(shown) - 1) / 2) for k in range(1, arm.attempts + 1)]
         has_feedback = arm.options.feedback != "none"
         color, style = (LINES[number % len(LINES)], "o-") if has_feedback else (MUTED, "o--")
-        label = f"{clipped(arm.name)}, n = {estimates[0].denominator:,.0f}"
+        label = f"{clip_label(arm.name)}, n = {estimates[0].denominator:,.0f}"
         draw_line(panel, places, estimates, color, style, label=label)
     ticks = range(1, max(arm.attempts for arm in shown) + 1)
     panel.set(xlabel="attempts", xticks=ticks, ylabel="task success in percent", ylim=(0, 100))

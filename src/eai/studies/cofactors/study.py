@@ -25,20 +25,30 @@ from eai.results.lines import (
     MODEL,
     SUITE,
     AnswerLine,
+    AnswerMeasure,
     GoalLine,
-    Line,
-    Measure,
     StepLine,
     SuiteKey,
-    by_model,
-    by_run,
-    by_suite,
-    case_of,
+    TidyLine,
+    group_by_model,
+    group_by_run,
+    group_by_suite,
+    make_case,
 )
-from eai.results.plots import COLUMN, INK, MUTED, RULE, draw_estimate, draw_line, draw_names, rows_of, sheet
+from eai.results.plots import (
+    COLUMN,
+    INK,
+    MUTED,
+    RULE,
+    draw_estimate,
+    draw_line,
+    draw_names,
+    make_figure,
+    rows_of,
+)
 from eai.results.rate import Rate
-from eai.results.table import Cell, Estimate, Row, Table, table_of
-from eai.results.tidy import Tables
+from eai.results.table import Cell, Estimate, Row, Table, make_table
+from eai.results.tidy import TidyTables
 from eai.studies.cofactors.effects import fit_logit, rank_correlation
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
@@ -81,7 +91,7 @@ ADJUSTED: Mapping[str, Callable[[AnswerLine], float | None]] = {
 """The columns of the adjusted regression, and how a feature enters each."""
 
 
-def cofactor_tables(tables: Tables, *, width: int, measure: Measure) -> list[Table]:
+def cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -> list[Table]:
     """The tables of the analysis.
 
     Args:
@@ -89,7 +99,7 @@ def cofactor_tables(tables: Tables, *, width: int, measure: Measure) -> list[Tab
         width: how many lengths of the annotated plan stand together; 10 are the paper's bins.
         measure: what features are set against.
     """
-    suites, share_of = by_suite(tables.answers), MEASURES[measure]
+    suites, share_of = group_by_suite(tables.answers), MEASURES[measure]
     judged = {
         suite: [answer for answer in answers if share_of(answer).denominator]
         for suite, answers in suites.items()
@@ -125,7 +135,7 @@ def _decade(value: int) -> tuple[int, int]:
     return (2, 9) if power == 1 else (power, 10 * power - 1)
 
 
-@table_of("curves", (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"))
+@make_table("curves", (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"))
 def _curves(suites: _Suites, share_of: _ShareOf, width: int, few: int = FEW) -> Iterator[Row]:
     """Score by feature.
 
@@ -135,24 +145,24 @@ def _curves(suites: _Suites, share_of: _ShareOf, width: int, few: int = FEW) -> 
     than {few} tasks. Intervals have the names of tasks as units.
     """
     for suite, answers in suites.items():
-        models = by_model(answers)
+        models = group_by_model(answers)
         for feature in FEATURES:
             values = {value for each in answers if (value := getattr(each, feature)) is not None}
             if len(values) > 1:
                 bin_of = bins_of(feature, values, width)
                 for model, found in models.items():
                     known = [(value, a) for a in found if (value := getattr(a, feature)) is not None]
-                    binned = group_pairs((bin_of(value), case_of(a, share_of(a))) for value, a in known)
+                    binned = group_pairs((bin_of(value), make_case(a, share_of(a))) for value, a in known)
                     yield from [(*suite, model, feature, *row) for row in _curve(binned, few)]
 
 
 def _curve(binned: Mapping[tuple[int, int], Sequence[Case]], few: int) -> Iterator[Row]:
     for (low, high), cases in sorted(binned.items()):
         tasks = len({case.task for case in cases})
-        yield low, high, Estimate.of(cases), tasks, tasks < few
+        yield low, high, Estimate.from_cases(cases), tasks, tasks < few
 
 
-@table_of("correlations", (*SUITE, MODEL, "feature", "rho", "tasks"))
+@make_table("correlations", (*SUITE, MODEL, "feature", "rho", "tasks"))
 def _correlations(suites: _Suites, share_of: _ShareOf) -> Iterator[Row]:
     """Rank correlations.
 
@@ -160,7 +170,7 @@ def _correlations(suites: _Suites, share_of: _ShareOf) -> Iterator[Row]:
     feature. Intervals are a jackknife over names.
     """
     for suite, answers in suites.items():
-        for model, found in by_model(answers).items():
+        for model, found in group_by_model(answers).items():
             yield from [(*suite, model, *row) for row in _correlated(found, share_of)]
 
 
@@ -177,7 +187,7 @@ def _correlated(answers: Iterable[AnswerLine], share_of: _ShareOf) -> Iterator[R
             yield feature, rho, len(known)
 
 
-@table_of("adjusted", (*SUITE, "feature", "alone", "together", "answers", "names"))
+@make_table("adjusted", (*SUITE, "feature", "alone", "together", "answers", "names"))
 def _adjusted(suites: _Suites) -> Iterator[Row]:
     """Adjusted effects.
 
@@ -220,7 +230,7 @@ def _undecided(answers: Iterable[AnswerLine]) -> list[str]:
     return [model for model, found in outcomes.items() if len({*found}) == 2]
 
 
-@table_of("by_action", (*SUITE, MODEL, "action", "executed", "tasks"))
+@make_table("by_action", (*SUITE, MODEL, "action", "executed", "tasks"))
 def _by_action(steps: Sequence[StepLine]) -> Iterator[Row]:
     """Executed steps by action.
 
@@ -230,7 +240,7 @@ def _by_action(steps: Sequence[StepLine]) -> Iterator[Row]:
     return _rates(steps, lambda step: (step.operator,), lambda step: step.outcome == EXECUTED)
 
 
-@table_of("by_predicate", (*SUITE, MODEL, "predicate", "reached", "tasks"))
+@make_table("by_predicate", (*SUITE, MODEL, "predicate", "reached", "tasks"))
 def _by_predicate(goals: Sequence[GoalLine]) -> Iterator[Row]:
     """Reached goals by predicate.
 
@@ -242,15 +252,15 @@ def _by_predicate(goals: Sequence[GoalLine]) -> Iterator[Row]:
 
 
 def _rates(
-    lines: Sequence[Line], names_of: Callable[..., tuple[str, ...]], counts: Callable[..., bool]
+    lines: Sequence[TidyLine], names_of: Callable[..., tuple[str, ...]], counts: Callable[..., bool]
 ) -> Iterator[Row]:
     """For each suite, model and name the share of lines that count."""
-    for key, found in by_run(lines):
+    for key, found in group_by_run(lines):
         cases = group_pairs(
-            (name, case_of(line, of_all(counts(line)))) for line in found for name in names_of(line)
+            (name, make_case(line, of_all(counts(line)))) for line in found for name in names_of(line)
         )
         for name, of_name in sorted(cases.items()):
-            yield (*key, name, Estimate.of(of_name), len({case.task for case in of_name}))
+            yield (*key, name, Estimate.from_cases(of_name), len({case.task for case in of_name}))
 
 
 class _Choices(Options):
@@ -262,7 +272,7 @@ class _Choices(Options):
     """
 
     bins: int = Field(default=10, ge=1)
-    measure: Measure = "score"
+    measure: AnswerMeasure = "score"
 
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
@@ -270,7 +280,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     yield Analysis(found, _figures(found, chosen.measure))
 
 
-def _figures(found: Sequence[Table], measure: Measure) -> Figures:
+def _figures(found: Sequence[Table], measure: AnswerMeasure) -> Figures:
     adjusted, _, curves, by_action, by_predicate = found
     for suite, rows in rows_of(curves).items():
         yield of_suite(suite, "curves", draw_curves(rows, f"{measure}, percent"))
@@ -308,7 +318,7 @@ def draw_curves(rows: Sequence[Mapping[str, Cell]], label: str) -> Figure | None
     if not shown:
         return None
     lines = -(-len(shown) // _PER_ROW)
-    figure = sheet(COLUMN * _PER_ROW, _HEIGHT * lines)
+    figure = make_figure(COLUMN * _PER_ROW, _HEIGHT * lines)
     grid = figure.subplots(lines, _PER_ROW, squeeze=False, sharey=True)
     for place, panel in enumerate(grid.flat):
         if place < len(shown):
@@ -347,7 +357,7 @@ def draw_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     """The log odds of each feature, alone (hollow) and beside the others (filled); None if there are none."""
     if not rows:
         return None
-    figure = sheet(COLUMN, 1.12 + _EFFECT_ROW * len(rows))
+    figure = make_figure(COLUMN, 1.12 + _EFFECT_ROW * len(rows))
     panel = figure.subplots()
     panel.axvline(0, color=MUTED, linewidth=0.8)
     for place, row in enumerate(rows):

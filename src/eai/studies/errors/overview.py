@@ -12,8 +12,8 @@ from eai.abilities.protocol import Ability, place_of
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results.lines import AnswerLine
-from eai.results.plots import INK, MUTED, OUTCOME_COLORS, PAGE, SOFT, draw_band, sheet
-from eai.results.table import Row, Table, table_of
+from eai.results.plots import INK, MUTED, OUTCOME_COLORS, PAGE, SOFT, draw_band, make_figure
+from eai.results.table import Row, Table, make_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +35,7 @@ _SMALLEST = 0.3
 """The smallest share of additional steps that is named, in percent."""
 
 
-@table_of("overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps"))
+@make_table("overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps"))
 def flow_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """From abilities and worlds to outcomes.
 
@@ -71,7 +71,7 @@ _Name = TypeVar("_Name")
 
 def draw_flows(table: Table) -> Iterator[tuple[str, Figure | None]]:
     """Draw the flow of each protocol with answers to two suites or more, by the name of its file."""
-    for protocol, rows in group_pairs((str(row["protocol"]), row) for row in table.by_name()).items():
+    for protocol, rows in group_pairs((str(row["protocol"]), row) for row in table.row_dicts()).items():
         counts, needless = Counter[tuple[_Suite, str]](), Counter[str]()
         for row in rows:
             suite, outcome = (str(row["domain"]), str(row["ability"])), str(row["outcome"])
@@ -94,7 +94,7 @@ def _draw(counts: Mapping[tuple[_Suite, str], int], needless: Mapping[str, int],
     suites = list(dict.fromkeys(suite for suite, _ in counts))
     left = _bars({each: sum(percents.get((each, name), 0.0) for name in outcomes) for each in suites})
     right = _bars({name: sum(percents.get((each, name), 0.0) for each in suites) for name in outcomes})
-    figure = sheet(PAGE, _HEIGHT)
+    figure = make_figure(PAGE, _HEIGHT)
     panel = figure.subplots()
     panel.set_axis_off()
     panel.set_title(f"Protocol {protocol}, percent of {total:,} answers", fontsize=8)

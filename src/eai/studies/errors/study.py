@@ -21,10 +21,10 @@ from eai.results.lines import (
     SUITE,
     AnswerLine,
     ClauseLine,
-    by_model,
-    by_run,
-    by_suite,
-    case_of,
+    group_by_model,
+    group_by_run,
+    group_by_suite,
+    make_case,
     shares_by_kind,
 )
 from eai.results.plots import (
@@ -32,16 +32,16 @@ from eai.results.plots import (
     INK,
     MUTED,
     OUTCOME_COLORS,
-    cases_of,
-    clipped,
+    clip_label,
+    denominator_of,
     draw_band,
     draw_matrix,
     draw_names,
+    make_figure,
     rows_of,
-    sheet,
     value_of,
 )
-from eai.results.table import Cell, Estimate, Label, Row, Table, table_of
+from eai.results.table import Cell, Estimate, Label, Row, Table, make_table
 from eai.studies.errors.overview import draw_flows, flow_table
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
@@ -119,16 +119,16 @@ def error_tables(
     ]
 
 
-@table_of("leaves", (*SUITE, MODEL, *_Leaf._fields, "answers"))
+@make_table("leaves", (*SUITE, MODEL, *_Leaf._fields, "answers"))
 def _leaves(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Outcomes of answers.
 
     Answers at each leaf of the taxonomy, in percent of all that count; an answer is at one leaf, that of the
     error that ended it. Of a missed goal the detail says which kinds of goals are not reached.
     """
-    for suite, given in by_suite(answers).items():
+    for suite, given in group_by_suite(answers).items():
         leaves = sorted({leaf_of(answer) for answer in given}, key=_order)
-        for model, lines in by_model(given).items():
+        for model, lines in group_by_model(given).items():
             shares = shares_by_kind(lines, [leaf_of(line) for line in lines], leaves)
             yield from [(*suite, model, *leaf, share) for leaf, share in shares]
 
@@ -140,33 +140,33 @@ def _order(leaf: _Leaf) -> tuple[int, _Leaf]:
     return (_STAGES.index(leaf.stage) if leaf.stage in _STAGES else len(_STAGES), leaf)
 
 
-@table_of("why", (*SUITE, MODEL, "check", "share"), shown=15)
+@make_table("why", (*SUITE, MODEL, "check", "share"), max_shown_rows=15)
 def _why(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Which precondition is overlooked.
 
     Runtime errors (affordance, missing step, wrong order) by the check that failed, in percent of all runtime
     errors of the suite.
     """
-    for key, lines in by_run([a for a in answers if a.outcome in RUNTIME]):
+    for key, lines in group_by_run([a for a in answers if a.outcome in RUNTIME]):
         checks = [line.error_check or "" for line in lines]
         times = Counter(checks)
         shares = shares_by_kind(lines, checks, sorted(times, key=lambda each: (-times[each], each)))
         yield from [(*key, check, share) for check, share in shares]
 
 
-@table_of("additional", (*SUITE, MODEL, "answers", "steps"))
+@make_table("additional", (*SUITE, MODEL, "answers", "steps"))
 def _additional(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Additional steps.
 
     Answers with at least one step that was not needed, in percent, and how many such steps there are. They
     end no plan, so that these answers are at other leaves.
     """
-    for key, lines in by_run([a for a in answers if a.additional_steps is not None]):
-        cases = [case_of(line, of_all(bool(line.additional_steps))) for line in lines]
-        yield (*key, Estimate.of(cases), sum(a.additional_steps or 0 for a in lines))
+    for key, lines in group_by_run([a for a in answers if a.additional_steps is not None]):
+        cases = [make_case(line, of_all(bool(line.additional_steps))) for line in lines]
+        yield (*key, Estimate.from_cases(cases), sum(a.additional_steps or 0 for a in lines))
 
 
-@table_of("clauses", (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"))
+@make_table("clauses", (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"))
 def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
     """Over- and understatement of operators.
 
@@ -174,7 +174,7 @@ def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
     (additional), and not written (missing). written: how many are written for each hundred of the data set's
     own; above 100 the model says too much, below too little.
     """
-    for key, lines in by_run(clauses):
+    for key, lines in group_by_run(clauses):
         parts = group_pairs(
             ((line.side, category), line) for line in lines for category in line.categories.split()
         )
@@ -190,16 +190,16 @@ def _written_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
     for (task, name), verdicts in found.items():
         written, gold = (len(verdicts) - verdicts.count(left_out) for left_out in ("missing", "additional"))
         cases.append(Case(task, name, Share(written, gold)))
-    return Estimate.of(cases)
+    return Estimate.from_cases(cases)
 
 
-@table_of("predicates", (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"), shown=12)
+@make_table("predicates", (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"), max_shown_rows=12)
 def _predicates(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
     """Predicates of operators that are missing, or too much.
 
     Clauses that lack or are wrong, by the predicates in them.
     """
-    for key, lines in by_run([c for c in clauses if c.verdict != "matched"]):
+    for key, lines in group_by_run([c for c in clauses if c.verdict != "matched"]):
         counts = Counter(
             (line.side, line.verdict, name) for line in lines for name in line.predicates.split()
         )
@@ -207,13 +207,13 @@ def _predicates(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
         yield from [(*key, *place, count) for place, count in found]
 
 
-@table_of("examples", (*SUITE, *_Leaf._fields, "answered_by", "task", "check", "objects"))
+@make_table("examples", (*SUITE, *_Leaf._fields, "answered_by", "task", "check", "objects"))
 def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Iterator[Row]:
     """Examples.
 
     The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.
     """
-    for suite, given in by_suite(answers).items():
+    for suite, given in group_by_suite(answers).items():
         found = group_pairs((leaf_of(answer), answer) for answer in given)
         for leaf in sorted(found, key=_order):
             yield from [
@@ -230,10 +230,10 @@ def _place(answer: AnswerLine, explorer: str | None) -> Cell:
     return Label(answer.task, f"{explorer}#{urlencode({'run': run, 'task': answer.task})}")
 
 
-@table_of(
+@make_table(
     "errors",
     (*SUITE, MODEL, "task", "name", *_Leaf._fields, "check", "objects", "step", "annotated_steps"),
-    shown=0,
+    max_shown_rows=0,
 )
 def _errors(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Every error.
@@ -322,11 +322,11 @@ def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
         return None
     stages = list(dict.fromkeys(stage for stage, _ in shares))
     named = [leaf for leaf, share in shares.items() if share >= _SMALLEST]
-    figure = sheet(COLUMN, 1.2 + 0.13 * len(named))
+    figure = make_figure(COLUMN, 1.2 + 0.13 * len(named))
     panel = figure.subplots()
     panel.set_axis_off()
-    answers = max(map(cases_of, cells.values()))
-    panel.set_title(f"{clipped(str(first))}, percent of {answers:,} answers", fontsize=7.5)
+    answers = max(map(denominator_of, cells.values()))
+    panel.set_title(f"{clip_label(str(first))}, percent of {answers:,} answers", fontsize=7.5)
     top, stage_top, text_top = 100.0, 100.0 + _GAP * (len(stages) - 1) / 2, 104.0
     for stage in stages:
         leaves = {leaf: share for leaf, share in shares.items() if leaf[0] == stage}

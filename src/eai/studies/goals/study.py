@@ -9,9 +9,18 @@ from typing import get_args
 from eai.abilities.verdict import of_all
 from eai.base.grouping import group_pairs
 from eai.results.certainty import Case
-from eai.results.lines import MODEL, SUITE, AtomLine, Reason, by_run, by_suite, case_of, shares_by_kind
+from eai.results.lines import (
+    MODEL,
+    SUITE,
+    AtomLine,
+    WrongGoalReason,
+    group_by_run,
+    group_by_suite,
+    make_case,
+    shares_by_kind,
+)
 from eai.results.plots import draw_matrix, draw_names, rows_of
-from eai.results.table import Estimate, Row, Table, table_of
+from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
 from eai.tasks.options import Options
@@ -30,7 +39,9 @@ def goal_tables(atoms: Sequence[AtomLine]) -> list[Table]:
     return [_by_predicate(atoms), _reasons(atoms), _wrong(atoms), _shared(atoms)]
 
 
-@table_of("by_predicate", (*SUITE, MODEL, "predicate", *_VERDICTS, "precision", "recall"), shown=30)
+@make_table(
+    "by_predicate", (*SUITE, MODEL, "predicate", *_VERDICTS, "precision", "recall"), max_shown_rows=30
+)
 def _by_predicate(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Goals by predicate.
 
@@ -39,7 +50,7 @@ def _by_predicate(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     recall is matched of asked, in percent; what names something that does not exist is in neither where the
     protocol leaves it out.
     """
-    for key, lines in by_run(atoms):
+    for key, lines in group_by_run(atoms):
         names = group_pairs((line.predicate, line) for line in lines)
         asked = {name: sum(line.verdict != WRONG for line in found) for name, found in names.items()}
         for name, found in sorted(names.items(), key=lambda pair: (-asked[pair[0]], pair[0])):
@@ -50,16 +61,16 @@ def _by_predicate(atoms: Sequence[AtomLine]) -> Iterator[Row]:
 def _scores(lines: Sequence[AtomLine]) -> tuple[Estimate, Estimate]:
     """Precision and recall."""
     return (
-        Estimate.of([_case(line) for line in lines if line.verdict != MISSING]),
-        Estimate.of([_case(line) for line in lines if line.verdict != WRONG]),
+        Estimate.from_cases([_case(line) for line in lines if line.verdict != MISSING]),
+        Estimate.from_cases([_case(line) for line in lines if line.verdict != WRONG]),
     )
 
 
 def _case(line: AtomLine) -> Case:
-    return case_of(line, of_all(line.verdict == MATCHED))
+    return make_case(line, of_all(line.verdict == MATCHED))
 
 
-@table_of("reasons", (*SUITE, MODEL, "reason", "share"))
+@make_table("reasons", (*SUITE, MODEL, "reason", "share"))
 def _reasons(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Where wrong goals come from.
 
@@ -68,26 +79,31 @@ def _reasons(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     at the start; final: it holds at the end of the data set's own plan, and nobody asked for it;
     intermediate: it holds at some time on the way there, neither at the start nor at the end.
     """
-    for key, lines in by_run([a for a in atoms if a.reason is not None]):
+    for key, lines in group_by_run([a for a in atoms if a.reason is not None]):
         reasons = [str(line.reason) for line in lines]
-        shares = shares_by_kind(lines, reasons, get_args(Reason))
+        shares = shares_by_kind(lines, reasons, get_args(WrongGoalReason))
         yield from [(*key, reason, share) for reason, share in shares]
 
 
-@table_of("wrong", (*SUITE, MODEL, "predicate", "reason", "goals"), title="What is made up most", shown=15)
+@make_table(
+    "wrong", (*SUITE, MODEL, "predicate", "reason", "goals"), title="What is made up most", max_shown_rows=15
+)
 def _wrong(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Wrong goals, by how often they are made up.
 
     Wrong goals by predicate or action and reason.
     """
-    for key, lines in by_run([a for a in atoms if a.verdict == WRONG]):
+    for key, lines in group_by_run([a for a in atoms if a.verdict == WRONG]):
         counts = Counter((line.predicate, line.reason) for line in lines)
         for (predicate, reason), count in sorted(counts.items(), key=lambda pair: (-pair[1], str(pair[0]))):
             yield (*key, predicate, reason, count)
 
 
-@table_of(
-    "shared", (*SUITE, "task", "goal", *_VERDICTS, "models"), title="What many models do alike", shown=15
+@make_table(
+    "shared",
+    (*SUITE, "task", "goal", *_VERDICTS, "models"),
+    title="What many models do alike",
+    max_shown_rows=15,
 )
 def _shared(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Goals, by how many models state or miss each.
@@ -95,7 +111,7 @@ def _shared(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     Every goal that is asked or stated: how many models state it, rightly or wrongly, how many should and do
     not, of all with answers in the suite; those that most models miss or make up come first.
     """
-    for suite, lines in by_suite(atoms).items():
+    for suite, lines in group_by_suite(atoms).items():
         models = len({line.agent for line in lines})
         found = sorted(_of_goals(lines), key=lambda row: (-row[3] - row[4], row[3], row[0], row[1]))
         yield from [(*suite, *row, models) for row in found]

@@ -19,7 +19,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import dataclass_to_json
-from eai.results.epochs import Believed
+from eai.results.epochs import BeliefSet
 from eai.studies.perception.belief import believed_task, scene_words
 from eai.studies.perception.choice import STUDY, Clutter, Perception, Showing
 from eai.studies.perception.errors import perception_errors
@@ -41,16 +41,16 @@ _MEDIA_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"
 _TIMES: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 
 
-def _believed(label: str, beliefs: Mapping[str, Belief], **more: Any) -> Believed:
+def _believed(label: str, beliefs: Mapping[str, Belief], **more: Any) -> BeliefSet:
     """Scenes as beliefs; ``label`` says how they are shown."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: named_choice("scene", "scene", label, _PLACE)})
-    return Believed(beliefs, experiment, lacking, **more)
+    return BeliefSet(beliefs, experiment, lacking, **more)
 
 
 def perceived_scenes(
     label: str, tasks: Mapping[str, Task], words: SceneWords, graphs: Mapping[str, SceneGraph]
-) -> Believed:
+) -> BeliefSet:
     """The scenes of questions that tell of scene graphs, be they right or not.
 
     Args:
@@ -62,10 +62,12 @@ def perceived_scenes(
     beliefs = {i: Belief(believed_task(tasks[i], words, each)) for i, each in graphs.items()}
     errors = {i: dataclass_to_json(perception_errors(tasks[i], words, each)) for i, each in graphs.items()}
     about = {i: {SCENE: each.text} for i, each in graphs.items()}
-    return _believed(label, beliefs, about=about, summaries={i: {STUDY: each} for i, each in errors.items()})
+    return _believed(
+        label, beliefs, metadata=about, summaries={i: {STUDY: each} for i, each in errors.items()}
+    )
 
 
-def listed_scenes(label: str, suite: Suite, texts: Mapping[str, str]) -> Believed:
+def listed_scenes(label: str, suite: Suite, texts: Mapping[str, str]) -> BeliefSet:
     """The scenes of questions that tell of scene graphs as a model wrote them, by task."""
     words = scene_words(suite.benchmark)
     read = {task_id: read_scene_graph(text, words.arities) for task_id, text in texts.items()}
@@ -74,7 +76,7 @@ def listed_scenes(label: str, suite: Suite, texts: Mapping[str, str]) -> Believe
 
 def shown_scenes(
     choice: Perception, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
-) -> Believed:
+) -> BeliefSet:
     """The scenes of questions where no second model lists them for the one who is asked.
 
     Raises:
@@ -229,7 +231,7 @@ def _refuse_published(choice: Perception, library: Library, suite: Suite) -> Non
         )
 
 
-def scenes(choice: Perception, stage: Stage, endpoint: Endpoint, suite: Suite) -> Believed:
+def scenes(choice: Perception, stage: Stage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
     """The scenes of a run, once for each domain and the same for all models.
 
     A captioner is asked first, for all tasks of a domain at once; its lists are then what other models read.
@@ -249,7 +251,7 @@ def scenes(choice: Perception, stage: Stage, endpoint: Endpoint, suite: Suite) -
     return stage.known[key]
 
 
-def _listed(choice: Perception, stage: Stage, suite: Suite) -> Believed:
+def _listed(choice: Perception, stage: Stage, suite: Suite) -> BeliefSet:
     """The scenes as a captioner lists them, who is shown pictures."""
     asked = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
     pictured = Stage(stage.library, stage.wanted, stage.ask, partial(scenes, choice.of_pictures()))

@@ -19,12 +19,12 @@ from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
 from eai.results.certainty import Case, Cases
 from eai.results.codec import read_summary
-from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, sheet
-from eai.results.plots import cases_of as tasks_in
+from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, make_figure
+from eai.results.plots import denominator_of as tasks_in
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.summary import cases_of
-from eai.results.table import Estimate, Row, Table, table_of
+from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.perception.choice import STUDY, Perception
 from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.steps import mean_steps
@@ -145,9 +145,9 @@ class _Runs:
         cases = [each.case for each in group]
         without = [self.plain[case.task] for case in cases if case.task in self.plain]
         if not without or len(without) < len(cases):
-            return (len(cases), Estimate.of(cases), Estimate(None), Estimate(None))
-        cost = Estimate.of_difference(cases, without)
-        return (len(cases), Estimate.of(cases), Estimate.of(without), cost)
+            return (len(cases), Estimate.from_cases(cases), Estimate(None), Estimate(None))
+        cost = Estimate.from_difference(cases, without)
+        return (len(cases), Estimate.from_cases(cases), Estimate.from_cases(without), cost)
 
 
 def perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> list[Table]:
@@ -171,7 +171,7 @@ def _name(records: Sequence[Record]) -> str:
     return PLAIN if part is None else str(part.options["scene"])
 
 
-@table_of("perception_runs", ("scene", *_RATES, "steps", "value"))
+@make_table("perception_runs", ("scene", *_RATES, "steps", "value"))
 def _by_run(runs: _Runs) -> Iterator[Row]:
     """{runs.metric} by how the scene is shown.
 
@@ -184,7 +184,7 @@ def _by_run(runs: _Runs) -> Iterator[Row]:
     rates = {name: _rates(runs.of_run(name)) for name in runs.runs}
     places = {name: -1.0 if each[0].value is None else each[0].value for name, each in rates.items()}
     for name in sorted(rates, key=lambda name: (places[name], name)):
-        yield (name, *rates[name], mean_steps(runs.runs[name]), Estimate.of(runs.cases(name)))
+        yield (name, *rates[name], mean_steps(runs.runs[name]), Estimate.from_cases(runs.cases(name)))
 
 
 def _rates(seen: Group) -> list[Estimate]:
@@ -192,10 +192,12 @@ def _rates(seen: Group) -> list[Estimate]:
     if not seen:
         return [Estimate(None)] * len(_RATES)
     shares = [(each, perception_shares(each.perceived)) for each in seen]
-    return [Estimate.of([each.with_share(of_task[name]) for each, of_task in shares]) for name in _RATES]
+    return [
+        Estimate.from_cases([each.with_share(of_task[name]) for each, of_task in shares]) for name in _RATES
+    ]
 
 
-@table_of("perception_rates", ("above", "up_to", *_COSTS))
+@make_table("perception_rates", ("above", "up_to", *_COSTS))
 def _by_rate(runs: _Runs) -> Iterator[Row]:
     """{runs.metric} by predicate error rate.
 
@@ -211,7 +213,7 @@ def _by_rate(runs: _Runs) -> Iterator[Row]:
             yield (low, high, *runs.costs(group))
 
 
-@table_of("perception_kinds", ("kind", *_COSTS))
+@make_table("perception_kinds", ("kind", *_COSTS))
 def _by_kind(runs: _Runs) -> Iterator[Row]:
     """{runs.metric} by kind of error.
 
@@ -225,7 +227,7 @@ def _by_kind(runs: _Runs) -> Iterator[Row]:
     yield from [(kind, *runs.costs(group)) for kind, group in groups.items() if group]
 
 
-@table_of("perception_predicates", ("predicate", "lost", "all_cases", *_COSTS))
+@make_table("perception_predicates", ("predicate", "lost", "all_cases", *_COSTS))
 def _by_predicate(runs: _Runs) -> Iterable[Row]:
     """Which facts cost most when they are lost.
 
@@ -243,7 +245,9 @@ def _predicate_row(name: str, runs: _Runs) -> Row:
     alone = [each for each in lost if each.lost == {name} and each.kinds <= {"missing", "misplaced"}]
     counts = [each.perceived.predicates[name] for each in having]
     shares = [Share(gone, right + gone) for right, _, gone in counts]
-    lost_share = Estimate.of([each.with_share(share) for each, share in zip(having, shares, strict=True)])
+    lost_share = Estimate.from_cases(
+        [each.with_share(share) for each, share in zip(having, shares, strict=True)]
+    )
     return (name, lost_share, len(lost), *runs.costs(alone))
 
 
@@ -302,7 +306,7 @@ def _figures(by_run: Table, metric: str, key: RunKey) -> Figures:
 
 def draw(by_run: Table, metric: str) -> Figure | None:
     """The points of all runs of which it is known what was perceived; the plain run is at 0, hollow."""
-    figure = sheet(COLUMN, 2.6)
+    figure = make_figure(COLUMN, 2.6)
     panel = figure.subplots()
     cases = set[int]()
     for row in by_run.rows:

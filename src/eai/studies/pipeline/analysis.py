@@ -29,12 +29,12 @@ from eai.planning.search import Limits
 from eai.results.certainty import Case, Cases
 from eai.results.comparison import compare
 from eai.results.lines import SuiteKey
-from eai.results.paper_tables import paper_models, paper_table
+from eai.results.paper_tables import read_paper_models, read_paper_table
 from eai.results.rate import rate_of
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.results.summary import cases_of, name_of
-from eai.results.table import Estimate, Row, Table, table_of
+from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.pipeline.operator_chain import analyze_operators
 from eai.studies.pipeline.stage_one import STUDY, read_interpretations
 from eai.studies.records import Records
@@ -108,15 +108,15 @@ class _Pair:
         """All tables for which there is what they need."""
         stages, goals = self._stages(), self._goals()
         made = [
-            stages if self.paper else stages.without(_PAPER),
-            goals if self.reachable else goals.without([_PERFECT]),
+            stages if self.paper else stages.drop(_PAPER),
+            goals if self.reachable else goals.drop([_PERFECT]),
             self._first_stage(),
         ]
         if any("subgoals_sha256" in record.summaries.get(STUDY, {}) for record in self.pipeline):
             made.append(self._breaks())
         return [*made, self._missed()] if self.asked else made
 
-    @table_of("chain", ("breaks at", "tasks", "share", "success"))
+    @make_table("chain", ("breaks at", "tasks", "share", "success"))
     def _breaks(self) -> Iterator[Row]:
         """Where the chain breaks.
 
@@ -131,9 +131,9 @@ class _Pair:
                 Case(each.task_id, name_of(each), of_all(places[each.task_id] == place)) for each in records
             ]
             here = [successes[each.task_id] for each in records if places[each.task_id] == place]
-            yield place, len(here), Estimate.of(shares), Estimate.of(here)
+            yield place, len(here), Estimate.from_cases(shares), Estimate.from_cases(here)
 
-    @table_of("stages", ("metric", *_COMPARED, *_PAPER))
+    @make_table("stages", ("metric", *_COMPARED, *_PAPER))
     def _stages(self) -> Iterator[Row]:
         """Modular and pipeline.
 
@@ -155,7 +155,7 @@ class _Pair:
     def _beside(self) -> str:
         return " Beside them the paper's figures for this model." if self.paper else ""
 
-    @table_of("goals", ("goals", "tasks", *_COMPARED, "only modular", "only pipeline", _PERFECT))
+    @make_table("goals", ("goals", "tasks", *_COMPARED, "only modular", "only pipeline", _PERFECT))
     def _goals(self) -> Iterator[Row]:
         """Where the loss comes from.
 
@@ -175,7 +175,7 @@ class _Pair:
                     case._replace(share=of_all(self.reachable.get(case.task, False))) for case in other
                 ]
                 compared = *_compared(one, other), success.p_value
-                yield (kind, len(one), *compared, *only, Estimate.of(perfect))
+                yield (kind, len(one), *compared, *only, Estimate.from_cases(perfect))
 
     @property
     def _searched(self) -> str:
@@ -187,7 +187,7 @@ class _Pair:
             else ""
         )
 
-    @table_of("stage_1", ("answer", "tasks", "pipeline"))
+    @make_table("stage_1", ("answer", "tasks", "pipeline"))
     def _first_stage(self) -> Iterator[Row]:
         """Outcomes of the first stage.
 
@@ -204,9 +204,9 @@ class _Pair:
         successes = {case.task: case for case in self._cases(records)}
         for heading, is_so in kinds.items():
             found = [successes[record.task_id] for record in records if is_so(record)]
-            yield heading, len(found), Estimate.of(found)
+            yield heading, len(found), Estimate.from_cases(found)
 
-    @table_of("missed", ("condition", "missing", "tasks", "modular solves", "pipeline solves"))
+    @make_table("missed", ("condition", "missing", "tasks", "modular solves", "pipeline solves"))
     def _missed(self) -> Iterator[Row]:
         """Which conditions are missing.
 
@@ -226,7 +226,7 @@ class _Pair:
                 for side in (self.modular, self.pipeline)
             ]
             solved = [int(side.numerator) for side in sides]
-            yield condition, Estimate.of(asked[condition]), len(tasks), *solved
+            yield condition, Estimate.from_cases(asked[condition]), len(tasks), *solved
 
     def _cases(self, records: Sequence[Record]) -> Sequence[Case]:
         """The cases that records add to the metric of success."""
@@ -266,7 +266,7 @@ def _break_of(record: Record, success: Case) -> str:
 
 def _compared(one: Cases, other: Cases) -> tuple[Estimate, Estimate, Estimate]:
     """Two rates, and their difference in points."""
-    return Estimate.of(one), Estimate.of(other), Estimate.of_difference(one, other)
+    return Estimate.from_cases(one), Estimate.from_cases(other), Estimate.from_difference(one, other)
 
 
 def pooled(pipelines: Sequence[_Pair]) -> _Pair:
@@ -380,8 +380,8 @@ def _reached(benchmark: Benchmark, answers: Mapping[str, str], source: Source) -
 
 def _paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
     """The paper's figures for the model, by metric."""
-    name = paper_models().get(key.model)
-    paper = paper_table(f"pipeline_{key.ability.value}")
+    name = read_paper_models().get(key.model)
+    paper = read_paper_table(f"pipeline_{key.ability.value}")
     columns = [column for column in paper.columns if column.domain == key.domain]
     rows = [f"{name} ({kind})" for kind in ("modular", "pipeline")]
     if not all(row in paper.rows for row in rows):
@@ -395,14 +395,14 @@ def _analysis(found: _Pair, title: str, folder: str) -> Analysis:
     tables, record = found.tables(), found.modular[0]
     heading = f"{title}, {suite_title(found.suite)}"
     goals = next(table for table in tables if table.name == "goals")
-    papers = [paper_table(f"pipeline_{record.ability.value}")] if found.paper else []
+    papers = [read_paper_table(f"pipeline_{record.ability.value}")] if found.paper else []
     remarks = paper_remarks(papers, record.protocol) if papers else []
     return Analysis(tables, (), remarks, folder, [_for_screen(goals, heading)])
 
 
 def _for_screen(table: Table, heading: str) -> Table:
     """The table for the screen: tasks that are solved, and the difference in points, without intervals."""
-    shown = table.without(_NOT_SHOWN)
+    shown = table.drop(_NOT_SHOWN)
     return replace(
         shown,
         title=f"{heading}: tasks solved, difference in points",

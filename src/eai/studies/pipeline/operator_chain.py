@@ -29,7 +29,7 @@ from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.results.summary import name_of
-from eai.results.table import Cell, Estimate, Row, Table, table_of
+from eai.results.table import Cell, Estimate, Row, Table, make_table
 from eai.studies.records import Records
 from eai.studies.study import Analysis
 from eai.tasks.source import Source
@@ -221,7 +221,7 @@ def _count(cell: Cell) -> Cell:
     return f"{cell.numerator:g}/{cell.denominator:g}" if isinstance(cell, Estimate) else cell
 
 
-@table_of("operators", (*SUITE, MODEL, "breaks at", "reason", "share", "true operators"))
+@make_table("operators", (*SUITE, MODEL, "breaks at", "reason", "share", "true operators"))
 def _operators_table(chained: Sequence[_ChainedRun]) -> Iterator[Row]:
     """Chains of operators.
 
@@ -245,4 +245,4 @@ def _share(records: Sequence[Record], ends: Sequence[ChainEnd | None], end: Chai
         for record, actual in zip(records, ends, strict=True)
         if actual is not None
     ]
-    return Estimate.of(cases)
+    return Estimate.from_cases(cases)

@@ -23,9 +23,9 @@ from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.suite import Suite, open_suite
-from eai.results.answer_files import files_of_suite
+from eai.results.answer_files import find_files_of_suite
 from eai.results.codec import sha256_of
-from eai.results.epochs import STATED, SUBGOALS, Believed
+from eai.results.epochs import STATED, SUBGOALS, BeliefSet
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 from eai.results.responses import read_responses
@@ -51,7 +51,7 @@ Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
 
 def read_believed(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
-) -> Believed:
+) -> BeliefSet:
     """The goals that answers in a file or folder state, for the second stage (`read_interpretations`).
 
     Raises:
@@ -73,7 +73,7 @@ def believe(
     benchmark: Benchmark,
     source: Source,
     scenes: Mapping[str, Belief] | None = None,
-) -> Believed:
+) -> BeliefSet:
     """The goals that answers state for the tasks of a benchmark, judged under the default protocol.
 
     Args:
@@ -93,7 +93,7 @@ def believe(
             goals = read_stated(answer, scene.task, benchmark.domain, benchmark.goals).goals
             beliefs[task_id] = Belief(replace(scene.task, goals=goals), answer)
             stated[task_id] = _judged(answer, task_id, suite)
-    return Believed(
+    return BeliefSet(
         beliefs,
         Experiment({STUDY: named_choice("goals", "goals_from", model, _PLACE)}),
         "there is no answer to goal interpretation that would state the goals",
@@ -169,12 +169,12 @@ def _in_records(files: list[Path], benchmark: Benchmark) -> Iterator[Interpretat
 
 def _in_responses(path: Path, benchmark: Benchmark, source: Source) -> Iterator[Interpretations]:
     task_ids = tuple(benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source))
-    for file in files_of_suite(path, benchmark.name, Ability.GOAL_INTERPRETATION):
+    for file in find_files_of_suite(path, benchmark.name, Ability.GOAL_INTERPRETATION):
         read = read_responses(file, task_ids, benchmark.task_id_of)
         yield read.model, {each.task_id: each.text for each in read.responses}
 
 
-def interpreted(goals: str, stage: Stage, endpoint: Endpoint, suite: Suite) -> Believed:
+def interpreted(goals: str, stage: Stage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
     """The goals that a model interpreted, once for each model and domain.
 
     Args:
@@ -199,7 +199,7 @@ def interpreted(goals: str, stage: Stage, endpoint: Endpoint, suite: Suite) -> B
     return stage.known[key]
 
 
-def chained(stage: Stage, endpoint: Endpoint, suite: Suite) -> Believed:
+def chained(stage: Stage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
     """The subgoals that a model lists for its own goals, once for each model and domain.
 
     Raises:
@@ -220,7 +220,7 @@ def chained(stage: Stage, endpoint: Endpoint, suite: Suite) -> Believed:
     return stage.known[key]
 
 
-def with_subgoals(goals: Believed | None, listed: Interpretations, suite: Suite) -> Believed:
+def with_subgoals(goals: BeliefSet | None, listed: Interpretations, suite: Suite) -> BeliefSet:
     """The subgoals that answers list, below the goals that questions state; unreadable answers list none.
 
     Args:
@@ -239,7 +239,7 @@ def with_subgoals(goals: Believed | None, listed: Interpretations, suite: Suite)
         beliefs[task_id] = replace(goals.beliefs[task_id], subgoals=subgoals)
         success = bool(getattr(suite.score(task_id, answer), "success", False))
         summaries[task_id] = {STUDY: {"subgoals_sha256": sha256_of(answer), "subgoals_success": success}}
-    return Believed(
+    return BeliefSet(
         beliefs,
         Experiment({STUDY: named_choice("subgoals", "subgoals_from", model, _PLACE)}),
         "there is no answer to subgoal decomposition that would state subgoals",
@@ -265,7 +265,7 @@ def summary_of(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mappin
             suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
         )
         listed = models["subgoals_from"], {task_id: about[SUBGOALS]}
-        believed = believed.combined(with_subgoals(believed, listed, asked))
+        believed = believed.combine(with_subgoals(believed, listed, asked))
     return believed.summaries.get(task_id, {}).get(STUDY, {})
 
 

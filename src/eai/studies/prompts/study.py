@@ -20,12 +20,12 @@ from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
 from eai.results.certainty import Cases
 from eai.results.comparison import compare
-from eai.results.plots import clipped, draw_matrix, entitle, value_of
+from eai.results.plots import add_title, clip_label, draw_matrix, value_of
 from eai.results.rate import Rate, rate_of
 from eai.results.record import Record
 from eai.results.runs import Run
-from eai.results.summary import cases_of, outcome, share_of
-from eai.results.table import Cell, Estimate, Row, Table, table_of
+from eai.results.summary import cases_of, outcome_of, share_of
+from eai.results.table import Cell, Estimate, Row, Table, make_table
 from eai.studies.prompts.choice import STUDY
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, metric_of
@@ -206,7 +206,7 @@ def prompt_tables(
     return [_cells(matrix), _agreement(matrix, top), _variance(matrix), _gains(matrix, base)]
 
 
-@table_of("prompts", ("prompt", "answered_by", "value", "format_errors"))
+@make_table("prompts", ("prompt", "answered_by", "value", "format_errors"))
 def _cells(matrix: _Matrix) -> Iterator[Row]:
     """{matrix.metric} by prompt and model.
 
@@ -216,11 +216,11 @@ def _cells(matrix: _Matrix) -> Iterator[Row]:
     """
     for prompt, model in product(matrix.prompts, matrix.models):
         records = matrix.records[prompt, model]
-        unreadable = [outcome(record) is AnswerOutcome.PARSING for record in records]
-        yield (prompt, model, Estimate.of(matrix.cases(prompt, model)), share_of(records, unreadable))
+        unreadable = [outcome_of(record) is AnswerOutcome.PARSING for record in records]
+        yield (prompt, model, Estimate.from_cases(matrix.cases(prompt, model)), share_of(records, unreadable))
 
 
-@table_of("prompt_agreement", ("one", "other", "tau", "shared_top", "concordance"))
+@make_table("prompt_agreement", ("one", "other", "tau", "shared_top", "concordance"))
 def _agreement(matrix: _Matrix, top: int, draws: int = DRAWS) -> Iterator[Row]:
     """Do models agree on which prompts are better?
 
@@ -272,7 +272,7 @@ def _interval(value: float | None, again: Sequence[float | None]) -> Estimate:
     return Estimate(value, low, high)
 
 
-@table_of("prompt_variance", ("part", "share"))
+@make_table("prompt_variance", ("part", "share"))
 def _variance(matrix: _Matrix) -> Iterable[Row]:
     """Where the variance of the matrix lies.
 
@@ -283,7 +283,7 @@ def _variance(matrix: _Matrix) -> Iterable[Row]:
     return zip(("model", "prompt", "rest"), shares or (None, None, None), strict=True)
 
 
-@table_of("prompt_gains", ("answered_by", "prompt", "best", "gain", "p", "p_holm"))
+@make_table("prompt_gains", ("answered_by", "prompt", "best", "gain", "p", "p_holm"))
 def _gains(matrix: _Matrix, reference: str) -> Iterator[Row]:
     """Gains over {reference}.
 
@@ -344,22 +344,22 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 
 def _figures(cells: Table, metric: str, suite: str) -> Figures:
     label = f"{metric}, percent"
-    figure = draw_matrix(cells.by_name(), ("prompt",), "value", label, across="answered_by", zeros=True)
+    figure = draw_matrix(cells.row_dicts(), ("prompt",), "value", label, across="answered_by", zeros=True)
     if figure is not None:
-        entitle(figure, suite.replace("-", ", "))
+        add_title(figure, suite.replace("-", ", "))
     yield "prompts", figure
-    models = list(dict.fromkeys(str(row["answered_by"]) for row in cells.by_name()))
+    models = list(dict.fromkeys(str(row["answered_by"]) for row in cells.row_dicts()))
     for model in models if len(models) > 1 else ():
         ordered = ordered_by(cells, model)
         figure = draw_matrix(ordered, ("prompt",), "value", label, across="answered_by", zeros=True)
         if figure is not None:
-            entitle(figure, f"{suite.replace('-', ', ')}: best prompts of {clipped(model)} first")
+            add_title(figure, f"{suite.replace('-', ', ')}: best prompts of {clip_label(model)} first")
         yield f"prompts-by-{to_file_name(model)}", figure
 
 
 def ordered_by(cells: Table, model: str) -> list[dict[str, Cell]]:
     """Return the rows of a table of prompts, first those of the prompts with which a model is best."""
-    rows = cells.by_name()
+    rows = cells.row_dicts()
     values = {row["prompt"]: value_of(row["value"]) for row in rows if row["answered_by"] == model}
     return sorted(rows, key=lambda row: -values[row["prompt"]])
 

@@ -11,8 +11,8 @@ from eai.base.errors import InputError
 from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
-from eai.results.summary import outcome, share_of
-from eai.results.table import Estimate, Row, table_of
+from eai.results.summary import outcome_of, share_of
+from eai.results.table import Estimate, Row, make_table
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
@@ -47,7 +47,7 @@ def _share(found: Sequence[tuple[Record, Repair]], counted: Sequence[bool]) -> E
     return share_of([record for record, _ in found], counted)
 
 
-@table_of("distances", (*SUITE, MODEL, "failed", "unknown", "exact", "within_2", "one_edit"))
+@make_table("distances", (*SUITE, MODEL, "failed", "unknown", "exact", "within_2", "one_edit"))
 def _distances(mended: _Mended) -> Iterator[Row]:
     """How far failed answers are from right ones.
 
@@ -71,7 +71,7 @@ def _bounded(answers: Sequence[tuple[Record, Repair]]) -> list[tuple[Record, Rep
     return [(record, repair) for record, repair in answers if repair.why_null is None]
 
 
-@table_of("edits", (*SUITE, MODEL, "1", "2", "3", "4", "5+", "ties"))
+@make_table("edits", (*SUITE, MODEL, "1", "2", "3", "4", "5+", "ties"))
 def _edits(mended: _Mended) -> Iterator[Row]:
     """How many edits it takes.
 
@@ -87,7 +87,7 @@ def _edits(mended: _Mended) -> Iterator[Row]:
             yield (*key.cells, *counts, median(ties) if ties else None)
 
 
-@table_of("kinds", (*SUITE, MODEL, "outcome", "kinds", "answers", "share"), shown=20)
+@make_table("kinds", (*SUITE, MODEL, "outcome", "kinds", "answers", "share"), max_shown_rows=20)
 def _kinds(mended: _Mended) -> Iterator[Row]:
     """Which kinds of edits suffice.
 
@@ -96,14 +96,14 @@ def _kinds(mended: _Mended) -> Iterator[Row]:
     """
     for key, answers in mended:
         near = [(record, repair) for record, repair in answers if repair.kinds]
-        for error in sorted({outcome(record).value for record, _ in near}):
-            of_error = [(r, repair) for r, repair in near if outcome(r).value == error]
+        for error in sorted({outcome_of(record).value for record, _ in near}):
+            of_error = [(r, repair) for r, repair in near if outcome_of(r).value == error]
             sets = [" or ".join(repair.kinds) for _, repair in of_error]
             for kinds, number in sorted(Counter(sets).items(), key=lambda each: (-each[1], each[0])):
                 yield (*key.cells, error, kinds, number, _share(of_error, [s == kinds for s in sets]))
 
 
-@table_of("causes", (*SUITE, MODEL, "answers", "step", "interval", "several", "earlier"))
+@make_table("causes", (*SUITE, MODEL, "answers", "step", "interval", "several", "earlier"))
 def _causes(mended: _Mended) -> Iterator[Row]:
     """Where the cause lies.
 

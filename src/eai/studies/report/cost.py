@@ -8,10 +8,10 @@ from typing import TypeAlias
 from eai.abilities.protocol import Ability
 from eai.base.files import to_file_name
 from eai.results.certainty import Cases, interval_of_ratio
-from eai.results.cost import PriceList, Spent, each, paper_cost
-from eai.results.markdown import escaped, grid, table_markdown
+from eai.results.cost import PriceList, Spending, divide_amount, read_paper_cost
+from eai.results.markdown import escape_markdown, grid, table_markdown
 from eai.results.rate import rate_of
-from eai.results.table import Cell, Estimate, Label, Plain, Row, table_of
+from eai.results.table import Cell, Estimate, Label, Plain, Row, make_table
 from eai.results.table_files import rows_csv
 from eai.studies.report.run_summary import RunSummary
 from eai.studies.report.table_specs import suite_title
@@ -36,7 +36,7 @@ _Place: TypeAlias = "tuple[str, str, Ability | None]"
 """The model, the domain and the ability of a line; of the line of all together an empty domain and None."""
 
 
-def _row(place: _Place, spent: Spent) -> dict[str, Plain]:
+def _row(place: _Place, spent: Spending) -> dict[str, Plain]:
     """A line as ``cost.csv`` has it, by column."""
     (model, domain, ability), usage, answers = place, spent.usage, spent.answers
     return {
@@ -48,27 +48,27 @@ def _row(place: _Place, spent: Spent) -> dict[str, Plain]:
         "output_tokens": usage.output_tokens,
         "reasoning_tokens": usage.reasoning_tokens,
         "tokens": spent.tokens,
-        "tokens_per_answer": each(spent.tokens, answers),
+        "tokens_per_answer": divide_amount(spent.tokens, answers),
         "dollars": usage.cost,
-        "dollars_per_1000_answers": each(_thousandfold(usage.cost), answers),
+        "dollars_per_1000_answers": divide_amount(_thousandfold(usage.cost), answers),
         "answers_without_price": spent.unpriced_answers,
     }
 
 
-def _shown(place: _Place, spent: Spent) -> dict[str, str]:
+def _shown(place: _Place, spent: Spending) -> dict[str, str]:
     """A line as the report shows it, by heading."""
     (model, domain, ability), usage, answers = place, spent.usage, spent.answers
     known = "≥ " if spent.unpriced_answers else ""
     return {
-        "model": escaped(model),
+        "model": escape_markdown(model),
         "suite": suite_title(domain, ability) if ability else "",
         "answers": _number(answers),
         "tokens in": _number(usage.input_tokens),
         "out": _number(usage.output_tokens),
         "of them reasoning": _number(usage.reasoning_tokens),
-        "an answer": _number(each(spent.tokens, answers)),
+        "an answer": _number(divide_amount(spent.tokens, answers)),
         "dollars": _number(usage.cost, 2, known),
-        "per 1,000 answers": _number(each(_thousandfold(usage.cost), answers), 2, known),
+        "per 1,000 answers": _number(divide_amount(_thousandfold(usage.cost), answers), 2, known),
     }
 
 
@@ -84,7 +84,9 @@ def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_p
     if not lines:
         return
     yield "## What the answers cost\n"
-    listed = "" if prices is None else _BY_LIST.format(date=prices.date, source=escaped(prices.source))
+    listed = (
+        "" if prices is None else _BY_LIST.format(date=prices.date, source=escape_markdown(prices.source))
+    )
     yield _DEFINITION.format(priced=_AS_RUN + listed + _AT_LEAST) + "\n"
     rows = [[*line.values()] for line in lines]
     if with_paper:
@@ -94,7 +96,7 @@ def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_p
     yield f"{table.definition}.\n"
     yield table_markdown(table)
     if with_paper:
-        paper = paper_cost()
+        paper = read_paper_cost()
         yield _PAPER.format(runs=paper.runs, queries=paper.queries) + "\n"
 
 
@@ -104,19 +106,19 @@ def cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None
     return rows_csv(rows) if rows else None
 
 
-def _spent_by(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_Place, Spent]:
+def _spent_by(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_Place, Spending]:
     """The cost of each run, under whichever protocol comes first, and of all if there are several."""
     known = {} if prices is None else {to_file_name(name): price for name, price in prices.models.items()}
-    found: dict[_Place, Spent] = {}
+    found: dict[_Place, Spending] = {}
     for item in runs:
         if item.spent.answers:
             place = item.key.name, item.key.domain, item.key.ability
-            found.setdefault(place, item.spent.priced(known.get(to_file_name(item.key.model))))
-    together = {("together", "", None): sum(found.values(), Spent())}
+            found.setdefault(place, item.spent.apply_price(known.get(to_file_name(item.key.model))))
+    together = {("together", "", None): sum(found.values(), Spending())}
     return found | together if len(found) > 1 else found
 
 
-@table_of("per_success", ("model", "suite", *_KINDS), title="")
+@make_table("per_success", ("model", "suite", *_KINDS), title="")
 def _per_success(runs: Sequence[RunSummary]) -> Iterator[Row]:
     """The effort that each success takes.
 
@@ -139,9 +141,9 @@ def _ratio(cases: Cases) -> Cell:
 
 
 def _paper_row() -> list[str]:
-    paper = paper_cost()
-    per_query = _number(each(paper.tokens, paper.queries))
-    per_thousand = _number(each(_thousandfold(paper.dollars), paper.queries), 2)
+    paper = read_paper_cost()
+    per_query = _number(divide_amount(paper.tokens, paper.queries))
+    per_thousand = _number(divide_amount(_thousandfold(paper.dollars), paper.queries), 2)
     counted = [f"{paper.queries:,}", f"{paper.tokens:,} in and out", "", ""]
     return ["*the paper, all models*", "", *counted, per_query, _number(paper.dollars, 2), per_thousand]
 

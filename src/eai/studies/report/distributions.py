@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.features import Features
-from eai.results.data_set import profiles_of
-from eai.results.plots import ACCENT, INK, RULE, clipped, sheet, styled, write
+from eai.results.data_set import profile_tasks
+from eai.results.plots import ACCENT, INK, RULE, clip_label, make_figure, use_plot_style, write
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 
@@ -46,7 +46,7 @@ def distributions(benchmark: Benchmark, source: Source) -> tuple[_Distribution, 
     Raises:
         DataError: the data cannot be had.
     """
-    asked = [each for each in profiles_of(benchmark, source) if each.features.goals]
+    asked = [each for each in profile_tasks(benchmark, source) if each.features.goals]
     found = (*_of_features([each.features for each in asked]), *_of_steps([each.task for each in asked]))
     return tuple(each for each in found if each.counts)
 
@@ -99,7 +99,7 @@ def save(found: Sequence[_Distribution], title: str, path: Path) -> tuple[Path, 
     names = [each for each in found if each.of != "tasks"]
     longest = max((min(len(each.counts), _MOST_NAMES) for each in names), default=0)
     written: list[Path] = []
-    with styled():
+    with use_plot_style():
         for kind, chosen, height in (("numbers", numbers, _PANEL[1]), ("names", names, _ROW * longest + 0.7)):
             if chosen:
                 written += write(_draw(chosen, title, height), path.with_name(f"{path.name}-{kind}"))
@@ -108,7 +108,7 @@ def save(found: Sequence[_Distribution], title: str, path: Path) -> tuple[Path, 
 
 def _draw(found: Sequence[_Distribution], title: str, height: float) -> Figure:
     rows = -(-len(found) // _COLUMNS)
-    figure = sheet(_PANEL[0] * _COLUMNS, height * rows + 0.3)
+    figure = make_figure(_PANEL[0] * _COLUMNS, height * rows + 0.3)
     figure.suptitle(title, x=0.01, ha="left", fontsize=9.5)
     panels = figure.subplots(rows, _COLUMNS, squeeze=False).flatten()
     for panel, each in zip(panels, found, strict=False):
@@ -159,7 +159,7 @@ def _bars(panel: Axes, found: _Distribution) -> None:
 def _names(panel: Axes, found: _Distribution) -> None:
     shown = dict(list(found.counts.items())[:_MOST_NAMES])
     panel.barh(range(len(shown)), list(shown.values()), height=0.8, color=ACCENT)
-    panel.set_yticks(range(len(shown)), labels=[clipped(name) for name in shown], fontsize=6.2)
+    panel.set_yticks(range(len(shown)), labels=[clip_label(name) for name in shown], fontsize=6.2)
     panel.set_ylim(max(len(shown), 1) - 0.4, -0.6)
     panel.tick_params(axis="y", length=0)
     some = (

@@ -13,11 +13,11 @@ from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results.certainty import Cases, Interval, mean_over_names
-from eai.results.markdown import escaped, grid, table_markdown
+from eai.results.markdown import escape_markdown, grid, table_markdown
 from eai.results.model_cards import model_cards
-from eai.results.paper_tables import PaperTable, paper_models, paper_setting, paper_table
+from eai.results.paper_tables import PaperTable, read_paper_models, read_paper_setting, read_paper_table
 from eai.results.rate import NOTHING, Rate, rate_of
-from eai.results.repeats import passes_table, repeated_metric, without_epoch
+from eai.results.repeats import find_success_metric, passes_table, strip_epoch
 from eai.results.runs import RunKey
 from eai.studies.report.rankings import Ranking
 from eai.studies.report.run_summary import RunSummary, plain_runs
@@ -39,17 +39,17 @@ def agreements(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
     A run is of such a model if it has the name of the published response file. Those that are not ranked are
     left out.
     """
-    setting = paper_setting()
+    setting = read_paper_setting()
     ours = [
         item
         for item in runs
         if item.key.protocol.value == setting.protocol
-        and item.key.model in paper_models()
+        and item.key.model in read_paper_models()
         and item.coverage.ranked
     ]
     found = group_pairs(
         ((table.title, suite_title(item.key.domain, item.key.ability)), pair)
-        for table in map(paper_table, setting.full_tables)
+        for table in map(read_paper_table, setting.full_tables)
         for item in ours
         for pair in _pairs(table, item)
     )
@@ -75,12 +75,12 @@ def _agreement(table: str, suite: str, pairs: Sequence[tuple[float, str]]) -> di
 
 def _pairs(table: PaperTable, item: RunSummary) -> Iterator[tuple[float, str]]:
     """How far our figures are from the paper's, in percentage points, and which they are."""
-    model = paper_models()[item.key.model]
+    model = read_paper_models()[item.key.model]
     for column in table.columns:
         if (column.ability, column.domain) == (item.key.ability.value, item.key.domain):
             printed, rate = table.figure(model, column), item.rates.get(column.metric)
             if printed is not None and rate is not None and rate.percent is not None:
-                named = f"{escaped(item.key.model)}, {escaped(column.metric)}"
+                named = f"{escape_markdown(item.key.model)}, {escape_markdown(column.metric)}"
                 yield abs(rate.percent - printed), f"{named}: {rate.percent:.1f} for {printed:.1f}"
 
 
@@ -186,7 +186,7 @@ def _repeated(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 def _epoch(item: RunSummary) -> Iterator[tuple[RunKey, Cases]]:
     """The run that a run is an epoch of, and which of its answers are right; nothing of any other run."""
-    metric, model = repeated_metric(item.key.ability), without_epoch(item.key.model)
+    metric, model = find_success_metric(item.key.ability), strip_epoch(item.key.model)
     if metric is not None and model != item.key.model:
         yield item.key._replace(model=model), item.cases.get(metric, ())
 
@@ -195,7 +195,7 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
     """The main metrics of runs that are there under every protocol of the report."""
     by_key = {item.key: item for item in runs}
     used = {key.protocol for key in by_key}
-    protocols = sorted(used, key=lambda each: (each.value != paper_setting().protocol, each.value))
+    protocols = sorted(used, key=lambda each: (each.value != read_paper_setting().protocol, each.value))
     rows = []
     for key in by_key:
         alike = [by_key.get(key._replace(protocol=protocol)) for protocol in protocols]
@@ -203,7 +203,7 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
         if key.protocol is protocols[0] and len(found) == len(protocols) > 1:
             answered = " ".join(dict.fromkeys(str(run.coverage) for run in found))
             for metric in declaration_of(key.ability).main:
-                row = {"model": escaped(key.name), "suite": suite_title(key.domain, key.ability)}
+                row = {"model": escape_markdown(key.name), "suite": suite_title(key.domain, key.ability)}
                 row |= {"answered": answered, "metric": label_of(metric)}
                 row |= {run.key.protocol.value: _percent(run.rates[metric].percent) for run in found}
                 rows.append(row)
@@ -223,7 +223,7 @@ def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
     """The section on success by length of the data set's own plan, and on goals by what they speak of."""
     for suite, items in group_pairs((_run_suite(item), item) for item in runs).items():
         if items[0].breakdown.flow is not None:
-            names = [escaped(item.key.name) for item in items]
+            names = [escape_markdown(item.key.name) for item in items]
             rows = [
                 {"tasks or goals": label, **dict(zip(names, map(_counted, rates), strict=True))}
                 for label, rates in (*_by_length(items), *_by_predicate(items))
@@ -246,7 +246,7 @@ def _by_predicate(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]
     """The goals met of those that speak of each predicate, a row a predicate."""
     tables = [item.breakdown.by_predicate for item in items]
     for name in sorted({name for table in tables for name in table}):
-        yield f"goals on {escaped(name)}", [table.get(name, NOTHING) for table in tables]
+        yield f"goals on {escape_markdown(name)}", [table.get(name, NOTHING) for table in tables]
 
 
 def _counted(rate: Rate) -> str:
@@ -277,12 +277,12 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
         yield "\n".join(f"* {each}" for each in remarks) + "\n"
     reasons = {reason for item in runs for reason in item.excluded}
     if reasons:
-        yield "Excluded: " + "; ".join(escaped(reason) for reason in sorted(reasons)) + ".\n"
+        yield "Excluded: " + "; ".join(escape_markdown(reason) for reason in sorted(reasons)) + ".\n"
 
 
 def _named(item: RunSummary) -> dict[str, str]:
     """The cells that say what run a row is of."""
-    return {"model": escaped(item.key.name), "suite": _run_suite(item)}
+    return {"model": escape_markdown(item.key.name), "suite": _run_suite(item)}
 
 
 def _run_suite(item: RunSummary) -> str:

@@ -23,10 +23,10 @@ from eai.base.files import to_file_name
 from eai.base.json_value import Json
 from eai.benchmarks.registry import title_of
 from eai.results.codec import sha256_of
-from eai.results.page import build_page, for_script
+from eai.results.page import build_page, encode_for_script
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
-from eai.results.summary import after, outcome
+from eai.results.summary import keep_attempts, outcome_of
 
 if TYPE_CHECKING:
     from eai.abilities.goal_interpretation.verdict import GoalVerdict
@@ -121,7 +121,7 @@ class ExplorerData:
             "log": run.log and [*run.log, f"{_VIEWER}/{quote(run.log[0])}/samples/sample"],
             "answers": [self._answer(record) for record in run.records],
         }
-        self._runs[key] = for_script(_without_empty(packed))
+        self._runs[key] = encode_for_script(_without_empty(packed))
         asked = background.prompts.get(key.ability.value, {})
         kept = self._prompts.setdefault(f"{key.domain}/{key.ability.value}", {})
         tasks = self._tasks.setdefault(key.domain, {})
@@ -137,18 +137,18 @@ class ExplorerData:
         """Everything as one JSON text that is safe inside a script element."""
         domains = dict.fromkeys(key.domain for key in self._runs)
         content = {
-            "version": for_script(VERSION),
+            "version": encode_for_script(VERSION),
             "runs": _array(self._runs[key] for key in sorted(self._runs, key=lambda key: key.order)),
-            "prompts": for_script({suite: lines for suite, lines in self._prompts.items() if lines}),
-            "tasks": for_script({domain: tasks for domain, tasks in self._tasks.items() if tasks}),
-            "titles": for_script({domain: title_of(domain) for domain in domains}),
-            "gold": for_script(
+            "prompts": encode_for_script({suite: lines for suite, lines in self._prompts.items() if lines}),
+            "tasks": encode_for_script({domain: tasks for domain, tasks in self._tasks.items() if tasks}),
+            "titles": encode_for_script({domain: title_of(domain) for domain in domains}),
+            "gold": encode_for_script(
                 {domain: {**gold} for domain in domains if (gold := self._background(domain).operators)}
             ),
-            "texts": for_script(list(self._known["texts"])),
+            "texts": encode_for_script(list(self._known["texts"])),
             **{name: _array(self._known[name]) for name in _PARTS},
         }
-        return f"{{{','.join(f'{for_script(name)}:{text}' for name, text in content.items())}}}"
+        return f"{{{','.join(f'{encode_for_script(name)}:{text}' for name, text in content.items())}}}"
 
     def _answer(self, record: Record) -> Json:
         verdict = record.verdict
@@ -156,7 +156,7 @@ class ExplorerData:
         return _without_empty(
             {
                 "t": self._text(record.task_id),
-                "o": outcome(record).value,
+                "o": outcome_of(record).value,
                 "x": self._text(verdict.excluded) if verdict.excluded else None,
                 "u": self._text(record.unanswered) if record.unanswered else None,
                 "r": self._text(record.response) if record.response else None,
@@ -195,7 +195,7 @@ class ExplorerData:
     def _attempts(self, record: Record) -> list[Json]:
         """Each of several attempts, as an answer of its own."""
         number = len(record.attempts)
-        each = [replace(after(record, k), attempts=()) for k in range(1, number + 1)]
+        each = [replace(keep_attempts(record, k), attempts=()) for k in range(1, number + 1)]
         return [self._answer(attempt) for attempt in each] if number > 1 else []
 
     def _own(self, record: Record) -> dict[str, Json]:
@@ -276,7 +276,7 @@ class ExplorerData:
         return self._number("texts", text)
 
     def _part(self, kind: str, packed: list[Json]) -> int:
-        return self._number(kind, for_script(packed))
+        return self._number(kind, encode_for_script(packed))
 
     def _number(self, kind: str, item: str) -> int:
         """The place of an item among those of its kind, to which it is added if it is not there."""

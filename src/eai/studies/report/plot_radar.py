@@ -11,7 +11,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability, place_of
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
-from eai.results.plots import INK, LINES, MUTED, PAGE, RULE, SOFT, clipped, sheet
+from eai.results.plots import INK, LINES, MUTED, PAGE, RULE, SOFT, clip_label, make_figure
 from eai.studies.report.run_summary import RunSummary, plain_runs
 from eai.studies.report.table_specs import ability_title
 
@@ -50,7 +50,7 @@ def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
     ranked = _ranked(worlds)
     colors = dict(zip(ranked, LINES, strict=False))
     rows = math.ceil((min(len(ranked), len(LINES)) + 1) / 3)
-    figure = sheet(max(PAGE * len(worlds) / 2, PAGE / 2), _HEIGHT + _LEGEND_ROW * rows)
+    figure = make_figure(max(PAGE * len(worlds) / 2, PAGE / 2), _HEIGHT + _LEGEND_ROW * rows)
     panels = figure.subplots(1, len(worlds), squeeze=False, subplot_kw={"projection": "polar"})[0]
     for panel, (domain, models) in zip(panels, worlds.items(), strict=True):
         panel.set_title(title_of(domain), fontsize=9.5, pad=14)
@@ -142,7 +142,7 @@ def _label_of(axis: _Axis) -> str:
 def _draw_legend(figure: Figure, ranked: Sequence[str], colors: Mapping[str, str]) -> None:
     from matplotlib.lines import Line2D
 
-    handles = [Line2D([], [], color=color, label=clipped(model)) for model, color in colors.items()]
+    handles = [Line2D([], [], color=color, label=clip_label(model)) for model, color in colors.items()]
     others = len(ranked) - len(colors)
     if others:
         noun = "model" if others == 1 else "models"

@@ -10,7 +10,7 @@ from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
-from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped, sheet
+from eai.results.plots import LINES, MUTED, PAGE, RULE, clip_label, make_figure
 from eai.studies.report.rankings import RankedModel, Ranking
 from eai.studies.report.table_specs import ability_title
 
@@ -78,8 +78,8 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
     if not panels:
         return None
     heights = [_HEAD + _LINE * _number_of(lines) for lines in panels.values()]
-    figure = sheet(PAGE, sum(heights) + _FOOT)
-    figure.suptitle(f"{clipped(model)}, protocol {protocol.value}", x=0.01, ha="left", fontsize=12)
+    figure = make_figure(PAGE, sum(heights) + _FOOT)
+    figure.suptitle(f"{clip_label(model)}, protocol {protocol.value}", x=0.01, ha="left", fontsize=12)
     grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
     for axes, (title, lines) in zip(grid, panels.items(), strict=True):
         axes.set_title(title, fontsize=9.5)
@@ -132,7 +132,7 @@ def _draw_panel(axes: Axes, lines: _Lines, domains: Sequence[str]) -> None:
         for key in group:
             line += 1
             places.append(line)
-            labels.append(clipped(key[1].label))
+            labels.append(clip_label(key[1].label))
             for table, row in lines[key]:
                 _draw_mark(axes, line, (table, row, key[1]), domains)
         line += 1

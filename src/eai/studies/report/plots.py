@@ -20,11 +20,11 @@ from eai.base.files import to_file_name, write_whole
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results import plots
-from eai.results.batch import Progressed
+from eai.results.batch import ProgressCallback
 from eai.results.certainty import Case, Cases
 from eai.results.lines import MODEL
-from eai.results.markdown import escaped
-from eai.results.plots import FEW, LINES, OUTCOME_COLORS, RULE, clipped, draw_line, sheet
+from eai.results.markdown import escape_markdown
+from eai.results.plots import FEW_CASES, LINES, OUTCOME_COLORS, RULE, clip_label, draw_line, make_figure
 from eai.results.rate import NOTHING, Rate
 from eai.results.table import Cell, Estimate
 from eai.studies.report import plot_summary
@@ -74,7 +74,7 @@ def add_plots(
     runs: Sequence[RunSummary],
     pages: Sequence[Ranking],
     formats: Sequence[str],
-    watching: Callable[[str, int], AbstractContextManager[Progressed]],
+    watching: Callable[[str, int], AbstractContextManager[ProgressCallback]],
 ) -> int:
     """Draw all plots that runs have numbers for, show them at the end of ``report.md``, and count them.
 
@@ -92,7 +92,7 @@ def add_plots(
         EaiError: matplotlib is not installed.
     """
     planned, shown = [*_pages(pages), *_figures(runs)], list[str]()
-    with plots.styled(), watching("drawing plots", len(planned)) as progressed:
+    with plots.use_plot_style(), watching("drawing plots", len(planned)) as progressed:
         (out / "plots").mkdir(parents=True, exist_ok=True)
         for number, (name, caption, draw) in enumerate(planned, 1):
             figure = draw()
@@ -109,7 +109,7 @@ def add_plots(
 def _pages(tables: Sequence[Ranking]) -> Iterator[_Plot]:
     for model, protocol in plot_summary.models_of(tables):
         name = to_file_name(f"summary-{model}-{protocol.value}")
-        caption = f"{escaped(model)} on one page, protocol {protocol.value}"
+        caption = f"{escape_markdown(model)} on one page, protocol {protocol.value}"
         yield name, caption, partial(plot_summary.draw, tables, model, protocol)
 
 
@@ -135,7 +135,7 @@ def _entitled(title: str, draw: _Draw, runs: Sequence[RunSummary]) -> Figure | N
     """A figure below its title."""
     figure = draw(runs)
     if figure is not None:
-        plots.entitle(figure, title)
+        plots.add_title(figure, title)
     return figure
 
 
@@ -161,11 +161,11 @@ def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
         return None
     columns = min(_LEGEND_COLUMNS[len(panels)], len(runs))
     legend = _LEGEND_ROW * -(-len(runs) // columns)
-    figure = sheet(_PANEL[0] * len(panels), _PANEL[1] + legend)
+    figure = make_figure(_PANEL[0] * len(panels), _PANEL[1] + legend)
     grid = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
     for panel, (label, name_of_bin, series) in zip(grid, panels, strict=True):
         panel.set_xlabel(label)
-        _draw_panel(panel, name_of_bin, series, [clipped(item.key.name) for item in runs])
+        _draw_panel(panel, name_of_bin, series, [clip_label(item.key.name) for item in runs])
     grid[0].set_ylabel("success in percent")
     handles, labels = grid[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=7)
@@ -192,8 +192,8 @@ def _draw_panel(
         intervals = len(series) <= _MOST_WITH_INTERVALS
         shift = _APART * (number - (len(series) - 1) / 2) if intervals else 0.0
         known = range(min(bins, default=0), max(bins, default=-1) + 1)
-        cells = [Estimate.of(bins.get(place, ())) for place in known]
-        hollow = [place + shift for place in bins if len(bins[place]) < FEW]
+        cells = [Estimate.from_cases(bins.get(place, ())) for place in known]
+        hollow = [place + shift for place in bins if len(bins[place]) < FEW_CASES]
         at, look = [place + shift for place in known], mark + style
         draw_line(panel, at, cells, color, look, hollow=hollow, intervals=intervals, label=model)
 
@@ -211,7 +211,7 @@ def draw_outcomes(runs: Sequence[RunSummary]) -> Figure | None:
     if not panels:
         return None
     heights = [_HEAD + _BAR * len(items) for items in panels]
-    figure = sheet(_WIDTH, sum(heights) + 0.55)
+    figure = make_figure(_WIDTH, sum(heights) + 0.55)
     grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})
     for panel, items in zip(grid[:, 0], panels, strict=True):
         _draw_ability(panel, items)
@@ -227,7 +227,7 @@ def _draw_ability(panel: Axes, items: Sequence[RunSummary]) -> None:
     panel.set_xticks([0, 25, 50, 75, 100], labels=["0", "25", "50", "75", "100 %"])
     answers = [sum(_count(item, kind) for kind in AnswerOutcome) for item in items]
     labels = [
-        f"{clipped(item.key.name)}\u2002{number:,}" for item, number in zip(items, answers, strict=True)
+        f"{clip_label(item.key.name)}\u2002{number:,}" for item, number in zip(items, answers, strict=True)
     ]
     panel.set_yticks(range(len(items)), labels=labels)
     panel.text(-0.01, 1, "n", transform=panel.transAxes, fontsize=7.5, ha="right", va="bottom")
@@ -271,7 +271,7 @@ def _draw(models: Mapping[str, Mapping[str, Rate]], label: str) -> Figure | None
     for name in _most_frequent(list(models.values())):
         for model, rates in models.items():
             rate = rates.get(name, NOTHING)
-            rows.append({"name": name, MODEL: model, "share": Estimate.of_rate(rate)})
+            rows.append({"name": name, MODEL: model, "share": Estimate.from_rate(rate)})
     return plots.draw_matrix(rows, ("name",), "share", label, zeros=True)
 
 
@@ -315,7 +315,7 @@ def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
     rows = -(-len(flows) // columns)
     left, top = -0.42, 139.0
     across, up = (left, left + _BETWEEN[0] * columns), (top - _BETWEEN[1] * rows, top)
-    figure, panel = plots.canvas((_SIZE[0] * columns, _SIZE[1] * rows), across, up)
+    figure, panel = plots.make_canvas((_SIZE[0] * columns, _SIZE[1] * rows), across, up)
     for place, (model, flow) in enumerate(flows):
         row, column = divmod(place, columns)
         _draw_flow_of(panel, (_BETWEEN[0] * column, _TOP - _BETWEEN[1] * row), model, flow)
@@ -326,7 +326,7 @@ def _draw_flow_of(panel: Axes, corner: tuple[float, float], model: str, flow: Ma
     """Bands flow from left to right at the top; what is lost bends down at the end of its stage."""
     shares = [Rate(count, flow["answers"]).percent or 0.0 for count in flow.values()]
     left, top = corner
-    panel.text(left - 0.35, top + 27, clipped(model), fontsize=9)
+    panel.text(left - 0.35, top + 27, clip_label(model), fontsize=9)
     before = top
     for stage, (label, kind) in enumerate(_LOSSES):
         at, kept, lost = left + stage, shares[stage + 1], shares[stage] - shares[stage + 1]

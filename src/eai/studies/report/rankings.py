@@ -24,10 +24,10 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results import paper_tables
 from eai.results.certainty import Cases, Certainty, certainty_of_mean
-from eai.results.coverage import Coverage, together
+from eai.results.coverage import Coverage, combine_coverage
 from eai.results.paper_tables import PaperColumn, PaperTable, PublishedSuite
 from eai.results.rate import Rate
-from eai.results.summary import AVERAGE, Place, average_performance, average_weights
+from eai.results.summary import AVERAGE, AbilityMetric, average_performance, average_weights
 from eai.results.table import NO_NUMBER, Cell, Column, Estimate, Label, Table
 from eai.studies.report.run_summary import RunSummary
 from eai.studies.report.table_specs import (
@@ -171,7 +171,7 @@ class Ranking:
             notes=self.notes,
         )
         unused = {name for name in _OF_AGENT if not any(getattr(row, name) for row in self.rows)}
-        return table.without(unused)
+        return table.drop(unused)
 
     def _caption(self) -> str:
         """The protocol is that of runs, so a table of the paper's rows alone has none."""
@@ -182,11 +182,11 @@ class Ranking:
 
 
 _BESIDE = (
-    Column("rank", "#", number=True),
-    Column("model", "Model", alone="model", number=False),
-    Column("harness", "Harness", alone="harness", number=False),
-    Column("effort", "Effort", alone="effort", number=False),
-    Column("answered", "Answered", alone="answered", number=True),
+    Column("rank", "#", is_number=True),
+    Column("model", "Model", heading_without_group="model", is_number=False),
+    Column("harness", "Harness", heading_without_group="harness", is_number=False),
+    Column("effort", "Effort", heading_without_group="effort", is_number=False),
+    Column("answered", "Answered", heading_without_group="answered", is_number=True),
 )
 """The columns before the numbers of a row."""
 
@@ -290,7 +290,7 @@ def run_rows(
                 model,
                 source,
                 found,
-                together(run.coverage for run in shown),
+                combine_coverage(run.coverage for run in shown),
                 tuple(remarks),
                 harness=experiment.harness or "",
                 effort=experiment.effort or "",
@@ -307,12 +307,12 @@ def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
             for metric, rate in item.rates.items()
         }
         cases = {(item.key.ability, metric): of for item in items for metric, of in item.cases.items()}
-        cells[None, AVERAGE] = _average(cells, cases, together(item.coverage for item in items))
+        cells[None, AVERAGE] = _average(cells, cases, combine_coverage(item.coverage for item in items))
         found[name] = cells
     return found
 
 
-def _average(cells: Cells, cases: Mapping[Place, Cases], coverage: Coverage | None) -> Score:
+def _average(cells: Cells, cases: Mapping[AbilityMetric, Cases], coverage: Coverage | None) -> Score:
     percents = _percents(cells)
     percent = average_performance(percents)
     if percent is None:
@@ -329,7 +329,7 @@ def _score(
     return Score(percent, low, high, numerator, denominator, certainty=certainty, coverage=coverage)
 
 
-def _percents(cells: Cells) -> dict[Place, float | None]:
+def _percents(cells: Cells) -> dict[AbilityMetric, float | None]:
     return {(ability, metric): cell.value for (ability, metric), cell in cells.items() if ability}
 
 
@@ -368,7 +368,7 @@ def scored_rows(
             that they were not scored under.
     """
     (protocol, domain, *_), floor = runs[0].key, source == "floor"
-    table = (paper_tables.null_scores if floor else paper_tables.published_scores)(protocol.value)
+    table = (paper_tables.read_null_scores if floor else paper_tables.read_published_scores)(protocol.value)
     abilities = dict.fromkeys(column.ability for column in columns if column.ability)
     suites = {a: table.suites[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in table.suites}
     models = dict.fromkeys(model for suite in suites.values() for model in suite.models)
@@ -382,16 +382,18 @@ def scored_rows(
         cells = _published_cells(model, suites)
         found = {column: cell_of(cells, column) for column in columns}
         if any(cell.value is not None for cell in found.values()):
-            covered = together(suite.coverage(model) for suite in suites.values() if model in suite.models)
+            covered = combine_coverage(
+                suite.coverage(model) for suite in suites.values() if model in suite.models
+            )
             yield RankedModel(model, source, found, covered, tuple(texts))
 
 
 def _about_published(protocol: str, models: int) -> str:
     """The footnote on the models whose published answers were scored."""
-    sha256 = paper_tables.published_scores_sha256(protocol)
+    sha256 = paper_tables.hash_published_scores(protocol)
     return (
         f"Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "
-        f"those of {models} of the paper's {len(set(paper_tables.paper_models().values()))} models."
+        f"those of {models} of the paper's {len(set(paper_tables.read_paper_models().values()))} models."
     )
 
 
@@ -449,8 +451,11 @@ def make_ranking(
     ours = [_with_missing(row, by) for row in run_rows(columns, runs, known, with_paper=with_paper)]
     places = {column: place_of_column(column, domain) for column in columns}
     papers, others = [], list[RankedModel]()
-    if with_paper and protocol.value == paper_tables.paper_setting().protocol:
-        papers = [paper_tables.paper_table(name) for name in paper_tables.paper_setting().tables[spec.name]]
+    if with_paper and protocol.value == paper_tables.read_paper_setting().protocol:
+        papers = [
+            paper_tables.read_paper_table(name)
+            for name in paper_tables.read_paper_setting().tables[spec.name]
+        ]
     elif with_paper:
         others += scored_rows("published", columns, runs)
     others += [*paper_rows(places, papers), *scored_rows("floor", columns, runs)]
@@ -518,7 +523,7 @@ def besides(runs: Sequence[RunSummary]) -> list[Ranking]:
     Args:
         runs: the runs, sorted by the order of their keys.
     """
-    papers = map(paper_tables.paper_table, paper_tables.paper_setting().others)
+    papers = map(paper_tables.read_paper_table, paper_tables.read_paper_setting().others)
     return [
         _besides(paper, domain, runs)
         for paper in papers
@@ -527,7 +532,7 @@ def besides(runs: Sequence[RunSummary]) -> list[Ranking]:
 
 
 def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Ranking:
-    setting = paper_tables.paper_setting()
+    setting = paper_tables.read_paper_setting()
     known = columns_of(setting.others[paper.name])
     columns = tuple(column for column in known if _has_figures(paper, column, domain))
     abilities = {column.ability for column in columns}

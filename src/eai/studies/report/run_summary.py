@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from eai.abilities.declaration import declaration_of
 from eai.results.certainty import Cases, Certainty, certainty_of_rate
-from eai.results.cost import Spent, per_success, spent
+from eai.results.cost import Spending, cost_cases, sum_spending
 from eai.results.coverage import Coverage, ErrataEffect
 from eai.results.rate import Rate
 from eai.results.runs import Run, RunKey
@@ -31,7 +31,7 @@ class RunSummary:
         certainties: metric -> how sure the rate is, None where it is not defined.
         cases: main metric -> what each task adds to it.
         spent: what the answers took, as far as records say.
-        per_success: what each answer took, and whether it is a success (`eai.results.cost.per_success`).
+        per_success: what each answer took, and whether it is a success (`eai.results.cost.cost_cases`).
         unnamed: how many records do not say what their tasks are like, so that each task stands for itself.
     """
 
@@ -45,7 +45,7 @@ class RunSummary:
     rates: Mapping[str, Rate]
     certainties: Mapping[str, Certainty | None]
     cases: Mapping[str, Cases]
-    spent: Spent
+    spent: Spending
     per_success: Mapping[str, Cases]
     unnamed: int
     breakdown: Breakdown
@@ -60,7 +60,7 @@ def summary_of(run: Run) -> RunSummary:
     """The summary of a run."""
     key = run.key
     reasons = [record.verdict.excluded for record in run.records]
-    totals, cases = Totals.of(run.records), cases_of(run.records, key.ability)
+    totals, cases = Totals.from_records(run.records), cases_of(run.records, key.ability)
     return RunSummary(
         key,
         totals.coverage,
@@ -72,8 +72,8 @@ def summary_of(run: Run) -> RunSummary:
         totals.counted,
         {metric: certainty_of_rate(found) for metric, found in cases.items()},
         {metric: found for metric, found in cases.items() if metric in declaration_of(key.ability).main},
-        spent(run.records),
-        per_success(run.records),
+        sum_spending(run.records),
+        cost_cases(run.records),
         sum(record.task is None for record in run.records),
         break_down(run.records, key.ability),
     )

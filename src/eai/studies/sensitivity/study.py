@@ -26,11 +26,11 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.certainty import Case
-from eai.results.lines import MODEL, SUITE, Line, by_model, by_suite, case_of
-from eai.results.plots import counted_of, draw_matrix, rows_of
+from eai.results.lines import MODEL, SUITE, TidyLine, group_by_model, group_by_suite, make_case
+from eai.results.plots import draw_matrix, numerator_of, rows_of
 from eai.results.record import Record
-from eai.results.table import Estimate, Row, Table, table_of
-from eai.results.tidy import beginning_of
+from eai.results.table import Estimate, Row, Table, make_table
+from eai.results.tidy import first_columns
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite, several
 from eai.tasks.options import Options
@@ -48,7 +48,7 @@ _OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RU
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Trial(Line):
+class Trial(TidyLine):
     """One operator of one answer, tried among gold ones.
 
     Attributes:
@@ -92,7 +92,7 @@ def try_operators(
         results = dict.fromkeys(scorer.task.operators)
     for operator, result in results.items():
         yield Trial(
-            **beginning_of(record),
+            **first_columns(record),
             replaced=replaced,
             operator=operator,
             outcome=NOT_WRITTEN if result is None else result.outcome.value,
@@ -128,7 +128,7 @@ def sensitivity_tables(trials: Sequence[Trial]) -> list[Table]:
 def cells_of(trials: Iterable[Trial]) -> dict[tuple[str, str], list[Case]]:
     """The cases that trials add to success, by operator and category, `OVERALL` first."""
     return group_pairs(
-        ((trial.operator, category), case_of(trial, of_all(trial.outcome == _SOLVED)))
+        ((trial.operator, category), make_case(trial, of_all(trial.outcome == _SOLVED)))
         for trial in trials
         for category in (OVERALL, *trial.categories.split())
     )
@@ -139,11 +139,11 @@ def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[T
 
     These are in order of success, the one that breaks most plans first.
     """
-    for suite, lines in by_suite(trials).items():
+    for suite, lines in group_by_suite(trials).items():
         tried = Counter(trial.operator for trial in lines)
         solved = Counter(trial.operator for trial in lines if trial.outcome == _SOLVED)
         order = sorted(tried, key=lambda name: (solved[name] / tried[name], name))
-        for model, of_model in by_model(lines).items():
+        for model, of_model in group_by_model(lines).items():
             for replaced in get_args(Replaced):
                 found = [trial for trial in of_model if trial.replaced == replaced]
                 if found:
@@ -153,7 +153,7 @@ def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[T
 _KEY = (*SUITE, MODEL, "replaced")
 
 
-@table_of("sensitivity", (*_KEY, "operator", "category", "solved"))
+@make_table("sensitivity", (*_KEY, "operator", "category", "solved"))
 def _sensitivity(trials: Sequence[Trial]) -> Iterator[Row]:
     """Problems solved with one operator of the model.
 
@@ -168,10 +168,10 @@ def _sensitivity(trials: Sequence[Trial]) -> Iterator[Row]:
         cells = cells_of(found)
         for place in product(order, categories):
             if place in cells:
-                yield (*key, *place, Estimate.of(cells[place]))
+                yield (*key, *place, Estimate.from_cases(cells[place]))
 
 
-@table_of("outcomes", (*_KEY, "operator", *_OUTCOMES))
+@make_table("outcomes", (*_KEY, "operator", *_OUTCOMES))
 def _outcomes(trials: Sequence[Trial]) -> Iterator[Row]:
     """How trials ended.
 
@@ -186,10 +186,10 @@ def _outcomes(trials: Sequence[Trial]) -> Iterator[Row]:
                 yield (*key, name, *row)
 
 
-@table_of(
+@make_table(
     "errors",
     (*_KEY, "operator", "side", "verdict", "predicate", "unsolved_with", "unsolved_without"),
-    shown=20,
+    max_shown_rows=20,
 )
 def _errors_table(trials: Sequence[Trial]) -> Iterator[Row]:
     """Which error breaks plans.
@@ -202,24 +202,24 @@ def _errors_table(trials: Sequence[Trial]) -> Iterator[Row]:
     for key, found, order in _by_model([trial for trial in trials if trial.outcome != NOT_WRITTEN]):
         of_operators = group_pairs((trial.operator, trial) for trial in found)
         of_key = [(name, *row) for name in order for row in _of_errors(of_operators.get(name, ()))]
-        yield from [(*key, *row) for row in sorted(of_key, key=lambda row: -counted_of(row[-2]))]
+        yield from [(*key, *row) for row in sorted(of_key, key=lambda row: -numerator_of(row[-2]))]
 
 
 def _of_errors(trials: Sequence[Trial]) -> Iterator[Row]:
     """Each error of an operator with how often trials fail with and without it, the most frequent first."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
-    cases = [case_of(trial, of_all(trial.outcome != _SOLVED)) for trial in trials]
+    cases = [make_case(trial, of_all(trial.outcome != _SOLVED)) for trial in trials]
     counts = Counter(error for each in errors for error in each)
     for error in sorted(counts, key=lambda each: (-counts[each], each)):
         split = list(zip(cases, errors, strict=True))
         yield (
             *error.split(":", 2),
-            Estimate.of([case for case, each in split if error in each]),
-            Estimate.of([case for case, each in split if error not in each]),
+            Estimate.from_cases([case for case, each in split if error in each]),
+            Estimate.from_cases([case for case, each in split if error not in each]),
         )
 
 
-@table_of("trials", tuple([column.name for column in fields(Trial)]), shown=0)
+@make_table("trials", tuple([column.name for column in fields(Trial)]), max_shown_rows=0)
 def _trials(trials: Sequence[Trial]) -> Iterable[Row]:
     """Every trial.
 
