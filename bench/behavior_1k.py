@@ -26,7 +26,7 @@ import eai.logic.formula as f
 from bench.record import add_write_option, write_rows
 from bench.result import Figure
 from differential.mutations import Dice
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.benchmark import behavior_1k
@@ -397,7 +397,7 @@ def validate(tasks: TaskSet[Task], chosen: Sequence[str], domain: Domain) -> int
 def measure_prompts(chosen: Sequence[str], *, write: bool) -> int:
     """Print the length of prompts in tokens: the median, the 95th percentile and the longest."""
     library, rows = Library("eai"), list[list[Figure]]()
-    for ability in FOUR:
+    for ability in PAPER_ABILITIES:
         prompts = library.open(behavior_1k(), ability)
         lengths = [
             (len(prompts[task_id].user) + len(prompts[task_id].system or "")) / CHARACTERS_A_TOKEN

@@ -31,7 +31,7 @@ from bench.record import add_write_option, suite_title, write_rows
 from bench.result import Figure
 from differential import reference
 from differential.oracle_answers import ORACLE, oracle_answers, require_oracle
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.benchmarks.registry import FIRST
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
@@ -63,7 +63,7 @@ def main() -> None:
     add_write_option(parser)
     arguments, rows = parser.parse_args(), []
     require_oracle()
-    suites = [(d, a) for d in FIRST for a in FOUR if arguments.suite in f"{d}/{a.value}"]
+    suites = [(d, a) for d in FIRST for a in PAPER_ABILITIES if arguments.suite in f"{d}/{a.value}"]
     if arguments.once:
         print(json.dumps([measured(domain, ability, arguments.protocol) for domain, ability in suites]))
         return

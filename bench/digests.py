@@ -131,9 +131,9 @@ def main() -> None:
 def _digested() -> dict[str, Callable[[], Iterable[str]]]:
     """All that has a digest, by name."""
     found: dict[str, Callable[[], Iterable[str]]] = {}
-    for suite, protocol in product(OWN_FIELDS, Protocol.known()):
+    for suite, protocol in product(OWN_FIELDS, Protocol.list_names()):
         found[f"{suite} {protocol.value}"] = partial(_lines, suite, protocol)
-    for household, protocol in product(HOUSEHOLDS, Protocol.known()):
+    for household, protocol in product(HOUSEHOLDS, Protocol.list_names()):
         planned = partial(_planned, household, protocol)
         found[f"{household}/planner {protocol.value}"] = partial(_without_plans, planned)
         found[f"{household}/planner {protocol.value} with plans"] = planned

@@ -26,7 +26,7 @@ from bench.record import add_write_option, suite_title, write_rows
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.notation.plans import QUESTION, refusal
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.agents.command import DONE
 from eai.agents.gym import TextEnvironment, make
 from eai.agents.rules import Observe
@@ -174,7 +174,7 @@ def main() -> None:
         for called, answer in declining(suite):
             print(f"| {suite.domain} | {called} |", *[f"{v:.3f} |" for v in paid(suite, answer).values()])
         return
-    for name, ability in product(HOUSEHOLDS, FOUR):
+    for name, ability in product(HOUSEHOLDS, PAPER_ABILITIES):
         if arguments.suite in f"{name}/{ability.value}":
             suite = open_suite(name, ability)
             for called, answer in answers(suite):

@@ -16,7 +16,7 @@ from statistics import mean
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
+from eai.abilities.verdict import ErrorReport, PlanVerdict, SummaryCounts, Unreadable
 from eai.benchmarks.errata import errata_of
 from eai.benchmarks.reference_wheel import task_id_of
 from eai.benchmarks.virtualhome import domain as virtualhome
@@ -132,7 +132,7 @@ class Judge:
         return PlanVerdict(executable=False, success=False, error=error, additional_steps=0, goals=goals)
 
     def _judge(self, trajectory: Trajectory, rules: Rules) -> PlanVerdict:
-        tallies = {protocol: self._tallies(trajectory, protocol) for protocol in Protocol.known()}
+        tallies = {protocol: self._tallies(trajectory, protocol) for protocol in Protocol.list_names()}
         goals = GoalTallies(
             tallies[STRICT].state, tallies[rules.relations].relation, tallies[rules.actions].action
         )
@@ -161,7 +161,7 @@ def _counted(verdict: PlanVerdict, rules: Rules) -> PlanVerdict:
     errors = {FaultKind.ADDITIONAL_STEP: verdict.additional_steps or 0}
     if verdict.error is not None:
         errors[verdict.error.kind] = 2 if verdict.error.detail == LIST_IS_NOT_JSON.reason else 1
-    return replace(verdict, counted=Counted(bool(verdict.success), verdict.goals, errors))
+    return replace(verdict, counted=SummaryCounts(bool(verdict.success), verdict.goals, errors))
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +182,7 @@ class Answers:
         Raises:
             AssertionError: they are not.
         """
-        for protocol in Protocol.known():
+        for protocol in Protocol.list_names():
             verdicts = [judge.scorers[protocol].score(text) for judge, text in self.judged]
             rates = summarise(verdicts, Ability.ACTION_SEQUENCING)
             if rates != self.rates(rules_of(protocol)):

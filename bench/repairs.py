@@ -21,7 +21,7 @@ import eai
 from bench.record import add_write_option, write_rows
 from bench.result import Figure
 from differential.oracle_answers import model_files, oracle_answers, require_oracle
-from eai.abilities.repair import EFFORT
+from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.registry import FIRST, title_of
 from eai.benchmarks.suite import Suite
@@ -83,7 +83,7 @@ def main() -> None:
     parser.add_argument("household", nargs="*", default=list(FIRST))
     parser.add_argument("--number", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--effort", type=int, default=EFFORT)
+    parser.add_argument("--effort", type=int, default=DEFAULT_EFFORT)
     add_write_option(parser)
     chosen, rows = parser.parse_args(), []
     require_oracle()

@@ -26,7 +26,7 @@ import inspect_ai
 from inspect_ai.solver import generate
 
 from bench.record import add_write_option, write_figures
-from eai.abilities.protocol import FOUR
+from eai.abilities.protocol import PAPER_ABILITIES
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
@@ -126,7 +126,9 @@ def measure(asked: Questions, rounds: int) -> dict[str, float]:
 
 def measure_suites(samples: int, rounds: int, suite: tuple[str, str] | None) -> dict[str, dict[str, float]]:
     """Measure, print a table and a line of JSON, and return the milliseconds of each part by suite."""
-    suites = [(d, a) for d in ("virtualhome", "behavior") for a in FOUR if suite in (None, (d, a.value))]
+    suites = [
+        (d, a) for d in ("virtualhome", "behavior") for a in PAPER_ABILITIES if suite in (None, (d, a.value))
+    ]
     results: dict[str, dict[str, float]] = {}
     for domain, ability in suites:
         opened = open_suite(domain, ability, source=Source(planner=PlannerChoice.NONE))

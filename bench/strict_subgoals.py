@@ -41,7 +41,7 @@ def main() -> None:
     for domain in ("virtualhome", "behavior"):
         files = model_files(f"{domain}/{Ability.SUBGOAL_DECOMPOSITION.value}")
         answers = [answer for file in files for answer in oracle_answers(file)][:: arguments.every]
-        costs = {protocol: _costs(domain, protocol, answers) for protocol in Protocol.known()}
+        costs = {protocol: _costs(domain, protocol, answers) for protocol in Protocol.list_names()}
         means = {protocol: sum(each) / len(each) for protocol, each in costs.items()}
         print(f"{domain}, {len(answers)} answers, ms of processor time each")
         for protocol, each in costs.items():

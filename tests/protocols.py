@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.protocol import Protocol, registered_protocols
+from eai.abilities.protocol import Protocol, find_protocols
 
-PROTOCOLS = (Protocol.STRICT, *map(Protocol, registered_protocols()))
+PROTOCOLS = (Protocol.STRICT, *map(Protocol, find_protocols()))
 EACH_PROTOCOL = pytest.mark.parametrize("protocol", PROTOCOLS, ids=str)

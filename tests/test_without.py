@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from by_path import module_at
-from eai.abilities.protocol import FOUR
+from eai.abilities.protocol import PAPER_ABILITIES
 from sweeps import swept
 
 TOOL = module_at("tools/without.py")
@@ -62,7 +62,7 @@ def test_help_lists_the_protocols_that_are_left(command: str, gone: tuple[str, .
     listed = printed_by(folder, command, "--help")
     assert "strict" in listed
     assert ("eai-1.0.5" in listed) is ("reference" not in gone)
-    assert {ability for ability in FOUR if ability in listed} == {*FOUR}
+    assert {ability for ability in PAPER_ABILITIES if ability in listed} == {*PAPER_ABILITIES}
 
 
 def test_the_studies_that_are_left_are_listed(gone: tuple[str, ...], folder: Path) -> None:

@@ -74,8 +74,8 @@ EQUIVALENT: dict[str, str] = {
     "numbers counts",
     "benchmarks/generator/scene.py: 1 is 2 in `ranked[category] = ranked.get(category, -1) + 1`, place 2": ""
     "only the order of ranks counts",
-    "abilities/mending.py: 1 is 2 in `place = names.index(action.operator) if action is not None else -1`": ""
-    "it comes before all places",
+    "abilities/plan_repairer.py: 1 is 2 in "
+    "`rank = names.index(action.operator) if action is not None else -1`": "it comes before all places",
     "logic/choice.py: Lt is LtE in `if weight and not taken >> place & 1 and taken.bit_count() < count:`": ""
     "more than are counted are not summed up in the end",
     "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(PREFIX, make, [], 0, self._scope))`": "a "

@@ -34,7 +34,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # bench
 
 from bench.record import save_result
 from bench.result import FOLDER, Figure, read_result
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmarks.random_answers import open_random_answers
@@ -80,7 +80,7 @@ NOTES: Mapping[str, Sequence[str]] = {
 
 
 _S, _R = Protocol.STRICT, Protocol("eai-1.0.5")
-_GOALS, _SUBGOALS, _PLANS, _OPERATORS = FOUR
+_GOALS, _SUBGOALS, _PLANS, _OPERATORS = PAPER_ABILITIES
 _F1, _SUCCESS, _PLANNER = "overall.f1", "task_success", "overall.planner_success"
 
 PAGE_TABLES: Sequence[Sequence[tuple[str, Ability, str, Protocol]]] = (
@@ -129,12 +129,14 @@ def main() -> None:
     )
     parser.add_argument("folder", type=Path, nargs="?", default=ANSWERS)
     parser.add_argument("--only", default="", help="a part of DOMAIN/ABILITY")
-    parser.add_argument("--protocol", choices=[each.value for each in Protocol.known()], help="of both, one")
+    parser.add_argument(
+        "--protocol", choices=[each.value for each in Protocol.list_names()], help="of both, one"
+    )
     parser.add_argument("--check", action="store_true", help="compare, write nothing")
     parser.add_argument("--null-models", action="store_true", help="score these instead; needs no answers")
     arguments = parser.parse_args()
     made: dict[str, tuple[Protocol, Callable[[str], dict[str, Any]]]] = {}
-    for protocol in Protocol.known():
+    for protocol in Protocol.list_names():
         if arguments.protocol not in (None, protocol.value):
             continue
         if arguments.null_models:
@@ -160,7 +162,7 @@ def make(
     """Make a table again, and say whether it is as it was."""
     known: dict[str, Any] = json.loads(path.read_text())["suites"] if path.exists() else {}
     suites = dict(known)
-    for name in [f"{domain}/{ability.value}" for domain in FIRST for ability in FOUR]:
+    for name in [f"{domain}/{ability.value}" for domain in FIRST for ability in PAPER_ABILITIES]:
         if only in name:
             suites[name] = suite_of(name)
             models = suites[name]["models"]

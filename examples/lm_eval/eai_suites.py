@@ -49,7 +49,7 @@ def shares(row: Mapping[str, str], answers: Sequence[str]) -> dict[str, Any]:
     ability = Ability(row["ability"])
     verdict = suite_of(row["domain"], row["ability"]).score(row["task_id"], answers[0])
     counted = contributions([verdict], ability)
-    return {name: tuple(each[name]) for each in counted for name in declaration_of(ability).main}
+    return {name: tuple(each[name]) for each in counted for name in declaration_of(ability).overview_headings}
 
 
 def rate(counted: Sequence[tuple[float, float]]) -> float:

@@ -96,7 +96,7 @@ def open(
     from eai.abilities.protocol import Ability, Protocol
     from eai.benchmarks.suite import open_suite
 
-    return open_suite(benchmark, Ability.named(ability), Protocol.named(protocol), source=source)
+    return open_suite(benchmark, Ability.from_name(ability), Protocol.from_name(protocol), source=source)
 
 
 def __getattr__(name: str) -> object:

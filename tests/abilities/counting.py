@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 from eai.abilities.declaration import (
     AbilityDeclaration,
+    AbilityWorld,
     AnswerOutcome,
-    Asked,
-    AskedWorld,
+    Interaction,
     MetricColumn,
-    Posed,
+    QuestionAndAnswer,
 )
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.verdict import Merit, Verdict, of_all
+from eai.abilities.verdict import Credit, Verdict, share_of_one
 from eai.tasks.task import Task
 
 
@@ -26,8 +26,8 @@ class CountVerdict(Verdict):
     right: bool = False
     off_by: int | None = None
 
-    def merit(self, at_start: object) -> Merit:
-        return Merit(float(self.right), self.right, ended=False, faults={})
+    def credit(self, at_start: object) -> Credit:
+        return Credit(float(self.right), self.right, ended=False, faults={})
 
 
 class CountScorer(Scorer):
@@ -39,21 +39,21 @@ class CountScorer(Scorer):
         return Assessment(CountVerdict(right=off_by == 0, off_by=off_by), Explanation)
 
 
-def pose(world: AskedWorld, task: Task) -> Posed:
+def pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
     return f"How many objects does this task name: {task.title}?", str(len(task.relevant))
 
 
 COUNTING = AbilityDeclaration(
     ability=Ability("counting"),
-    asked=Asked(lambda world: CountScorer, pose),
+    interaction=Interaction(lambda world: CountScorer, pose),
     title="Counting",
-    short="count",
+    short_title="count",
     verdict=CountVerdict,
-    contributions=lambda verdict: {"right": of_all(verdict.right)},
+    contributions=lambda verdict: {"right": share_of_one(verdict.right)},
     outcome=lambda verdict: AnswerOutcome.SUCCESS if verdict.right else AnswerOutcome.GOAL_MISSED,
     columns=(MetricColumn("right", "Success", "Right"),),
-    terminal=("right",),
-    main={"right": "Right"},
-    averaged=(),
-    yes_no=frozenset({"right"}),
+    terminal_metrics=("right",),
+    overview_headings={"right": "Right"},
+    averaged_metrics=(),
+    yes_no_metrics=frozenset({"right"}),
 )

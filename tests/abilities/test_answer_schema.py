@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.answer_schema import closed, either, fits, listed, text
+from eai.abilities.answer_schema import is_accepted, list_schema, object_schema, text_schema, union_schema
 
 
 @pytest.mark.parametrize(
@@ -19,12 +19,12 @@ from eai.abilities.answer_schema import closed, either, fits, listed, text
     ],
 )
 def test_how_many_words_fit(choices: list[int], length: int, expected: bool) -> None:
-    schemas = [text([f"{i:0{length}}" for i in range(count)]) for count in choices]
-    assert fits(closed({"a": listed(either(schemas))})) == expected
+    schemas = [text_schema([f"{i:0{length}}" for i in range(count)]) for count in choices]
+    assert is_accepted(object_schema({"a": list_schema(union_schema(schemas))})) == expected
 
 
 def test_every_member_is_needed_and_no_other_is_allowed() -> None:
-    assert closed({"a": text(), "b": text(["c"])}) == {
+    assert object_schema({"a": text_schema(), "b": text_schema(["c"])}) == {
         "type": "object",
         "properties": {"a": {"type": "string"}, "b": {"type": "string", "enum": ["c"]}},
         "required": ["a", "b"],

@@ -13,8 +13,8 @@ from eai.abilities.answer_text import (
     MAX_DEPTH,
     MAX_LENGTH,
     AnswerForm,
-    Pairs,
-    Reading,
+    JsonObject,
+    ParsedAnswer,
     holds_strings,
     read_json,
 )
@@ -25,7 +25,7 @@ PLAN = '{"WALK": ["sofa"]}'
 
 def plain(value: object) -> object:
     """Pairs as a list of pairs, all the way down."""
-    if isinstance(value, Pairs):
+    if isinstance(value, JsonObject):
         return [(key, plain(part)) for key, part in value.members]
     return [plain(part) for part in value] if isinstance(value, list) else value
 
@@ -33,7 +33,7 @@ def plain(value: object) -> object:
 ANYTHING: AnswerForm[object] = AnswerForm("value", plain)
 OBJECT: AnswerForm[object] = AnswerForm(
     "object",
-    lambda value: plain(value) if isinstance(value, Pairs) and value.members else None,
+    lambda value: plain(value) if isinstance(value, JsonObject) and value.members else None,
     is_part=holds_strings,
     is_line_of_answer=lambda line: line.startswith("WALK"),
     flaw=lambda value: "a list" if isinstance(value, list) else None,
@@ -42,7 +42,7 @@ OBJECT: AnswerForm[object] = AnswerForm(
 
 def found(text: str, form: AnswerForm[object] = OBJECT) -> object:
     reading = read_json(text, form)
-    return reading.value if isinstance(reading, Reading) else None
+    return reading.value if isinstance(reading, ParsedAnswer) else None
 
 
 @pytest.mark.parametrize(
@@ -77,13 +77,13 @@ def found(text: str, form: AnswerForm[object] = OBJECT) -> object:
 )
 def test_json_is_found_and_every_repair_named(text: str, repairs: tuple[str, ...]) -> None:
     reading = read_json(text, OBJECT)
-    assert isinstance(reading, Reading)
+    assert isinstance(reading, ParsedAnswer)
     assert (reading.value, reading.repairs) == ([("WALK", ["sofa"])], repairs)
 
 
 def test_a_string_may_hold_line_breaks() -> None:
     reading = read_json('{"a": "b\n\tc"}', OBJECT)
-    assert isinstance(reading, Reading)
+    assert isinstance(reading, ParsedAnswer)
     assert (reading.value, reading.repairs) == ([("a", "b\n\tc")], ("line_breaks",))
 
 
@@ -150,7 +150,7 @@ def test_reasoning_that_is_not_finished_holds_no_answer(text: str) -> None:
 def test_every_part_of_a_text_is_accounted_for() -> None:
     text = f"<think>no</think> So: {PLAN[:-1]},}} Yes."
     reading = read_json(text, OBJECT)
-    assert isinstance(reading, Reading)
+    assert isinstance(reading, ParsedAnswer)
     assert [(text[span.start : span.end], span.kind.value) for span in reading.spans] == [
         ("<think>no</think>", "reasoning"),
         ("So:", "prose"),
@@ -254,19 +254,19 @@ PLAIN_JSON = st.recursive(
 @given(PLAIN_JSON)
 def test_json_reads_as_what_was_written(value: object) -> None:
     def from_pairs(value: object) -> object:
-        if isinstance(value, Pairs):
+        if isinstance(value, JsonObject):
             return {key: from_pairs(part) for key, part in value.members}
         return [from_pairs(part) for part in value] if isinstance(value, list) else value
 
     reading = read_json(json.dumps(value), AnswerForm("value", lambda read: (from_pairs(read),)))
-    assert isinstance(reading, Reading)
+    assert isinstance(reading, ParsedAnswer)
     assert reading.value == (value,)
 
 
 @given(st.text(alphabet="{}[]\"',:` \n\\a1<>|/think", max_size=60))
 def test_whatever_the_text_is_the_search_ends(text: str) -> None:
     reading = read_json(text, OBJECT)
-    assert isinstance(reading, Unreadable | Reading)
+    assert isinstance(reading, Unreadable | ParsedAnswer)
     assert all(0 <= span.start < span.end <= len(text) for span in reading.spans)
     assert all(one.end <= other.start for one, other in pairwise(reading.spans))
 

@@ -43,7 +43,7 @@ from results.random_records import EXPERIMENTS
     ],
 )
 def test_the_studies_and_the_label_of_an_experiment(varied: Experiment, names: str, label: str) -> None:
-    assert (" ".join(varied.ordered), varied.label) == (names, label)
+    assert (" ".join(varied.ordered_choices), varied.label) == (names, label)
 
 
 def test_a_run_that_differs_by_harness_and_effort_alone_is_plain() -> None:
@@ -54,24 +54,28 @@ def test_a_run_that_differs_by_harness_and_effort_alone_is_plain() -> None:
 
 def test_choices_of_two_experiments_are_combined() -> None:
     goals, scene = experiment(goals_from="m"), experiment(scene="image")
-    assert goals.combined(scene) == scene.combined(goals) == experiment(goals_from="m", scene="image")
-    assert goals.combined(goals) == goals
+    assert goals.combine(scene) == scene.combine(goals) == experiment(goals_from="m", scene="image")
+    assert goals.combine(goals) == goals
     with pytest.raises(InputError, match="pipeline: goals_from is both m and other in one run"):
-        goals.combined(experiment(goals_from="other"))
+        goals.combine(experiment(goals_from="other"))
     with pytest.raises(InputError, match="effort is both high and low in one run"):
-        Experiment(effort="high").combined(Experiment(effort="low"))
+        Experiment(effort="high").combine(Experiment(effort="low"))
 
 
 def test_a_choice_that_replaces_another_one_keeps_its_place_in_the_label() -> None:
-    choices = {name: StudyChoice(name, place=place) for place, name in enumerate(("first", "second"))}
-    changed = Experiment(choices).updated(Experiment({"first": StudyChoice("other", place=9)}))
+    choices = {
+        name: StudyChoice(name, label_position=place) for place, name in enumerate(("first", "second"))
+    }
+    changed = Experiment(choices).replace_choices(
+        Experiment({"first": StudyChoice("other", label_position=9)})
+    )
     assert changed.label == "other+second"
 
 
 def test_an_experiment_without_its_only_choice_is_none() -> None:
     both = experiment(goals_from="m", scene="image")
-    assert both.without("perception") == experiment(goals_from="m")
-    assert experiment(scene="image").without("perception") is None
+    assert both.drop_study("perception") == experiment(goals_from="m")
+    assert experiment(scene="image").drop_study("perception") is None
 
 
 def test_the_label_of_studies_names_neither_harness_nor_effort() -> None:

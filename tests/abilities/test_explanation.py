@@ -14,8 +14,8 @@ from eai.abilities.explanation import (
     GoalReport,
     Statement,
     StepReport,
-    names_in,
-    near_misses,
+    find_names,
+    find_near_misses,
     read_statement,
 )
 from eai.abilities.reports import part_reports, step_reports
@@ -262,7 +262,7 @@ def test_a_near_miss_is_what_became_of_the_goals_objects(
         StepReport("B()", "executed", removed=removed, call=read_statement("B()")),
     )
     missed = Explanation(steps=steps, goals=(GoalReport("relation", goal, False),))
-    assert near_misses(missed) == ({goal: near} if near else {})
+    assert find_near_misses(missed) == ({goal: near} if near else {})
 
 
 def test_a_state_is_a_near_miss_where_its_coming_ended_the_one_that_is_wanted() -> None:
@@ -281,14 +281,16 @@ def test_a_state_is_a_near_miss_where_its_coming_ended_the_one_that_is_wanted() 
         StepReport("GRASP(a)", "executed", added=("in_right_hand(a)",), call=read_statement("GRASP(a)")),
     )
     missed = Explanation(steps=steps, goals=(GoalReport("state", "ON(a)", False),))
-    assert near_misses(missed) == {"ON(a)": ("OFF(a)",)}
+    assert find_near_misses(missed) == {"ON(a)": ("OFF(a)",)}
 
 
 def test_a_goal_that_is_reached_has_no_near_miss() -> None:
     steps = (
         StepReport("A()", "executed", added=("INSIDE(a, b)", "ONTOP(a, b)"), call=read_statement("A()")),
     )
-    assert near_misses(Explanation(steps=steps, goals=(GoalReport("relation", "ONTOP(a, b)", True),))) == {}
+    assert (
+        find_near_misses(Explanation(steps=steps, goals=(GoalReport("relation", "ONTOP(a, b)", True),))) == {}
+    )
 
 
 def test_steps_and_goals_are_values_beside_their_texts() -> None:
@@ -300,7 +302,7 @@ def test_steps_and_goals_are_values_beside_their_texts() -> None:
     ]
     assert [goal.predicates for goal in found.goals] == [("CLOSED",), ("ONTOP",), ("LOOKAT", "WALK")]
     assert all(read_statement(step.action) == step.call for step in found.steps)
-    assert all(names_in(goal.goal) == goal.predicates for goal in found.goals)
+    assert all(find_names(goal.goal) == goal.predicates for goal in found.goals)
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,8 @@ import pytest
 import eai.logic.formula as w
 from agents.switches import DOMAIN, SWITCHES
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.attempt_options import AttemptOptions, Feedback, FeedbackForm, World
-from eai.abilities.feedback import REASONS, Asker
+from eai.abilities.attempt_options import AttemptOptions, AttemptStart, FeedbackForm, FeedbackLevel
+from eai.abilities.feedback import REASONS, QuestionWriter
 from eai.abilities.protocol import Ability
 from eai.abilities.trial import Trial
 from eai.benchmarks.prompt_library import Library
@@ -52,21 +52,21 @@ FAILURES = {
 
 
 def questions(
-    chosen: AttemptOptions, answers: Sequence[str], asker: Asker | None = None, task_id: str = "both"
+    chosen: AttemptOptions, answers: Sequence[str], asker: QuestionWriter | None = None, task_id: str = "both"
 ) -> list[Prompt]:
     """The questions of a trial, the one after the last answer included."""
     scorer = SUITE.scorer(task_id)
     assert isinstance(scorer, ActionSequencing)
     trial = Trial(scorer, chosen)
-    asks = asker or Asker({task_id: PLAIN}.__getitem__, Wording.of(DOMAIN))
-    found = [asks.question(trial)]
+    asks = asker or QuestionWriter({task_id: PLAIN}.__getitem__, Wording.of(DOMAIN))
+    found = [asks.write_question(trial)]
     for text in answers:
-        trial.take(text)
-        found.append(asks.question(trial))
+        trial.try_answer(text)
+        found.append(asks.write_question(trial))
     return found
 
 
-def told(feedback: Feedback, answer: str) -> str:
+def told(feedback: FeedbackLevel, answer: str) -> str:
     """What a second question says besides the first."""
     _, second = questions(AttemptOptions(1, feedback=feedback), [answer])
     assert second.user.startswith(PLAIN.user.rstrip())
@@ -82,17 +82,17 @@ def test_the_words_of_every_failure() -> None:
     assert "\n".join(parts) == GOLDEN.read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("feedback", get_args(Feedback))
-def test_after_an_answer_whose_scorer_raised_the_task_is_tried_again(feedback: Feedback) -> None:
+@pytest.mark.parametrize("feedback", get_args(FeedbackLevel))
+def test_after_an_answer_whose_scorer_raised_the_task_is_tried_again(feedback: FeedbackLevel) -> None:
     scorer = open_suite(RAISING, ACTIONS).scorer("both")
     assert isinstance(scorer, ActionSequencing)
-    world: World = "continue" if feedback == "state" else "restart"
+    world: AttemptStart = "continue" if feedback == "state" else "restart"
     trial = Trial(scorer, AttemptOptions(1, feedback=feedback, world=world))
-    asker = Asker({"both": PLAIN}.__getitem__, Wording.of(DOMAIN))
-    trial.take(BOOM)
-    assert ("could not be judged" in asker.question(trial).user) == (feedback in ("kind", "explained"))
-    assert "OverflowError" not in asker.question(trial).user
-    won = trial.take(plan(LAMP, SHED, BOX, TORCH))
+    asker = QuestionWriter({"both": PLAIN}.__getitem__, Wording.of(DOMAIN))
+    trial.try_answer(BOOM)
+    assert ("could not be judged" in asker.write_question(trial).user) == (feedback in ("kind", "explained"))
+    assert "OverflowError" not in asker.write_question(trial).user
+    won = trial.try_answer(plan(LAMP, SHED, BOX, TORCH))
     assert (won.verdict.success, trial.attempts[0].verdict.success) == (True, False)
 
 
@@ -118,14 +118,16 @@ def test_the_number_of_objects_is_said_at_every_level() -> None:
 
 FORMS = [
     (feedback, form, world)
-    for feedback, form, world in product(get_args(Feedback), get_args(FeedbackForm), get_args(World))
+    for feedback, form, world in product(
+        get_args(FeedbackLevel), get_args(FeedbackForm), get_args(AttemptStart)
+    )
     if feedback != "state" or world == "continue"
 ]
 
 
 @pytest.mark.parametrize(("feedback", "form", "world"), FORMS)
 def test_the_text_of_each_attempt_reaches_the_next_question(
-    feedback: Feedback, form: FeedbackForm, world: World
+    feedback: FeedbackLevel, form: FeedbackForm, world: AttemptStart
 ) -> None:
     """But for levels that tell of no plan; and every question is another, but where nothing is told."""
     answers = [plan(LAMP, TORCH), plan(LAMP, "WAVE"), plan("WAVE", TORCH)]
@@ -169,7 +171,7 @@ def test_in_a_world_that_goes_on_the_question_says_what_holds_now() -> None:
 
 def test_actions_that_have_been_taken_are_wanted_no_more() -> None:
     chosen = AttemptOptions(1, "continue", "state")
-    asks = Asker({"greet": PLAIN}.__getitem__, Wording.of(DOMAIN))
+    asks = QuestionWriter({"greet": PLAIN}.__getitem__, Wording.of(DOMAIN))
     _, second = questions(chosen, [plan("WAVE")], asks, "greet")
     assert second.user.partition("in this order:\n")[2].splitlines()[0] == "PRESS"
     library = Library("eai")
@@ -179,24 +181,26 @@ def test_actions_that_have_been_taken_are_wanted_no_more() -> None:
     assert "WAVE or GO" not in after.user
 
 
-@pytest.mark.parametrize("world", get_args(World))
+@pytest.mark.parametrize("world", get_args(AttemptStart))
 @pytest.mark.parametrize("form", get_args(FeedbackForm))
-def test_feedback_is_about_the_goals_that_the_question_stated(world: World, form: FeedbackForm) -> None:
+def test_feedback_is_about_the_goals_that_the_question_stated(
+    world: AttemptStart, form: FeedbackForm
+) -> None:
     """The task's own goals stay unsaid, and goals about unknown things are never met."""
     scorer = SUITE.scorer("both")
     assert isinstance(scorer, ActionSequencing)
     lit = [w.Atom("lit", (w.Constant(name),)) for name in ("lamp", "moon")]
     stated = replace(SUITE.tasks["both"], goals=tuple(map(goal, lit)))
     trial = Trial(scorer, AttemptOptions(1, world, "explained", form), stated=stated)
-    asks = Asker({"both": PLAIN}.__getitem__, Wording.of(DOMAIN))
-    trial.take(plan(LAMP))
-    question = asks.question(trial)
+    asks = QuestionWriter({"both": PLAIN}.__getitem__, Wording.of(DOMAIN))
+    trial.try_answer(plan(LAMP))
+    question = asks.write_question(trial)
     told = question.user.removeprefix(PLAIN.user.rstrip()) + "".join(reply for _, reply in question.turns)
     assert "lit(moon)" in told
     assert "lit(torch)" not in told
     assert "lit(lamp)" not in told.partition("relation: ")[2].partition("state: ")[2]
     assert not trial.attempts[0].verdict.success
-    assert [report.satisfied for report in trial.told[0]] == [True, False]
+    assert [report.satisfied for report in trial.goal_reports[0]] == [True, False]
     assert trial.remaining.goals == stated.goals
 
 
@@ -212,9 +216,9 @@ def test_what_is_seen_of_a_changed_world_is_told() -> None:
     assert "seen before attempt 2\n" in second.user
     assert "at(robot, shed)" in second.user
     trial = Trial(cast("ActionSequencing", SUITE.scorer("both")), AttemptOptions(1, "continue", "state"))
-    assert asks.about(trial) == {}
-    trial.take(plan(SHED))
-    assert asks.about(trial) == {"scene": "2"}
+    assert asks.describe_scene(trial) == {}
+    trial.try_answer(plan(SHED))
+    assert asks.describe_scene(trial) == {"scene": "2"}
 
 
 def test_files_of_the_user_replace_the_words(tmp_path: Path) -> None:

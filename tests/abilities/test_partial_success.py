@@ -128,7 +128,7 @@ def test_an_answer_that_never_ran_meets_none_of_the_shortest_option() -> None:
         assert isinstance(verdict, PlanVerdict)
         assert verdict.partial == (0, 3)
     assert partial(given) == (1, 3)
-    unanswered = scorer.unanswered()
+    unanswered = scorer.score_missing_answer()
     assert isinstance(unanswered, PlanVerdict)
     assert unanswered.partial == (0, 3)
 

@@ -14,7 +14,7 @@ from abilities import counting
 from agents.switches import SWITCHES
 from by_path import TESTS
 from eai.abilities import declaration, protocol
-from eai.abilities.protocol import FOUR, Ability, place_of
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, ability_rank
 from eai.base.errors import InputError
 from eai.benchmarks.suite import open_suite
 from eai.results.reward import Reward
@@ -70,9 +70,9 @@ def test_a_seventh_ability_goes_through_every_command(tmp_path: Path, distributi
 
 
 def test_a_seventh_ability_is_paid_as_its_verdicts_say(monkeypatch: pytest.MonkeyPatch) -> None:
-    point = EntryPoint("counting", "abilities.counting:COUNTING", protocol.GROUP)
+    point = EntryPoint("counting", "abilities.counting:COUNTING", protocol.ABILITY_GROUP)
     for module in (declaration, protocol):
-        monkeypatch.setattr(module, "registered_abilities", lambda: {Ability("counting"): point})
+        monkeypatch.setattr(module, "find_abilities", lambda: {Ability("counting"): point})
     paid = Reward(open_suite(SWITCHES, Ability("counting")), "diagnosis")
     named = len(SWITCHES.tasks(Source())["both"].relevant)
     assert (paid("both", str(named)), paid("both", str(named + 1))) == (1, 0)
@@ -93,16 +93,16 @@ def test_without_it_its_records_are_refused_in_one_line(tmp_path: Path, distribu
 
 
 def test_an_ability_is_one_value_for_each_name() -> None:
-    assert Ability.named("action_sequencing") is Ability.ACTION_SEQUENCING
-    assert pickle.loads(pickle.dumps(FOUR)) == FOUR  # noqa: S301 - our own
+    assert Ability.from_name("action_sequencing") is Ability.ACTION_SEQUENCING
+    assert pickle.loads(pickle.dumps(PAPER_ABILITIES)) == PAPER_ABILITIES  # noqa: S301 - our own
     assert pickle.loads(pickle.dumps(Ability("counting"))) is Ability("counting")  # noqa: S301
-    assert sorted(FOUR, key=place_of) == list(FOUR)
-    assert place_of(Ability("counting")) == len(protocol.registered_abilities())
+    assert sorted(PAPER_ABILITIES, key=ability_rank) == list(PAPER_ABILITIES)
+    assert ability_rank(Ability("counting")) == len(protocol.find_abilities())
 
 
 def test_what_is_registered_has_to_be_an_ability_of_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    point = EntryPoint("other", "abilities.counting:COUNTING", protocol.GROUP)
-    monkeypatch.setattr(declaration, "registered_abilities", lambda: {Ability("other"): point})
+    point = EntryPoint("other", "abilities.counting:COUNTING", protocol.ABILITY_GROUP)
+    monkeypatch.setattr(declaration, "find_abilities", lambda: {Ability("other"): point})
     with pytest.raises(InputError, match="expected the AbilityDeclaration of other"):
         declaration.declaration_of(Ability("other"))
     with pytest.raises(InputError, match="the ability none is not installed"):

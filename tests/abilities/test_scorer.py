@@ -11,7 +11,7 @@ import pytest
 from agents.switches import SWITCHES
 from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import Explanation
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import RAISED, Verdict
 from eai.agents.setting import ACTING
@@ -44,8 +44,8 @@ class _Raising(Scorer):
             raise self._raises
         return self._scorer.assess(text)
 
-    def unanswered(self) -> Verdict:
-        return super().unanswered() if self._always else self._scorer.unanswered()
+    def score_missing_answer(self) -> Verdict:
+        return super().score_missing_answer() if self._always else self._scorer.score_missing_answer()
 
 
 def suite_of(ability: Ability, wrap: Callable[[Scorer], Scorer]) -> Suite:
@@ -58,7 +58,7 @@ def raising(ability: Ability, error: Exception, *, always: bool = False) -> Suit
     return suite_of(ability, lambda scorer: _Raising(scorer, error, always=always))
 
 
-@pytest.mark.parametrize("ability", [*FOUR, ACTING], ids=str)
+@pytest.mark.parametrize("ability", [*PAPER_ABILITIES, ACTING], ids=str)
 @pytest.mark.parametrize(
     "error", [OverflowError("too large"), RecursionError(), MemoryError(), InputError("an odd answer")]
 )
@@ -96,7 +96,7 @@ def test_an_answer_to_a_task_whose_scorer_always_raises_fails_too(ability: Abili
     suite, declared = raising(ability, ValueError(), always=True), declaration_of(ability)
     verdict = suite.score(suite.task_ids[0], "[]")
     assert verdict.excluded is None
-    assert declared.contributions(verdict)[next(iter(declared.main))] == (0, 1)
+    assert declared.contributions(verdict)[next(iter(declared.overview_headings))] == (0, 1)
 
 
 def test_a_verdict_stands_if_its_explanation_raises(caplog: pytest.LogCaptureFixture) -> None:

@@ -12,7 +12,7 @@ import pytest
 from agents.switches import SWITCHES
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.attempt import Attempt
-from eai.abilities.attempt_options import AttemptOptions, World
+from eai.abilities.attempt_options import AttemptOptions, AttemptStart
 from eai.abilities.protocol import Ability
 from eai.abilities.trial import Trial
 from eai.benchmarks.suite import open_suite
@@ -40,7 +40,7 @@ def plan(*steps: str) -> str:
 def tried(experiment: AttemptOptions, answers: Sequence[str], task_id: str = "both") -> list[Attempt]:
     trial = Trial(scorer(task_id), experiment)
     for text in answers:
-        trial.take(text)
+        trial.try_answer(text)
     return trial.attempts
 
 
@@ -60,7 +60,7 @@ def came_to(attempt: Attempt) -> str:
     ],
 )
 def test_a_further_attempt_begins_anew_or_goes_on(
-    world: World, second: tuple[str, ...], outcome: str
+    world: AttemptStart, second: tuple[str, ...], outcome: str
 ) -> None:
     """The first attempt presses the lamp; pressed again, it is off."""
     first, last = tried(AttemptOptions(1, world), [plan(LAMP, TORCH), plan(*second)])
@@ -72,23 +72,23 @@ def test_a_further_attempt_begins_anew_or_goes_on(
 
 def test_a_trial_is_over_with_a_success_or_without_attempts() -> None:
     trial = Trial(scorer(), AttemptOptions(2))
-    trial.take(plan(LAMP))
-    assert not trial.over
-    trial.take(plan(*BOTH))
-    assert trial.over
+    trial.try_answer(plan(LAMP))
+    assert not trial.is_over
+    trial.try_answer(plan(*BOTH))
+    assert trial.is_over
     with pytest.raises(ValueError, match="over"):
-        trial.take(plan(*BOTH))
+        trial.try_answer(plan(*BOTH))
     lost = Trial(scorer(), AttemptOptions(2))
     for _ in range(3):
-        assert not lost.over
-        lost.take("no plan")
-    assert lost.over
+        assert not lost.is_over
+        lost.try_answer("no plan")
+    assert lost.is_over
 
 
 def test_a_task_that_is_in_no_statistics_is_tried_once() -> None:
     trial = Trial(scorer("none"), AttemptOptions(3))
-    attempt = trial.take(plan(LAMP))
-    assert trial.over
+    attempt = trial.try_answer(plan(LAMP))
+    assert trial.is_over
     assert attempt.verdict.excluded is not None
     assert attempt.goal_held_at is None
 
@@ -119,8 +119,8 @@ def slipping_at(numbers: Sequence[int], length: int) -> int:
     raise AssertionError
 
 
-@pytest.mark.parametrize("world", get_args(World))
-def test_a_detected_slip_ends_the_attempt_and_is_no_error_of_the_answer(world: World) -> None:
+@pytest.mark.parametrize("world", get_args(AttemptStart))
+def test_a_detected_slip_ends_the_attempt_and_is_no_error_of_the_answer(world: AttemptStart) -> None:
     seed = slipping_at([1], 6)
     chosen = AttemptOptions(1, world, slip=0.5, slip_seed=seed)
     rest = BOTH if world == "restart" else BOTH[1:]
@@ -165,15 +165,15 @@ def test_actions_that_are_goals_count_over_all_attempts_in_a_world_that_goes_on(
 def test_what_remains_of_a_task_is_said_from_where_the_world_is() -> None:
     trial = Trial(scorer("greet"), AttemptOptions(2, "continue"))
     assert trial.remaining.goals == trial.task.goals
-    trial.take(plan("WAVE", SHED))
+    trial.try_answer(plan("WAVE", SHED))
     left = trial.remaining
     assert left.initial is not trial.task.initial
     assert [goal.kind for goal in left.goals] == [GoalKind.ACTION, GoalKind.STATE]
-    assert [action.operator for action in trial.done] == ["WAVE", "GO"]
+    assert [action.operator for action in trial.executed_actions] == ["WAVE", "GO"]
     anew = Trial(scorer("greet"), AttemptOptions(2))
-    anew.take(plan("WAVE", SHED))
+    anew.try_answer(plan("WAVE", SHED))
     assert anew.remaining is anew.task
-    assert anew.done == ()
+    assert anew.executed_actions == ()
 
 
 def test_a_plain_attempt_is_what_the_scorer_says() -> None:

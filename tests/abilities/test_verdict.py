@@ -9,10 +9,10 @@ import pytest
 
 import eai
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.protocol import registered_protocols
+from eai.abilities.protocol import find_protocols
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import Confusion, Counted, ErrorReport, PlanVerdict, Verdict
+from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, SummaryCounts, Verdict
 from eai.pddl.planning import PlannerOutcome
 from eai.tasks.share import GoalTallies, Share
 from eai.world.fault import FaultKind
@@ -26,7 +26,7 @@ ERROR = ErrorReport(FaultKind.MISSING_STEP, 3, "the jar is shut", "OPEN.1", ("ja
     [
         Verdict("left out", ERROR, ("prose",)),
         PlanVerdict(None, ERROR, (), False, True, 2, TALLIES, (True, False)),
-        PlanVerdict(goals=TALLIES, counted=Counted(True, TALLIES, {FaultKind.PARSING: 2})),
+        PlanVerdict(goals=TALLIES, counted=SummaryCounts(True, TALLIES, {FaultKind.PARSING: 2})),
         SubgoalVerdict(category=SubgoalCategory.CORRECT, errors=(FaultKind.AFFORDANCE,), tried_actions=7),
         GoalVerdict(counts={"state": Confusion(1, 2, 3)}, missing=("on(a, b)",)),
         OperatorVerdict(success=True, planner=PlannerOutcome.SOLVED, plan=("open a",)),
@@ -47,7 +47,7 @@ EXCLUDING = {
 
 def test_only_tasks_and_the_rules_of_other_protocols_exclude() -> None:
     source = Path(eai.__file__).parent
-    of_protocols = tuple(point.module.rpartition(".")[0] for point in registered_protocols().values())
+    of_protocols = tuple(point.module.rpartition(".")[0] for point in find_protocols().values())
     made = [
         path.relative_to(source).as_posix()
         for path in sorted(source.rglob("*.py"))
@@ -67,9 +67,9 @@ def test_where_there_is_no_answer_nothing_is_reached_and_no_error_is_the_models(
         additional_steps=2,
         goals=TALLIES,
         goals_satisfied=(True, False),
-        counted=Counted(True, TALLIES, {}),
+        counted=SummaryCounts(True, TALLIES, {}),
     )
-    nothing = empty.without_answer()
+    nothing = empty.as_missing_answer()
     assert nothing == PlanVerdict(
         repairs=("prose",),
         executable=False,
@@ -78,7 +78,7 @@ def test_where_there_is_no_answer_nothing_is_reached_and_no_error_is_the_models(
         goals=GoalTallies(Share(0, 2), Share(0, 1.5), Share(0, 0)),
         goals_satisfied=(False, False),
     )
-    assert PlanVerdict(success=True).without_answer() == PlanVerdict(executable=False, success=False)
-    assert Verdict(None, ERROR).without_answer() == Verdict()
+    assert PlanVerdict(success=True).as_missing_answer() == PlanVerdict(executable=False, success=False)
+    assert Verdict(None, ERROR).as_missing_answer() == Verdict()
     left_out = PlanVerdict("left out", ERROR, (), None, None, None, TALLIES, (True, False))
-    assert left_out.without_answer() == replace(left_out, error=None)
+    assert left_out.as_missing_answer() == replace(left_out, error=None)

@@ -56,7 +56,7 @@ def test_another_ability_that_takes_turns_is_played_scored_and_reported(
 def test_an_episode_names_its_harness_and_rules_and_an_empty_answer_names_none() -> None:
     play = Arena(SWITCHES, Setting(harness="text", budget=4)).play(SWITCHES.tasks(Source())["both"])
     play.say("LOOK")
-    made = ACTING.made_by(play.text("stopped"))
+    made = ACTING.read_experiment(play.text("stopped"))
     assert made is not None
     assert (made.harness, made.rules) == ("text", "budget-4.0")
-    assert ACTING.made_by("") is None
+    assert ACTING.read_experiment("") is None

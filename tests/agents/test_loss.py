@@ -24,7 +24,7 @@ SUITE = open_suite(SWITCHES, ACTING)
 
 
 def looked_back(task_id: str, *commands: str, states: int = 1_000, suite: Suite = SUITE) -> ActingVerdict:
-    look_back = suite.scorer(task_id).assess("\n".join(commands)).look_back
+    look_back = suite.scorer(task_id).assess("\n".join(commands)).analyze_failure
     assert look_back is not None
     verdict = look_back(states)
     assert isinstance(verdict, ActingVerdict)

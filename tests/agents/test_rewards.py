@@ -16,7 +16,7 @@ import pytest
 
 import eai
 from eai import Ability
-from eai.abilities.protocol import FOUR
+from eai.abilities.protocol import PAPER_ABILITIES
 from eai.agents.rewards import (
     SkyRlTask,
     TrlHousehold,
@@ -30,7 +30,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.results.reward import METRICS
 
 HOUSEHOLDS = ("virtualhome", "behavior")
-ABILITIES = [(name, ability) for name in HOUSEHOLDS for ability in FOUR]
+ABILITIES = [(name, ability) for name in HOUSEHOLDS for ability in PAPER_ABILITIES]
 PROMPT = "<|im_start|>user\nWash the clothes.<|im_end|>\n<|im_start|>assistant\n"
 
 

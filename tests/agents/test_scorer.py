@@ -10,7 +10,7 @@ import pytest
 
 from agents.switches import DOMAIN, SWITCHES, WON, initial
 from eai import Benchmark, InputError, Reward, given, make_task
-from eai.abilities.mending import PlanMender
+from eai.abilities.plan_repairer import PlanRepairer
 from eai.abilities.protocol import Ability
 from eai.agents.declaration import contributions
 from eai.agents.game import Game
@@ -173,7 +173,7 @@ def test_turns_before_the_first_difference_are_counted(suite: Suite) -> None:
     text["turns"][1]["told"] = "0" * 64
     verdict = verdict_of(suite, json.dumps(text))
     assert (len(verdict.turns), contributions(verdict)["impossible"]) == (2, (2, 2))
-    outlook = suite.scorer(suite.task_ids[0]).assess(json.dumps(text)).look_back
+    outlook = suite.scorer(suite.task_ids[0]).assess(json.dumps(text)).analyze_failure
     assert outlook is not None
     assert contributions(outlook(100))["outlook_unknown"] == (1, 1)  # type: ignore[arg-type]
 
@@ -225,7 +225,7 @@ def test_a_replay_pays_nothing_and_lists_no_possible_actions(
     def refuse(self: object, *_: object) -> None:
         raise AssertionError("only the player needs this")
 
-    monkeypatch.setattr(PlanMender, "nearness", refuse)
+    monkeypatch.setattr(PlanRepairer, "nearness", refuse)
     monkeypatch.setattr(Game, "admissible_commands", refuse)
     verdict = verdict_of(suite, play.text("stopped"))
     assert (verdict.error, verdict.success, len(verdict.turns)) == (None, True, len(play.turns))

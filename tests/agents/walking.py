@@ -6,25 +6,25 @@ from dataclasses import replace
 
 from eai.abilities.declaration import MetricColumn
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import Share, of_all
+from eai.abilities.verdict import Share, share_of_one
 from eai.agents.declaration import ACTING
 from eai.agents.verdict import ActingVerdict
 
 
 def contributions(verdict: ActingVerdict) -> dict[str, Share]:
     possible = sum(turn.fault is None for turn in verdict.actions)
-    return {"won": of_all(bool(verdict.success)), "possible": Share(possible, len(verdict.actions))}
+    return {"won": share_of_one(bool(verdict.success)), "possible": Share(possible, len(verdict.actions))}
 
 
 WALKING = replace(
     ACTING,
     ability=Ability("walking"),
     title="Walking",
-    short="walk",
+    short_title="walk",
     contributions=contributions,
     columns=(MetricColumn("won", "Success", "Won"), MetricColumn("possible", "Actions", "Possible")),
-    terminal=("won", "possible"),
-    main={"won": "Won"},
-    yes_no=frozenset({"won"}),
-    of_epochs=None,
+    terminal_metrics=("won", "possible"),
+    overview_headings={"won": "Won"},
+    yes_no_metrics=frozenset({"won"}),
+    combine_epochs=None,
 )

@@ -10,7 +10,7 @@ import pytest
 
 import eai
 from by_path import ROOT
-from eai.abilities.protocol import GROUP, Ability
+from eai.abilities.protocol import ABILITY_GROUP, Ability
 from eai.base import entry_points as module
 from eai.base.errors import InputError
 from eai.benchmarks.registry import registered
@@ -53,7 +53,7 @@ def test_comments_spaces_and_extras_are_no_part_of_a_name_or_an_object(tmp_path:
 
 def test_abilities_and_benchmarks_are_listed_in_the_order_of_the_paper() -> None:
     paper = ["goal_interpretation", "subgoal_decomposition", "action_sequencing", "transition_modeling"]
-    assert [*Ability.known()][: len(paper)] == paper
+    assert [*Ability.list_names()][: len(paper)] == paper
     assert registered()[:2] == ("virtualhome", "behavior")
 
 
@@ -61,15 +61,15 @@ def test_points_of_others_follow_by_name_and_points_without_a_module_are_left_ou
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     points = [
-        EntryPoint("theirs", "theirs.rules:RULES", GROUP),
-        EntryPoint("absent", "eai.no_such_package.rules:RULES", GROUP),
-        EntryPoint("last", "eai.base.errors:InputError", GROUP),
-        EntryPoint("added", "theirs.rules:MORE", GROUP),
+        EntryPoint("theirs", "theirs.rules:RULES", ABILITY_GROUP),
+        EntryPoint("absent", "eai.no_such_package.rules:RULES", ABILITY_GROUP),
+        EntryPoint("last", "eai.base.errors:InputError", ABILITY_GROUP),
+        EntryPoint("added", "theirs.rules:MORE", ABILITY_GROUP),
     ]
     monkeypatch.setattr(module, "_read_all", lambda path: EntryPoints(points))
-    assert list(module.get_entry_points(GROUP, ("last", "none"))) == ["last", "added", "theirs"]
-    assert module.get_entry_point_names(GROUP) == ["absent", "added", "last", "theirs"]
-    assert [*Ability.known()] == ["absent", "added", "last", "theirs"]
+    assert list(module.get_entry_points(ABILITY_GROUP, ("last", "none"))) == ["last", "added", "theirs"]
+    assert module.get_entry_point_names(ABILITY_GROUP) == ["absent", "added", "last", "theirs"]
+    assert [*Ability.list_names()] == ["absent", "added", "last", "theirs"]
 
 
 NOT_INSTALLED = """

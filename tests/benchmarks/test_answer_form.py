@@ -12,9 +12,9 @@ from typing import get_args
 import pytest
 
 from by_path import ROOT
-from eai.abilities.answer_schema import Schema, fits
+from eai.abilities.answer_schema import Schema, is_accepted
 from eai.abilities.notation.plans import PlanNotation
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
@@ -28,7 +28,7 @@ from protocols import PROTOCOLS
 jsonschema = pytest.importorskip("jsonschema")
 
 FOLDER = ROOT / "examples" / "lamps"
-SUITES = [(name, ability) for name in ("virtualhome", "behavior", "lamps") for ability in FOUR]
+SUITES = [(name, ability) for name in ("virtualhome", "behavior", "lamps") for ability in PAPER_ABILITIES]
 EVERY = 30
 """Of how many tasks one is looked at."""
 
@@ -113,7 +113,7 @@ def test_a_form_has_only_words_that_are_asked_with_and_no_more_than_providers_ta
     declared = {operator.name for operator in benchmark(name).domain.operators}
     declared |= {spelling for spelling, _ in benchmark(name).goals.words(benchmark(name).domain)}
     for task_id, form in forms(name, ability, data_store, prompts).items():
-        assert fits(form)
+        assert is_accepted(form)
         question = f"{asked[task_id].system}{asked[task_id].user}"
         for word in words(form):
             assert word in question or word in declared or word in ("not", "yes", "no", ""), word

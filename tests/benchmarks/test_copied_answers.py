@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from eai import make_task
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.store import Store
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.benchmark import Benchmark
@@ -110,7 +110,7 @@ def test_operators_assert_what_the_goal_names_of_everything() -> None:
     )
 
 
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_the_empty_answer_has_the_form_and_nothing_in_it(ability: Ability) -> None:
     benchmark = toy(lit(LAMP))
     text = open_empty_book(benchmark, ability)["1"].text
@@ -151,7 +151,9 @@ def without_answer(task: Task, ability: Ability) -> Task:
 
 @pytest.mark.usefixtures("data_store")
 @pytest.mark.parametrize("answers", [by_copy, by_lookup, by_chance])
-@pytest.mark.parametrize("ability", [each for each in FOUR if each is not Ability.TRANSITION_MODELING])
+@pytest.mark.parametrize(
+    "ability", [each for each in PAPER_ABILITIES if each is not Ability.TRANSITION_MODELING]
+)
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
 def test_null_models_do_not_see_the_answer_of_a_task(answers: Answers, ability: Ability, name: str) -> None:
     benchmark = find_benchmark(name)

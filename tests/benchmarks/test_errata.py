@@ -11,7 +11,7 @@ import pytest
 
 import eai.world as w
 from by_path import module_at
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import DataError, InputError
@@ -334,7 +334,7 @@ def test_the_page_lists_the_table() -> None:
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_only_the_default_protocol_uses_errata(data_store: Store, domain: str, ability: Ability) -> None:
     source = Source(data_store, planner=PlannerChoice.NONE)
     version = published_errata().version

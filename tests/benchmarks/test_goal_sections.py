@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from eai.abilities.notation.goal_lexicon import read_stated
+from eai.abilities.notation.goal_lexicon import read_stated_goals
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.store import Store
@@ -31,7 +31,7 @@ JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
 
 
 def believing(answer: str, task: Task, benchmark: Benchmark) -> Belief:
-    read = read_stated(answer, task, benchmark.domain, benchmark.goals)
+    read = read_stated_goals(answer, task, benchmark.domain, benchmark.goals)
     return Belief(replace(task, goals=read.goals), answer)
 
 

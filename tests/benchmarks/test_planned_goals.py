@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.notation.goal_lexicon import read_stated
+from eai.abilities.notation.goal_lexicon import read_stated_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.store import Store
@@ -56,7 +56,7 @@ def test_success_is_entailment(
         task, plan = suite.tasks[task_id], book[task_id]
         stated = {
             goal.formula
-            for goal in read_stated(answers[task_id], task, benchmark.domain, benchmark.goals).goals
+            for goal in read_stated_goals(answers[task_id], task, benchmark.domain, benchmark.goals).goals
         }
         verdict = suite.score(task_id, plan.text)
         assert isinstance(verdict, PlanVerdict)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.protocol import Protocol, registered_protocols
+from eai.abilities.protocol import Protocol, find_protocols
 from eai.benchmarks import protocols
 
 
-@pytest.mark.parametrize("name", registered_protocols())
+@pytest.mark.parametrize("name", find_protocols())
 def test_protocols_are_found_by_name(name: str) -> None:
-    assert Protocol(name) in Protocol.known()
+    assert Protocol(name) in Protocol.list_names()
     assert isinstance(protocols.implementation_of(name), protocols.Implementation)
 
 

@@ -8,7 +8,7 @@ from typing import get_args
 
 import pytest
 
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.base.store import Store
 from eai.benchmarks.packs import open_pack
@@ -60,7 +60,7 @@ COUNTS = {
     ("virtualhome", Ability.SUBGOAL_DECOMPOSITION): 338,
     ("virtualhome", Ability.ACTION_SEQUENCING): 342,
     ("virtualhome", Ability.TRANSITION_MODELING): 296,
-    **{("behavior", ability): 100 for ability in FOUR},
+    **{("behavior", ability): 100 for ability in PAPER_ABILITIES},
 }
 SYSTEM = {
     ("virtualhome", Ability.SUBGOAL_DECOMPOSITION),

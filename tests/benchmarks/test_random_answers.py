@@ -10,7 +10,7 @@ import pytest
 
 from by_path import ROOT
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.store import Store
 from eai.benchmarks.random_answers import open_random_answers, random_walk
@@ -51,7 +51,9 @@ def test_every_possible_action_is_drawn_about_equally_often(lamps: str) -> None:
     assert 140 < min(drawn.values()) <= max(drawn.values()) < 260
 
 
-@pytest.mark.parametrize("ability", [each for each in FOUR if each is not Ability.TRANSITION_MODELING])
+@pytest.mark.parametrize(
+    "ability", [each for each in PAPER_ABILITIES if each is not Ability.TRANSITION_MODELING]
+)
 def test_any_benchmark_is_answered(lamps: str, ability: Ability) -> None:
     suite = open_suite(find_benchmark(lamps), ability)
     answer = open_random_answers(suite.benchmark, ability)

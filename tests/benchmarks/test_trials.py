@@ -12,8 +12,8 @@ import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.attempt import Attempt
-from eai.abilities.attempt_options import AttemptOptions, World
-from eai.abilities.feedback import Asker
+from eai.abilities.attempt_options import AttemptOptions, AttemptStart
+from eai.abilities.feedback import QuestionWriter
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.trial import Trial
@@ -58,7 +58,7 @@ def judged_otherwise(suite: Suite, answers: Iterable[tuple[str, str]]) -> list[s
     for task_id, text in answers:
         scorer = suite.scorer(task_id)
         assert isinstance(scorer, ActionSequencing)
-        if Trial(scorer, AttemptOptions()).take(text).verdict != scorer.score(text):
+        if Trial(scorer, AttemptOptions()).try_answer(text).verdict != scorer.score(text):
             differing.append(task_id)
     return differing
 
@@ -119,7 +119,7 @@ def test_how_answers_are_read_is_fixed_by_the_prompts(
     read_as_asked = suite.over([asked["27_2"].user])
     assert replay(read_as_asked, EXPLAINED, "27_2", [gold])[0] == begin_trial(
         trials.suite, EXPLAINED, "27_2"
-    ).take(gold)
+    ).try_answer(gold)
 
 
 def played(trials: Trials, task_id: str, policy: Callable[[Prompt, int], str]) -> Sequence[Attempt]:
@@ -138,7 +138,7 @@ def test_what_heeds_feedback_needs_it(name: str, step: int, data_store: Store) -
     first_again = replace(trials, asker=Unchanging(trials.asker.prompt_of, trials.asker.wording))
     mended, gained = [], 0
     for task_id in trials.suite.task_ids[::step]:
-        if trials.suite.scorer(task_id).unanswered().excluded is not None:
+        if trials.suite.scorer(task_id).score_missing_answer().excluded is not None:
             continue
 
         def heeding(question: Prompt, attempt: int, task_id: str = task_id) -> str:
@@ -161,7 +161,7 @@ def test_what_heeds_feedback_needs_it(name: str, step: int, data_store: Store) -
     assert gained > 15
 
 
-class Unchanging(Asker):
+class Unchanging(QuestionWriter):
     """Asks the first question again, as the published run did."""
 
     def question(self, trial: Trial) -> Prompt:
@@ -223,8 +223,8 @@ def test_the_resampling_arm_keeps_to_its_closed_form(name: str, step: int, data_
         assert abs(succeeded[k - 1] - expected) < 4 * deviation, k
 
 
-@pytest.mark.parametrize("world", get_args(World))
-def test_the_scorer_holds_the_true_task_whatever_is_asked(world: World, data_store: Store) -> None:
+@pytest.mark.parametrize("world", get_args(AttemptStart))
+def test_the_scorer_holds_the_true_task_whatever_is_asked(world: AttemptStart, data_store: Store) -> None:
     """Questions about another task's goals change no verdict."""
     trials = trials_of("behavior", data_store, replace(EXPLAINED, world=world))
     task_ids = trials.suite.task_ids[:6]

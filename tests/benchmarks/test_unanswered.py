@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import RAISED, Confusion
 from eai.agents.setting import ACTING
@@ -17,7 +17,7 @@ from eai.results.summary import summarise
 from eai.tasks.source import Source
 from protocols import EACH_PROTOCOL, PROTOCOLS
 
-SUITES = [(d, a, p) for d in ("virtualhome", "behavior") for a in FOUR for p in PROTOCOLS]
+SUITES = [(d, a, p) for d in ("virtualhome", "behavior") for a in PAPER_ABILITIES for p in PROTOCOLS]
 IN_STATISTICS = {
     ("virtualhome", Ability.ACTION_SEQUENCING): 337,
     ("virtualhome", Ability.SUBGOAL_DECOMPOSITION): 337,
@@ -41,9 +41,9 @@ def test_nothing_is_reached_and_no_error_is_blamed(
     declared, rates = declaration_of(ability), summarise(verdicts, ability)
     for column in declared.columns:
         assert not rates[column.metric].numerator, column.metric
-    for metric in declared.yes_no - {"overall.planner_success", "overall.plan_works"}:
+    for metric in declared.yes_no_metrics - {"overall.planner_success", "overall.plan_works"}:
         assert rates[metric] == Rate(0, len(counted))
-    main = next(iter(declared.main))
+    main = next(iter(declared.overview_headings))
     without_goals = sum(not declared.contributions(verdict)[main].denominator for verdict in counted)
     assert without_goals == (4 if (domain, ability) == ("virtualhome", Ability.GOAL_INTERPRETATION) else 0)
 
@@ -75,7 +75,7 @@ ODD = (
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
-@pytest.mark.parametrize("ability", [*FOUR, ACTING], ids=str)
+@pytest.mark.parametrize("ability", [*PAPER_ABILITIES, ACTING], ids=str)
 def test_no_text_takes_a_task_out_of_a_denominator_or_makes_a_scorer_raise(
     data_store: Store, domain: str, ability: Ability
 ) -> None:
@@ -86,8 +86,8 @@ def test_no_text_takes_a_task_out_of_a_denominator_or_makes_a_scorer_raise(
         for text in ODD:
             verdict = suite.score(task_id, text)
             assert verdict.error is None or verdict.error.check != RAISED, text[:40]
-            assert verdict.excluded == suite.scorer(task_id).why_excluded(), text[:40]
+            assert verdict.excluded == suite.scorer(task_id).find_exclusion(), text[:40]
             if verdict.excluded is None:
                 found = declared.contributions(verdict)
-                for metric in declared.main:
+                for metric in declared.overview_headings:
                     assert found[metric].denominator >= nothing[metric].denominator, (metric, text[:40])

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from inspect_ai.log import read_eval_log
 
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.store import Store
 from eai.benchmarks.short_tests import short_test
 from processes import Outcome, eai
@@ -182,7 +182,7 @@ def test_all_suites_are_run_without_being_named(data_store: Store, tmp_path: Pat
     assert run.out.count(": eai/oracle, 1/") == 8
     summaries = {path.parts[-4:-2] for path in tmp_path.glob("*/*/*/summary.json")}
     assert summaries == {
-        (domain, ability.value) for domain in ("virtualhome", "behavior") for ability in FOUR
+        (domain, ability.value) for domain in ("virtualhome", "behavior") for ability in PAPER_ABILITIES
     }
     assert run.out.count("1 answer, ") == 8
 
@@ -237,7 +237,7 @@ def test_named_tasks_are_run_in_the_suites_that_have_them(data_store: Store, tmp
     run = eai("run", "--model", "eai/oracle", *named)
     assert run.status == 0, run.err
     assert [(each["domain"], each["ability"]) for each in json.loads(run.out)] == [
-        ("virtualhome", ability.value) for ability in FOUR
+        ("virtualhome", ability.value) for ability in PAPER_ABILITIES
     ]
     unknown = eai("run", "--model", "eai/oracle", "--tasks", "27_2,0_0", "--out", tmp_path)
     assert unknown.err == "eai: --tasks: '0_0' is not a task of any suite\n"

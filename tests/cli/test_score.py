@@ -429,7 +429,7 @@ def test_answers_in_parquet_give_the_same_bytes(eai: Command) -> None:
         (
             "--protocol",
             "strickt",
-            f"no protocol: expected one of {', '.join(Protocol.known())}; did you mean strict?",
+            f"no protocol: expected one of {', '.join(Protocol.list_names())}; did you mean strict?",
         ),
         ("--planner", "fast", "no planner: expected one of auto, full, built_in, fast_downward, none"),
     ],

@@ -7,13 +7,17 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from eai.abilities.declaration import the_four
+from eai.abilities.declaration import load_paper_abilities
 from eai.cli.table import heading, rates_table
 from eai.results.terminal import print_table
 from eai.results.totals import Totals
 from results.verdicts import SUCCEEDED, record
 
-METRICS = list(dict.fromkeys(metric for declared in the_four().values() for metric in declared.terminal))
+METRICS = list(
+    dict.fromkeys(
+        metric for declared in load_paper_abilities().values() for metric in declared.terminal_metrics
+    )
+)
 LONG = ("claude-3-5-sonnet-20240620", "a-provider_with-a-long-name/meta-llama-3.1-405b-instruct-turbo")
 
 

@@ -35,7 +35,7 @@ from differential.mutations import Dice
 from differential.reference import CACHE, REFERENCE, environment
 from differential.verdict_fields import examples, fields
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.behavior.tasks import open_tasks, read_listed_relations
 from eai.benchmarks.suite import Suite, open_suite
@@ -44,7 +44,9 @@ from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
 
 CHILD = Path(__file__).with_name("compare_with_reference_child.py")
-SUITES = tuple(f"{domain}/{ability.value}" for domain in ("virtualhome", "behavior") for ability in FOUR)
+SUITES = tuple(
+    f"{domain}/{ability.value}" for domain in ("virtualhome", "behavior") for ability in PAPER_ABILITIES
+)
 NEEDED = ("scipy", *ALSO_IMPORTED)
 
 

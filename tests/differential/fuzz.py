@@ -31,14 +31,16 @@ from bench.record import add_write_option, suite_title, write_rows
 from bench.result import Figure
 from differential.mutated_answers import maker
 from differential.mutations import Dice
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import fields_of
 from eai.results.collector import collect_seldom
 from eai.tasks.source import Source
 
-SUITES = tuple(f"{domain}/{ability.value}" for domain in ("virtualhome", "behavior") for ability in FOUR)
+SUITES = tuple(
+    f"{domain}/{ability.value}" for domain in ("virtualhome", "behavior") for ability in PAPER_ABILITIES
+)
 LONGEST = 20_000
 """The most characters of an answer; a trainer cuts off earlier."""
 ODD = ("\0", "\u202e", "\ud800", "\U0001f9fd", "}" * 50, '"', "\\u0000", "<think>", "```", "NaN", "1e999")
@@ -199,7 +201,7 @@ def main() -> int:
     for name in [each for each in SUITES if arguments.suite in each]:
         domain, _, ability = name.partition("/")
         cells: list[Figure] = []
-        for protocol in Protocol.known():
+        for protocol in Protocol.list_names():
             suite = open_suite(
                 domain, Ability(ability), protocol, source=Source(planner=PlannerChoice.BUILT_IN)
             )

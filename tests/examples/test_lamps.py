@@ -14,7 +14,7 @@ import eai as library
 from by_path import ROOT
 from command_line import Command
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.results.paper_tables import NULL_MODELS
 from eai.world import Action, Episode, check, execute
 from processes import eai as in_own_process
@@ -115,7 +115,7 @@ def test_goals_are_counted(eai: Command) -> None:
 @pytest.mark.parametrize("model", ["eai/oracle", "eai/noisy", "eai/planner", *first_of(NULL_MODELS)])
 def test_built_in_models_run(model: str) -> None:
     pytest.importorskip("inspect_ai")
-    abilities = PLANNED if model == "eai/planner" else FOUR
+    abilities = PLANNED if model == "eai/planner" else PAPER_ABILITIES
     asked = [word for ability in abilities for word in ("--ability", ability.value)]
     options = ("--planner", "built_in", "--out", "runs")
     outcome = in_own_process("run", "--model", model, "--domain", LAMPS, *asked, *options)
@@ -123,7 +123,9 @@ def test_built_in_models_run(model: str) -> None:
     for ability in abilities:
         folder = Path("runs/lamps", ability.value, model.replace("/", "_"))
         summary = json.loads((folder / "summary.json").read_text())
-        assert summary[next(iter(declaration_of(ability).main))]["value"] == 100.0 or model not in (
+        assert summary[next(iter(declaration_of(ability).overview_headings))][
+            "value"
+        ] == 100.0 or model not in (
             "eai/oracle",
             "eai/planner",
         ), ability
@@ -146,7 +148,7 @@ def test_tasks_are_generated_run_and_reported(eai: Command) -> None:
     assert any("lamps-fresh" in file.read_text() for file in Path("report").rglob("*.md"))
 
 
-@pytest.mark.parametrize("ability", [each.value for each in FOUR])
+@pytest.mark.parametrize("ability", [each.value for each in PAPER_ABILITIES])
 def test_prompts_are_written(eai: Command, ability: str) -> None:
     assert (
         eai("export", "prompts", "--domain", LAMPS, "--ability", ability, "--out", "prompts.json").status == 0

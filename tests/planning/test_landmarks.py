@@ -32,7 +32,7 @@ def mender_and_gold(name: str, task_id: str, planner: Planner) -> tuple[Repairer
         return None
     plan = scorer.notation.read(text)
     assert not isinstance(plan, Unreadable)
-    steps = tuple([step for step in scorer.mender.steps(plan) if step is not None])
+    steps = tuple([step for step in scorer.repairer.read_steps(plan) if step is not None])
     named = {index for step in steps for index in step.arguments}
     objects = (*scorer.task.relevant, *sorted(named.difference(scorer.task.relevant)))
     return Repairer(planner, scorer.task.initial, planning_goal(scorer.task), objects), steps

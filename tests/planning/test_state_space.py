@@ -11,7 +11,7 @@ import pytest
 import eai.logic.formula as f
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
-from eai.abilities.repair import EFFORT
+from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.scorer import Moment, loss
 from eai.benchmarks.suite import open_suite
@@ -163,13 +163,13 @@ def dock(tmp_path: Path) -> ActionSequencing:
 
 @pytest.mark.parametrize("plan", ["(charge)", "(fly_home a)"])
 def test_an_effect_about_a_constant_repairs_a_plan(dock: ActionSequencing, plan: str) -> None:
-    look_back = dock.assess(plan).look_back
+    look_back = dock.assess(plan).analyze_failure
     assert look_back is not None
-    verdict = look_back(EFFORT)
+    verdict = look_back(DEFAULT_EFFORT)
     assert isinstance(verdict, PlanVerdict)
     assert verdict.repair is not None
     assert (verdict.repair.at_least, verdict.repair.at_most) == (1, 1)
-    assert dock.nearness(plan) == 0.5
+    assert dock.closeness(plan) == 0.5
 
 
 def test_an_effect_about_a_constant_is_planned_with(dock: ActionSequencing) -> None:

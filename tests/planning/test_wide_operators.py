@@ -11,7 +11,7 @@ import eai.logic.formula as f
 from eai import InputError
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
-from eai.abilities.repair import EFFORT
+from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.subgoal_decomposition.repertoire import MAX_LISTED, Repertoire
 from eai.agents.gym import make
 from eai.benchmarks.benchmark import Benchmark
@@ -89,13 +89,13 @@ def test_repairs_are_bounded_by_plans_that_are_found(wide: Benchmark, tmp_path: 
     scorer = open_suite(wide, Ability.ACTION_SEQUENCING).scorer("one")
     assert isinstance(scorer, ActionSequencing)
     for text, at_most in (("(mk o2)\n(wide o1 o2 o3 o4 o5 o6 o7 o8)", 1), ("(mk o3)", 3)):
-        look_back = scorer.assess(text).look_back
+        look_back = scorer.assess(text).analyze_failure
         assert look_back is not None
-        repair = getattr(look_back(EFFORT), "repair", None)
+        repair = getattr(look_back(DEFAULT_EFFORT), "repair", None)
         assert repair is not None
         assert repair.at_least <= 1
         assert repair.at_most is None or repair.at_least <= repair.at_most <= at_most
-    assert scorer.nearness("(mk o3)") == 0
+    assert scorer.closeness("(mk o3)") == 0
 
 
 def test_possible_actions_are_listed_up_to_a_limit(wide: Benchmark) -> None:

@@ -7,13 +7,13 @@ from typing import Any, TypeVar, get_args, get_type_hints
 from hypothesis import strategies as st
 
 from eai.abilities.attempt import Attempt, Usage
-from eai.abilities.attempt_options import AttemptOptions, Feedback
+from eai.abilities.attempt_options import AttemptOptions, FeedbackLevel
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorReport
-from eai.abilities.verdict import Counted, ErrorReport
+from eai.abilities.verdict import ErrorReport, SummaryCounts
 from eai.pddl.matching import SideMatch
 from eai.results.older_records import older_experiment
 from eai.results.record import Origin, Record
@@ -35,7 +35,7 @@ def with_every_field(declared: type[T], **given: st.SearchStrategy[Any]) -> st.S
 
 def records() -> st.SearchStrategy[Record]:
     """Records with any verdict, with and without explanation and origin."""
-    return st.sampled_from(FOUR).flatmap(_of)
+    return st.sampled_from(PAPER_ABILITIES).flatmap(_of)
 
 
 def _of(ability: Ability) -> st.SearchStrategy[Record]:
@@ -56,21 +56,21 @@ def _varied(experiment: Experiment, own: dict[str, st.SearchStrategy[Any]]) -> s
 
 
 st.register_type_strategy(str, TEXTS)
-st.register_type_strategy(Protocol, st.sampled_from([*Protocol.known()]))
+st.register_type_strategy(Protocol, st.sampled_from([*Protocol.list_names()]))
 st.register_type_strategy(float, st.floats(allow_nan=False, allow_infinity=False))
 st.register_type_strategy(Share, st.builds(Share, HALVES, COUNTS))
 for kind in (SideMatch, OperatorReport, ErrorReport, Usage, StepReport, GoalReport, PartReport):
     st.register_type_strategy(kind, with_every_field(kind))
 st.register_type_strategy(
-    Counted,
-    with_every_field(Counted, errors=st.dictionaries(st.sampled_from(FaultKind), COUNTS)),
+    SummaryCounts,
+    with_every_field(SummaryCounts, errors=st.dictionaries(st.sampled_from(FaultKind), COUNTS)),
 )
 ATTEMPTS = with_every_field(
     AttemptOptions,
     replans=COUNTS,
     slip=st.floats(0, 1),
     preset=st.sampled_from((None, "eai-1.0.5")),
-    feedback=st.sampled_from([each for each in get_args(Feedback) if each != "state"]),
+    feedback=st.sampled_from([each for each in get_args(FeedbackLevel) if each != "state"]),
 )
 NAMED = st.fixed_dictionaries(
     {},

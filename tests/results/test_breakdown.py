@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import Explanation, GoalReport, StepReport, names_in, read_statement
+from eai.abilities.explanation import Explanation, GoalReport, StepReport, find_names, read_statement
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
@@ -71,7 +71,7 @@ def test_outcomes_in_the_order_of_their_names() -> None:
 def test_a_task_without_an_answer_is_an_outcome_and_in_no_breakdown() -> None:
     features = TaskFeatures("name", annotated_steps=3, goals=1)
     answered = replace(record("2_1", SUCCEEDED), task=features)
-    verdict = failed(FaultKind.PARSING).without_answer()
+    verdict = failed(FaultKind.PARSING).as_missing_answer()
     lacking = replace(record("1_1", verdict), task=features, unanswered="no row")
     found = break_down([answered, lacking], Ability.ACTION_SEQUENCING)
     assert found.outcomes == {AnswerOutcome.NOT_ANSWERED: 1, AnswerOutcome.SUCCESS: 1}
@@ -167,7 +167,7 @@ def test_success_by_length_is_the_paper_s_figure(behavior_tasks: BehaviorTasks) 
     ],
 )
 def test_a_goal_mentions_each_predicate_once(goal: str, names: tuple[str, ...]) -> None:
-    assert names_in(goal) == names
+    assert find_names(goal) == names
 
 
 def test_an_additional_step_is_tried_and_not_executed() -> None:

@@ -12,10 +12,10 @@ from eai.abilities.attempt import Usage
 from eai.abilities.declaration import declaration_of
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, Statement, StepReport
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import Confusion, Counted, ErrorReport, PlanVerdict, Span, SpanKind, Verdict
+from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Span, SpanKind, SummaryCounts, Verdict
 from eai.base.errors import InputError
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
@@ -42,7 +42,7 @@ PLAN = PlanVerdict(
     additional_steps=2,
     goals=GOALS,
     goals_satisfied=(True, False, False),
-    counted=Counted(False, GOALS, {FaultKind.WRONG_ORDER: 1, FaultKind.ADDITIONAL_STEP: 2}),
+    counted=SummaryCounts(False, GOALS, {FaultKind.WRONG_ORDER: 1, FaultKind.ADDITIONAL_STEP: 2}),
 )
 SIDE = SideMatch(("closed",), ("near",), ("can_open",))
 OPERATORS = OperatorVerdict(
@@ -115,7 +115,7 @@ def test_a_record_that_was_written_without_evidence_is_read() -> None:
     assert record_from_json(old).verdict == GoalVerdict()
 
 
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_every_ability_has_the_fields_of_the_contract_first(ability: Ability) -> None:
     line = record_to_json(record(declaration_of(ability).verdict(), ability))
     assert tuple(line)[: len(FIRST)] == FIRST

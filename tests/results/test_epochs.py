@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.attempt import Usage
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.benchmarks.errata import ErrataUse
 from eai.cli.console import counted, dollars
 from eai.cli.table import result_json
@@ -71,7 +71,7 @@ def test_the_first_answer_of_the_most_frequent_meaning_is_chosen(answers: list[s
 
 
 def test_plans_that_are_no_json_mean_nothing() -> None:
-    assert [meaning("no", each) for each in FOUR] == [None] * 4
+    assert [meaning("no", each) for each in PAPER_ABILITIES] == [None] * 4
 
 
 @pytest.mark.parametrize("epochs", [1, 2, 3])

@@ -59,7 +59,7 @@ def test_an_older_record_of_each_study_is_read(
 def test_the_studies_of_an_older_record_are_in_the_order_of_its_label() -> None:
     record = older(3, prompt_name="brief", replans=1, scene="image", goals_from="m")
     assert [*record.study] == ["pipeline", "perception", "replanning", "prompts"]
-    assert AttemptOptions.of(record.experiment) == AttemptOptions(1)
+    assert AttemptOptions.from_experiment(record.experiment) == AttemptOptions(1)
 
 
 def test_an_older_record_says_of_its_answer_the_same_as_a_new_one() -> None:
@@ -71,7 +71,7 @@ def test_an_older_record_says_of_its_answer_the_same_as_a_new_one() -> None:
 def test_harness_effort_and_rules_of_an_older_record_are_read() -> None:
     record = older(3, harness="react", effort="high", rules="until-goal")
     assert record.experiment is not None
-    assert record.experiment.agent == {"harness": "react", "effort": "high", "rules": "until-goal"}
+    assert record.experiment.agent_settings == {"harness": "react", "effort": "high", "rules": "until-goal"}
     assert record.study == {}
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from by_path import ROOT, module_at
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion
 from eai.base.files import read_toml
@@ -124,7 +124,7 @@ def test_operators_of_behavior_are_the_paper_s_to_the_digit(model: str, oracle: 
 _SIDES = {"precondition": "precond_predicate_type_res", "effect": "effect_predicate_type_res"}
 
 
-PROTOCOLS = [protocol.value for protocol in Protocol.known()]
+PROTOCOLS = [protocol.value for protocol in Protocol.list_names()]
 SUITES = read_published_scores("strict").suites
 SAMPLE = "llama-3-8b-chat"
 """The model whose answers are scored again; they end in every way there is."""
@@ -147,7 +147,7 @@ def test_public_answers_are_scored_under_each_protocol(protocol: str) -> None:
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_every_suite_has_all_models_of_the_paper_and_all_metrics(protocol: str) -> None:
     suites = read_published_scores(protocol).suites
-    assert set(suites) == {f"{d}/{a.value}" for d in ("virtualhome", "behavior") for a in FOUR}
+    assert set(suites) == {f"{d}/{a.value}" for d in ("virtualhome", "behavior") for a in PAPER_ABILITIES}
     for name, suite in suites.items():
         assert list(suite.metrics) == list(summarise([], Ability(name.split("/")[1])))
         assert set(suite.models) == set(read_paper_models().values())
@@ -158,7 +158,7 @@ def test_every_suite_has_all_models_of_the_paper_and_all_metrics(protocol: str) 
             assert all(0 <= rate.numerator <= rate.denominator for rate in suite.rates(model).values())
 
 
-@pytest.mark.parametrize("protocol", list(Protocol.known()))
+@pytest.mark.parametrize("protocol", list(Protocol.list_names()))
 def test_null_models_have_answers_to_every_suite(protocol: Protocol) -> None:
     table = read_null_scores(protocol.value)
     assert (table.schema, table.protocol) == (SCHEMA, protocol.value)

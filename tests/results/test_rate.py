@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.verdict import Confusion, add, confusion_shares, of_all
+from eai.abilities.verdict import Confusion, add_confusions, confusion_shares, share_of_one
 from eai.results.rate import NOTHING, Rate, total
 from eai.tasks.share import Share
 
@@ -18,7 +18,7 @@ def test_a_share_of_nothing_is_not_zero() -> None:
 
 
 def test_total_sums_both_parts() -> None:
-    assert total([{"a": Share(1, 1)}, {"a": Share(0, 3), "b": of_all(True)}]) == {
+    assert total([{"a": Share(1, 1)}, {"a": Share(0, 3), "b": share_of_one(True)}]) == {
         "a": Rate(1, 4),
         "b": Rate(1, 1),
     }
@@ -27,7 +27,7 @@ def test_total_sums_both_parts() -> None:
 @given(st.lists(st.tuples(counts, counts, counts), min_size=1))
 def test_rates_of_summed_counts_are_the_totals_of_the_rates(rows: list[tuple[int, int, int]]) -> None:
     confusions = [Confusion(*row) for row in rows]
-    whole = {name: Rate(*share) for name, share in confusion_shares("x", add(confusions)).items()}
+    whole = {name: Rate(*share) for name, share in confusion_shares("x", add_confusions(confusions)).items()}
     assert total(confusion_shares("x", c) for c in confusions) == whole
 
 

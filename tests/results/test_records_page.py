@@ -11,15 +11,21 @@ import pytest
 
 from by_path import ROOT
 from eai.abilities.attempt import Attempt, Usage
-from eai.abilities.attempt_options import AttemptOptions, Feedback, FeedbackForm, Until, World
-from eai.abilities.declaration import the_four
+from eai.abilities.attempt_options import (
+    AttemptOptions,
+    AttemptStart,
+    EndCondition,
+    FeedbackForm,
+    FeedbackLevel,
+)
+from eai.abilities.declaration import load_paper_abilities
 from eai.abilities.experiment import Experiment, StudyChoice
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
-from eai.abilities.verdict import Counted, ErrorReport
+from eai.abilities.verdict import ErrorReport, SummaryCounts
 from eai.pddl.planning import PlannerOutcome
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.record import Origin, Record
@@ -31,7 +37,7 @@ EXAMPLES = {Ability(json.loads(line)["ability"]): line for line in re.findall(r"
 
 
 def test_there_is_an_example_of_every_ability() -> None:
-    assert EXAMPLES.keys() == set(FOUR)
+    assert EXAMPLES.keys() == set(PAPER_ABILITIES)
 
 
 @pytest.mark.parametrize("ability", EXAMPLES)
@@ -51,13 +57,13 @@ def test_every_field_is_on_the_page() -> None:
         Attempt,
         Origin,
         Usage,
-        Counted,
+        SummaryCounts,
         ErrorReport,
         *explained,
     )
-    names = {name for kind in declared for name in kind.__dataclass_fields__} - {"verdict", "place"}
+    names = {name for kind in declared for name in kind.__dataclass_fields__} - {"verdict", "label_position"}
     names |= set(record_to_json(Record(**{n: getattr(example, n) for n in Record.__dataclass_fields__})))
-    for each in the_four().values():
+    for each in load_paper_abilities().values():
         names |= set(each.verdict.__dataclass_fields__) - {"excluded"}
     assert [name for name in sorted(names) if not re.search(rf'[`"]{name}[`"]', PAGE)] == []
 
@@ -65,8 +71,8 @@ def test_every_field_is_on_the_page() -> None:
 @pytest.mark.parametrize(
     "kind",
     [
-        *(FOUR, FaultKind, SubgoalCategory, PlannerOutcome, OperatorStatus),
-        *map(get_args, (World, Feedback, FeedbackForm, Notice, Until)),
+        *(PAPER_ABILITIES, FaultKind, SubgoalCategory, PlannerOutcome, OperatorStatus),
+        *map(get_args, (AttemptStart, FeedbackLevel, FeedbackForm, Notice, EndCondition)),
     ],
 )
 def test_every_value_of_a_closed_vocabulary_is_on_the_page(kind: Iterable[Ability | str]) -> None:

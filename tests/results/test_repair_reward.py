@@ -13,7 +13,7 @@ from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, InputError, Reward, Suite, Task, given, make_task
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
-from eai.abilities.repair import EFFORT
+from eai.abilities.repair import DEFAULT_EFFORT
 from eai.agents.gym import make
 from eai.base.store import Store
 from eai.planning.repair.edits import PlanEdit, PlanSteps
@@ -50,7 +50,7 @@ def drawn(name: str, random: Random) -> tuple[Suite, Task, list[Action]]:
     gold = answer_book(name, Ability.ACTION_SEQUENCING)[task.id]
     scorer = scorer_of(suite, task.id)
     read = scorer.notation.read(gold.join(gold.parts))
-    steps = [step for step in scorer.mender.steps(read) if step is not None]  # type: ignore[arg-type]
+    steps = [step for step in scorer.repairer.read_steps(read) if step is not None]  # type: ignore[arg-type]
     plan = steps[: random.choice((0, 0, 1, len(steps) - 1, len(steps)))]
     episode = Episode(suite.benchmark.domain, task.initial)
     episode.run(plan)
@@ -81,7 +81,7 @@ def test_all_of_it_is_paid_for_success_alone_and_a_step_earns_its_part_at_most(n
             continue
         paid.add(reward)
         assert (reward == 1) == bool(suite.score(task.id, text).success)
-        assert 0 <= reward <= len(plan) / scorer_of(suite, task.id).mender._least + 1e-9
+        assert 0 <= reward <= len(plan) / scorer_of(suite, task.id).repairer._min_steps + 1e-9
     assert {0, 1} <= paid
 
 
@@ -90,8 +90,8 @@ def test_more_effort_never_pays_less(name: str) -> None:
     random = Random(2)
     for _ in range(examples(6)):
         suite, task, plan = drawn(name, random)
-        mender = scorer_of(suite, task.id).mender
-        paid = [mender._near((*plan,), limit) for limit in (1, 100, 1_000, EFFORT)]
+        mender = scorer_of(suite, task.id).repairer
+        paid = [mender._compute_closeness((*plan,), limit) for limit in (1, 100, 1_000, DEFAULT_EFFORT)]
         assert all(before <= after for before, after in pairwise(paid))
 
 
@@ -115,8 +115,8 @@ def test_who_does_nothing_or_means_nothing_earns_nothing(name: str) -> None:
     suite = suite_of(name)
     for task_id in [i for i in suite.task_ids if suite.tasks[i].left_out is None][::40]:
         scorer, paid = scorer_of(suite, task_id), Reward(suite, "repair")
-        assert scorer.mender.nearness(()) == scorer.mender.nearness((None,)) == 0
-        assert scorer.mender.nearness((None,) * 300) == 0
+        assert scorer.repairer.closeness(()) == scorer.repairer.closeness((None,)) == 0
+        assert scorer.repairer.closeness((None,) * 300) == 0
         assert paid(task_id, "All is done.") == paid(task_id, "x" * (paid.limit + 1)) == 0
 
 
@@ -138,7 +138,7 @@ def test_nothing_is_paid_where_goals_over_time_say_more_than_the_state() -> None
 def test_effort_is_bounded_and_what_was_seen_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     suite = suite_of("behavior")
     scorer = scorer_of(suite, suite.task_ids[3])
-    mender, limits = scorer.mender, list[float]()
+    mender, limits = scorer.repairer, list[float]()
     mend = Repairer.repair
 
     def counted(self: Repairer, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
@@ -149,9 +149,9 @@ def test_effort_is_bounded_and_what_was_seen_costs_nothing(monkeypatch: pytest.M
 
     monkeypatch.setattr(Repairer, "repair", counted)
     plan = tuple(scorer.task.script)
-    paid = [mender.nearness(plan[:n]) for n in (0, 1, 2, 1, 0)]
+    paid = [mender.closeness(plan[:n]) for n in (0, 1, 2, 1, 0)]
     assert paid[:2] == paid[:2:-1]
-    assert mender.nearness((*plan, *plan)) is not None
+    assert mender.closeness((*plan, *plan)) is not None
     assert len(limits) == 4
     assert limits == sorted(limits)
-    assert limits[-1] <= EFFORT / 4
+    assert limits[-1] <= DEFAULT_EFFORT / 4

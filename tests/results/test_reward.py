@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 import eai
 from by_path import ROOT
 from eai import Ability, Benchmark, InputError, Suite, Task, given, make_task
-from eai.abilities.protocol import FOUR
+from eai.abilities.protocol import PAPER_ABILITIES
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
@@ -294,7 +294,7 @@ OPERATOR = "(:action {} :parameters () :precondition () :effect ())"
 def test_nothing_is_worth_nothing_in_every_ability() -> None:
     """No goals, subgoals that hold already, operators without a clause."""
     for world in HOUSEHOLDS:
-        for ability in FOUR:
+        for ability in PAPER_ABILITIES:
             suite = suite_of(world, ability.value)
             for task_id in suite.task_ids[::20]:
                 for text in _empty_answers(suite, task_id):
@@ -327,7 +327,7 @@ HOSTILE = (
 
 
 @pytest.mark.parametrize("world", HOUSEHOLDS)
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_no_text_raises(world: str, ability: Ability) -> None:
     suite = suite_of(world, ability.value)
     paid = Reward(suite, Shaping.DIAGNOSIS)
@@ -345,7 +345,7 @@ def test_what_is_too_long_is_not_read() -> None:
     assert grade.verdict.error.detail == f"it is longer than {len(gold) - 1} characters"
 
 
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 @drawn(text=st.text())
 @FEW
 def test_no_short_text_raises_either(ability: Ability, text: str) -> None:
@@ -354,7 +354,7 @@ def test_no_short_text_raises_either(ability: Ability, text: str) -> None:
 
 
 def test_metrics_are_the_same_numbers_for_every_ability() -> None:
-    for ability in FOUR:
+    for ability in PAPER_ABILITIES:
         suite = suite_of("behavior", ability.value)
         grade = Reward(suite).grade(suite.task_ids[0], "[")
         assert tuple(grade.metrics) == METRICS
@@ -390,7 +390,7 @@ def test_a_batch_is_each_answer_by_itself() -> None:
         paid.batch(ids, [PLAN])
 
 
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_a_reward_is_pickled_by_name(ability: Ability) -> None:
     paid = Reward(suite_of("behavior", ability.value), "diagnosis")
     content = pickle.dumps(paid)

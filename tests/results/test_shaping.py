@@ -11,12 +11,12 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import (
     Confusion,
+    Credit,
     ErrorReport,
-    Merit,
     PlanVerdict,
     Verdict,
-    gain,
-    gain_of_conditions,
+    compute_condition_gain,
+    compute_gain,
 )
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
@@ -52,7 +52,7 @@ ALL: Worth = (1, 1, 1, 1)
 def test_what_is_gained_is_what_did_not_hold(
     reached: Sequence[bool], at_start: Sequence[bool], gained: float | None
 ) -> None:
-    assert gain(reached, at_start) == gained
+    assert compute_gain(reached, at_start) == gained
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_what_is_gained_is_what_did_not_hold(
 def test_the_gain_in_partial_success_is_a_share_of_what_can_be_gained(
     partial: tuple[int, int], at_start: tuple[int, int], of_goals: float, gained: float
 ) -> None:
-    assert gain_of_conditions(Share(*partial), Share(*at_start), of_goals) == pytest.approx(gained)
+    assert compute_condition_gain(Share(*partial), Share(*at_start), of_goals) == pytest.approx(gained)
 
 
 def ran(
@@ -173,7 +173,7 @@ def test_what_is_carried_out_is_paid_for_what_it_gains(
     assert paid(merit(verdict, at_start)) == worth
 
 
-def paid(earned: Merit | None) -> Worth | None:
+def paid(earned: Credit | None) -> Worth | None:
     if earned is None:
         return None
     success, goals, progress, diagnosis = [worth(earned, shaping) for shaping in [*Shaping][:4]]
@@ -182,7 +182,7 @@ def paid(earned: Merit | None) -> Worth | None:
 
 
 def test_answers_that_are_carried_out_are_paid_for_their_conditions() -> None:
-    earned = Merit(1 / 4, success=False, ended=True, faults={A: 2}, added=1, conditions=1 / 2)
+    earned = Credit(1 / 4, success=False, ended=True, faults={A: 2}, added_actions=1, conditions=1 / 2)
     assert worth(earned, Shaping.PARTIAL) == 1 / 4
 
 
@@ -356,9 +356,9 @@ def test_faults_are_counted_by_kind_and_told_as_metrics(
 
 
 def test_metrics_are_those_of_what_was_earned() -> None:
-    told = metrics_of(Merit(1 / 2, success=False, ended=True, faults={A: 2}))
+    told = metrics_of(Credit(1 / 2, success=False, ended=True, faults={A: 2}))
     assert (told["success"], told["progress"], told["faults"], told["fault.affordance"]) == (0, 1 / 2, 2, 2)
-    assert metrics_of(Merit(1, success=True, ended=False, faults={}))["success"] == 1
+    assert metrics_of(Credit(1, success=True, ended=False, faults={}))["success"] == 1
     assert metrics_of(None) == dict.fromkeys(METRICS, 0)
 
 

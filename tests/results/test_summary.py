@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.declaration import declaration_of, the_four
+from eai.abilities.declaration import declaration_of, load_paper_abilities
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import Confusion, Counted, ErrorReport
+from eai.abilities.verdict import Confusion, ErrorReport, SummaryCounts
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.rate import Rate
@@ -22,17 +22,22 @@ from results.verdicts import SUCCEEDED, failed, goals, record
 ARITY = ErrorReport(FaultKind.ARGUMENT_NUMBER, None, "OPEN takes 1 argument")
 
 
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_every_column_that_is_shown_is_a_metric(ability: Ability) -> None:
     declared = declaration_of(ability)
     rates = summarise([declared.verdict()], ability)
     shown = {column.metric for column in declared.columns}
-    assert {*declared.terminal, *declared.main, *declared.averaged, *declared.yes_no} <= rates.keys()
+    assert {
+        *declared.terminal_metrics,
+        *declared.overview_headings,
+        *declared.averaged_metrics,
+        *declared.yes_no_metrics,
+    } <= rates.keys()
     assert shown <= rates.keys()
-    assert {*declared.terminal, *declared.main} <= shown
+    assert {*declared.terminal_metrics, *declared.overview_headings} <= shown
 
 
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_less_is_better_of_errors_and_of_what_a_search_added(ability: Ability) -> None:
     fewer = {kind.value for kind in FaultKind} | {"ill_formed", "granularity"}
     for column in declaration_of(ability).columns:
@@ -40,8 +45,8 @@ def test_less_is_better_of_errors_and_of_what_a_search_added(ability: Ability) -
 
 
 def test_every_ability_is_declared() -> None:
-    assert tuple(the_four()) == FOUR
-    assert all(declared.ability is ability for ability, declared in the_four().items())
+    assert tuple(load_paper_abilities()) == PAPER_ABILITIES
+    assert all(declared.ability is ability for ability, declared in load_paper_abilities().items())
 
 
 def test_excluded_answers_are_in_no_denominator() -> None:
@@ -61,14 +66,14 @@ def test_plans_by_the_kind_of_their_end() -> None:
 def test_additional_steps_count_by_answer_unless_the_verdict_says_otherwise() -> None:
     three = replace(SUCCEEDED, additional_steps=3)
     assert summarise([three, SUCCEEDED], Ability.ACTION_SEQUENCING)["additional_step"] == Rate(1, 2)
-    by_step = replace(three, counted=Counted(True, goals((1, 1)), {FaultKind.ADDITIONAL_STEP: 3}))
+    by_step = replace(three, counted=SummaryCounts(True, goals((1, 1)), {FaultKind.ADDITIONAL_STEP: 3}))
     assert summarise([by_step, SUCCEEDED], Ability.ACTION_SEQUENCING)["additional_step"] == Rate(3, 2)
 
 
 def test_what_an_answer_counts_as_comes_before_what_its_verdict_says() -> None:
     failure = failed(FaultKind.PARSING)
-    twice = replace(failure, counted=Counted(False, goals((0, 1)), {FaultKind.PARSING: 2}))
-    missed = Counted(False, GoalTallies(Share(0, 0), Share(0, 0), Share(1, 2)), {})
+    twice = replace(failure, counted=SummaryCounts(False, goals((0, 1)), {FaultKind.PARSING: 2}))
+    missed = SummaryCounts(False, GoalTallies(Share(0, 0), Share(0, 0), Share(1, 2)), {})
     rates = summarise([twice, replace(SUCCEEDED, counted=missed)], Ability.ACTION_SEQUENCING)
     assert rates["parsing"] == Rate(2, 2)
     assert rates["task_success"] == Rate(0, 2)
@@ -120,11 +125,11 @@ def test_errors_of_subgoals_count_as_often_as_the_verdict_says() -> None:
     runtime = SubgoalVerdict(category=SubgoalCategory.RUNTIME, error=wrong_order, additional_steps=1)
     missed = replace(runtime, category=SubgoalCategory.GOAL_UNREACHABLE)
     none = goals((0, 1))
-    entries = replace(runtime, counted=Counted(False, none, {FaultKind.WRONG_ORDER: 2}))
+    entries = replace(runtime, counted=SummaryCounts(False, none, {FaultKind.WRONG_ORDER: 2}))
     for verdicts, counted, additional in (
         ([runtime, missed], 2, 2),
         ([entries, missed], 3, 1),
-        ([entries, replace(missed, counted=Counted(False, none, {}))], 2, 0),
+        ([entries, replace(missed, counted=SummaryCounts(False, none, {}))], 2, 0),
     ):
         rates = summarise(verdicts, Ability.SUBGOAL_DECOMPOSITION)
         assert rates["wrong_order"] == Rate(counted, 2)
@@ -169,7 +174,7 @@ def test_without_a_planner_there_is_no_planner_success() -> None:
     assert rates["overall.planner_success"].percent is None
 
 
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_a_run_without_scored_answers_has_all_metrics_without_a_value(ability: Ability) -> None:
     declared = declaration_of(ability)
     rates = summarise([declared.verdict(excluded="for a reason")], ability)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.explanation import names_in, read_statement
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.explanation import find_names, read_statement
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
@@ -69,8 +69,8 @@ def _tables(records: list[Record], *, features: bool) -> TidyTables:
     return made
 
 
-@pytest.mark.parametrize("protocol", list(Protocol.known()))
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("protocol", list(Protocol.list_names()))
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
 def test_values_say_what_the_texts_beside_them_do(domain: str, ability: Ability, protocol: Protocol) -> None:
     source = Source(Store(), planner=PlannerChoice.NONE)
@@ -92,7 +92,7 @@ def test_values_say_what_the_texts_beside_them_do(domain: str, ability: Ability,
         for clause, content in record.verdict.clauses.items()
     ]
     assert all(read_statement(text) == value for value, text in (*steps, *atoms))
-    assert all(names_in(text) == value for value, text in goals)
+    assert all(find_names(text) == value for value, text in goals)
     assert all(tuple(sorted(predicates_in(text))) == value for value, text in clauses)
     assert any((steps, goals, atoms, clauses))
 

@@ -12,14 +12,16 @@ from inspect_ai import list_tasks
 import eai
 from by_path import ROOT
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import FOUR
+from eai.abilities.protocol import PAPER_ABILITIES
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import of_the_paper
 from eai.run.registry import TASKS
 
 EXAMPLE = ROOT / "examples/lm_eval"
-OF_HOUSEHOLDS = {f"{name}_{ability.value}" for name in of_the_paper() for ability in FOUR} & set(TASKS)
+OF_HOUSEHOLDS = {f"{name}_{ability.value}" for name in of_the_paper() for ability in PAPER_ABILITIES} & set(
+    TASKS
+)
 """The examples have the four abilities of the paper's households: no file of questions, and no pictures."""
 
 
@@ -31,8 +33,10 @@ def test_every_suite_is_a_task_that_is_found_by_reading_the_file() -> None:
 def test_every_suite_is_a_task_of_the_lm_evaluation_harness() -> None:
     for path in EXAMPLE.glob("eai_*.yaml"):
         assert f"task: {path.stem}\n" in path.read_text(encoding="utf-8")
-        ability = next(each for each in FOUR if path.stem.endswith(each.value))
-        assert path.read_text(encoding="utf-8").count("metric: ") == len(declaration_of(ability).main)
+        ability = next(each for each in PAPER_ABILITIES if path.stem.endswith(each.value))
+        assert path.read_text(encoding="utf-8").count("metric: ") == len(
+            declaration_of(ability).overview_headings
+        )
     assert {path.stem for path in EXAMPLE.glob("eai_*.yaml")} == {f"eai_{name}" for name in OF_HOUSEHOLDS}
 
 

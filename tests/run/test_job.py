@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.protocol import FOUR, Ability, registered_abilities
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, find_abilities
 from eai.agents.setting import ACTING
 from eai.base.errors import InputError
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
@@ -25,7 +25,7 @@ OPENED: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("ability", [each for each in registered_abilities() if each != ACTING], ids=str)
+@pytest.mark.parametrize("ability", [each for each in find_abilities() if each != ACTING], ids=str)
 @pytest.mark.parametrize("model", OPENED)
 def test_a_model_answers_what_it_has_answers_to(model: str, ability: Ability) -> None:
     expected = nullcontext() if can_answer(f"eai/{model}", ability) else pytest.raises(InputError)
@@ -35,7 +35,9 @@ def test_a_model_answers_what_it_has_answers_to(model: str, ability: Ability) ->
 
 def test_explorers_only_act_and_other_models_answer_all() -> None:
     for model in EXPLORERS:
-        assert [each for each in (*FOUR, ACTING) if can_answer(f"eai/{model}", each)] == [ACTING]
+        assert [each for each in (*PAPER_ABILITIES, ACTING) if can_answer(f"eai/{model}", each)] == [ACTING]
     assert all(
-        can_answer(model, each) for model in ("eai/oracle", "openai/planner") for each in (*FOUR, ACTING)
+        can_answer(model, each)
+        for model in ("eai/oracle", "openai/planner")
+        for each in (*PAPER_ABILITIES, ACTING)
     )

@@ -14,7 +14,7 @@ import pytest
 from inspect_ai.log import read_eval_log
 
 from by_path import ROOT
-from eai.abilities.attempt_options import AttemptOptions, Feedback
+from eai.abilities.attempt_options import AttemptOptions, FeedbackLevel
 from eai.abilities.feedback import REASONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
@@ -75,7 +75,7 @@ def offline(options: AttemptOptions, store: Store, heed: float | None) -> dict[s
 
 @pytest.mark.parametrize(("feedback", "heed"), first_of([("explained", 1.0), ("none", None)]))
 def test_the_loop_of_a_run_is_the_loop_without_inspect(
-    feedback: Feedback, heed: float | None, data_store: Store, tmp_path: Path
+    feedback: FeedbackLevel, heed: float | None, data_store: Store, tmp_path: Path
 ) -> None:
     """And what it leaves behind can be replayed, to the same records."""
     arguments = f"--with attempts.replans=2 --with attempts.feedback={feedback}"

@@ -14,7 +14,7 @@ from inspect_ai.scorer import Score
 from agents.switches import SWITCHES
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.agents.setting import ACTING
 from eai.base.files import to_file_name
 from eai.base.store import Store
@@ -45,7 +45,7 @@ from suites import answer_book, official_prompts
 from sweeps import first_of
 
 PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
-SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in FOUR]
+SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in PAPER_ABILITIES]
 TASK_COUNT = 12
 NOISY = Whom("eai/noisy", {"rate": 0.6, "seed": 3})
 

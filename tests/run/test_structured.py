@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from by_path import ROOT
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.benchmarks.suite import open_suite
 from eai.run.job import Decoding, Job
 from eai.studies.variation import Endpoint
@@ -77,9 +77,9 @@ def test_a_server_is_told_the_words_of_each_task(tmp_path: Path, monkeypatch: py
         outcome = eai("run", "--model", LOCAL, "--model-base-url", served.url, *domains, *how)
     assert outcome.status == 0, outcome.err
     asked = [request["response_format"]["json_schema"] for request in served.log.requests]
-    assert [each["strict"] for each in asked] == [True] * len(FOUR) * len(WORDS)
+    assert [each["strict"] for each in asked] == [True] * len(PAPER_ABILITIES) * len(WORDS)
     for place, words in enumerate(WORDS.values()):
-        told = json.dumps(asked[len(FOUR) * place : len(FOUR) * (place + 1)])
+        told = json.dumps(asked[len(PAPER_ABILITIES) * place : len(PAPER_ABILITIES) * (place + 1)])
         assert {word for word in words if f'"{word}"' not in told} == set()
     for each in objects([one["schema"] for one in asked]):
         assert each["additionalProperties"] is False

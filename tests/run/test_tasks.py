@@ -7,7 +7,7 @@ from inspect_ai.model import ChatMessageSystem, ChatMessageUser
 from inspect_ai.util import registry_info
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import FOUR, Ability, Protocol, registered_abilities
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol, find_abilities
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.registry import registered
@@ -15,12 +15,12 @@ from eai.run.registry import TASKS
 from protocols import PROTOCOLS
 from suites import official_prompts
 
-SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in FOUR]
+SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in PAPER_ABILITIES]
 
 
 def test_every_suite_is_a_task_that_inspect_finds_under_our_name() -> None:
-    of_files = {ability for ability in registered_abilities() if declaration_of(ability).asked.written_by}
-    others = registered_abilities().keys() - of_files
+    of_files = {ability for ability in find_abilities() if declaration_of(ability).interaction.task_command}
+    others = find_abilities().keys() - of_files
     names = {*of_files, *(f"{domain}_{ability}" for domain in registered() for ability in others)}
     assert TASKS.keys() == names
     assert {registry_info(task).name for task in TASKS.values()} == {f"eai/{name}" for name in names}
@@ -60,7 +60,7 @@ def test_arguments_of_a_task() -> None:
         ({"planner": "fast"}, "planner: expected 'auto', 'full', 'built_in'"),
         (
             {"protocol": "lax"},
-            f"protocol: expected {' or '.join(map(repr, map(str, Protocol.known())))}, found 'lax'",
+            f"protocol: expected {' or '.join(map(repr, map(str, Protocol.list_names())))}, found 'lax'",
         ),
         (
             {"prompts": "mine"},

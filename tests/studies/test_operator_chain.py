@@ -155,7 +155,7 @@ def test_the_analysis_counts_ends_beside_those_of_the_true_operators(
         record(task_id, suite.score(task_id, text), ability=ability, response=text)
         for task_id, text in texts.items()
     ]
-    under_another_protocol = [replace(each, protocol=[*Protocol.known()][-1]) for each in run]
+    under_another_protocol = [replace(each, protocol=[*Protocol.list_names()][-1]) for each in run]
     runs = write_runs(tmp_path / "runs", [run, under_another_protocol])
     outcome = eai("analyze", "pipeline", runs, "--out", tmp_path / "out")
     assert outcome.status == 0, outcome.err

@@ -37,7 +37,7 @@ def run_of(options: AttemptOptions, answers: Sequence[Sequence[str]]) -> list[Re
     for number, given in enumerate(answers):
         trial = Trial(scorer(), options)
         for text in given:
-            trial.take(text)
+            trial.try_answer(text)
         record = make_trial_record(SUITE, options, "m", "both", tuple(trial.attempts))
         records.append(replace(record, task_id=f"{number}", task=None))
     return records

@@ -10,7 +10,7 @@ import pytest
 
 from by_path import ROOT, TESTS
 from command_line import Command
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.agents.environment import make
 from eai.base.errors import InputError
@@ -185,7 +185,7 @@ def closed(name: str, store: Store) -> Benchmark:
     return find_benchmark(str(put(f"few_{name}.jsonl", *(written(t, name, base.domain) for t in tasks))))
 
 
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
 def test_all_abilities_work(name: str, ability: Ability, data_store: Store) -> None:
     if name == "virtualhome" and ability is Ability.TRANSITION_MODELING:

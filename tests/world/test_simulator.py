@@ -90,8 +90,8 @@ def test_plans_are_scored_in_the_simulator_and_not_mended() -> None:
     assessment = scorer.assess(answer)
     assert getattr(assessment.verdict, "error", None) is not None
     assert [step.reason for step in assessment.explain().steps] == ["it is too dark for red"]
-    assert assessment.look_back is None
-    assert ActionSequencing(TASK, toy.DOMAIN, JsonPlans()).assess(answer).look_back is not None
+    assert assessment.analyze_failure is None
+    assert ActionSequencing(TASK, toy.DOMAIN, JsonPlans()).assess(answer).analyze_failure is not None
 
 
 NUMBERS = count()

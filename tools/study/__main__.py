@@ -28,7 +28,7 @@ from evidence import Evidence
 from page import page_of
 from published_scores import ANSWERS, find_answers
 
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.benchmarks.registry import FIRST
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
@@ -74,7 +74,7 @@ def from_records(paths: Sequence[Path]) -> Evidence:
 
 
 def from_answers(
-    folder: Path = ANSWERS, domains: Sequence[str] = FIRST, abilities: Sequence[Ability] = FOUR
+    folder: Path = ANSWERS, domains: Sequence[str] = FIRST, abilities: Sequence[Ability] = PAPER_ABILITIES
 ) -> Evidence:
     """Evidence from the published answers, scored as the paper's package does; no planner is needed yet."""
     source = Source(planner=PlannerChoice.NONE)

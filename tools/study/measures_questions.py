@@ -12,7 +12,7 @@ from evidence import NAMED, B, Evidence, Suite, V
 from measures_rates import OPEN_WEIGHT
 from rates import all_of, if_so
 
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -171,7 +171,7 @@ def _questions(
 ) -> Iterator[tuple[str, Ability, Mapping[str, str]]]:
     """Yield the data set's questions of each suite, by task."""
     for domain in (V, B):
-        for ability in FOUR:
+        for ability in PAPER_ABILITIES:
             prompts = find_benchmark(domain).official_prompts(ability, evidence.published) or {}
             texts = {task: _text_of(prompt, system) for task, prompt in prompts.items()}
             yield domain, ability, texts

@@ -1,1 +1,1 @@
-"""The four abilities: for each a folder that judges answers, and what others need to know of answers."""
+"""The paper's four abilities, one folder each, and what they share: verdicts, notations, explanations."""

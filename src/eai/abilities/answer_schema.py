@@ -1,6 +1,6 @@
-"""The form of answers as JSON schemas, in what all providers have in common that enforce one.
+"""JSON schemas for answers, limited to the features that all providers with enforced schemas have in common.
 
-Objects are closed and need all of their members; a text may have to be one of some words.
+Objects are closed and need all of their members. A text may be limited to a list of words.
 """
 
 from __future__ import annotations
@@ -13,26 +13,27 @@ from eai.base.json_value import Json
 Schema: TypeAlias = Mapping[str, Json]
 """A JSON schema."""
 
-MOST_WORDS = 1000
-"""How many words a schema may offer in all (OpenAI's limit, the narrowest that is published)."""
+MAX_WORDS = 1000
+"""Maximum number of words in all choices of a schema (OpenAI's limit, the smallest one that is published)."""
 
-MANY_WORDS = 250
-MOST_CHARACTERS = 15_000
-"""Of how many characters the words of one choice may be, where there are more than `MANY_WORDS`."""
+LONG_CHOICE_WORDS = 250
+"""Number of words above which a choice is long."""
+MAX_LONG_CHOICE_CHARACTERS = 15_000
+"""Maximum number of characters of all words of a long choice."""
 
 
-def text(words: Iterable[str] | None = None) -> Schema:
-    """A text: one of these words, or any where None are given."""
+def text_schema(words: Iterable[str] | None = None) -> Schema:
+    """Return the schema of a text: one of some words, or any text if the words are None."""
     return {"type": "string"} if words is None else {"type": "string", "enum": list(words)}
 
 
-def listed(items: Schema) -> Schema:
-    """A list."""
+def list_schema(items: Schema) -> Schema:
+    """Return the schema of a list."""
     return {"type": "array", "items": items}
 
 
-def closed(members: Mapping[str, Schema]) -> Schema:
-    """An object with these members and no others."""
+def object_schema(members: Mapping[str, Schema]) -> Schema:
+    """Return the schema of an object that has exactly these members."""
     return {
         "type": "object",
         "properties": members,
@@ -41,21 +42,22 @@ def closed(members: Mapping[str, Schema]) -> Schema:
     }
 
 
-def either(schemas: Sequence[Schema]) -> Schema:
-    """A value that has one of these forms."""
+def union_schema(schemas: Sequence[Schema]) -> Schema:
+    """Return the schema of a value that has one of several forms."""
     return schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
 
 
-def fits(schema: Schema) -> bool:
-    """Whether providers take as many words."""
+def is_accepted(schema: Schema) -> bool:
+    """Whether a schema is within the limits of all providers on words and characters."""
     choices = [list(map(str, choice)) for choice in _choices(schema)]
-    return sum(map(len, choices)) <= MOST_WORDS and all(
-        len(choice) <= MANY_WORDS or sum(map(len, choice)) <= MOST_CHARACTERS for choice in choices
+    return sum(map(len, choices)) <= MAX_WORDS and all(
+        len(choice) <= LONG_CHOICE_WORDS or sum(map(len, choice)) <= MAX_LONG_CHOICE_CHARACTERS
+        for choice in choices
     )
 
 
 def _choices(part: Json) -> Iterator[Sequence[Json]]:
-    """The words of each choice in a schema."""
+    """Yield the words of each choice in a schema."""
     if isinstance(part, Mapping):
         words = part.get("enum")
         if isinstance(words, list):

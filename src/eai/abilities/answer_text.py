@@ -1,16 +1,19 @@
-"""Reading the JSON value of an answer: every character is read, repaired by name, or set aside as prose.
+"""Read the JSON value of an answer.
 
-`read_json` serves all abilities and benchmarks. An `AnswerForm` says what is looked for, and what looks like
-a part of it. Text outside the value that looks like a part makes the answer unreadable, since the value is
-then not the whole answer. So does a bracket that is never closed: the answer was cut off. Repairs are:
+Each character is read, repaired by a named repair, or classified as prose.
+
+`read_json` serves all abilities and benchmarks. An `AnswerForm` describes the expected value, and texts that
+look like a part of it. If text outside the value looks like a part, the answer is unreadable, since the value
+is then not the whole answer. An unclosed bracket makes it unreadable, too: the answer was cut off. The
+repairs are:
 
 * ``reasoning``, ``special_tokens``: reasoning (`eai.abilities.reasoning`) or control tokens are removed;
 * ``code_fence``, ``prose``: the value stands in a code fence, or between other words;
-* ``line_breaks``: strings hold line breaks or tabs that JSON asks to escape;
+* ``line_breaks``: strings contain line breaks or tabs that JSON requires to be escaped;
 * ``curly_quotes``, ``single_quotes``, ``comments``, ``trailing_comma``: the value is JSON without them;
-* ``stray_bracket``: a bracket outside the value closes nothing;
-* ``json_in_string``, ``wrapper_key``: the value is a string that holds JSON, or a member of an object whose
-  other members are plain;
+* ``stray_bracket``: a closing bracket outside the value has no partner;
+* ``json_in_string``, ``wrapper_key``: the value is JSON in a string, or a member of an object whose other
+  members are plain;
 * ``json_lines``, ``numbered``: parts of the value follow each other without a list around them, with numbers.
 """
 
@@ -29,7 +32,7 @@ from eai.abilities.reasoning import thoughts_in, without
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 
 MAX_LENGTH = 1_000_000
-"""Maximum length of an answer that is searched, in characters; no model writes as much."""
+"""Maximum length of an answer that is read, in characters; no model writes as much."""
 
 MAX_DEPTH = 100
 """Maximum nesting of a value that is read."""
@@ -55,24 +58,24 @@ _INSIDE = re.compile(
     """,
     re.VERBOSE | re.DOTALL,
 )
-"""Strings, comments and brackets inside a value; brackets in strings and comments do not count."""
+"""Strings, comments and brackets inside a value. Brackets in strings and comments do not count."""
 _STRING_OR_COMMENT = re.compile(
     r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comment>(?<=[\[\]{},\s])(?:\#|//)[^\n]*)""", re.DOTALL
 )
 _STRING_OR_COMMA = re.compile(r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comma>,)(?=\s*[\]}])""", re.DOTALL)
-_ALIKE = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
-"""Text that means the same in Python and, with other quotes, in JSON, if it is JSON then."""
+_JSON_LIKE_LITERAL = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
+"""Python literals that become JSON of the same value if their single quotes become double quotes."""
 _NUMBERING = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
-"""Text between the parts of a value that does no more than separate and number them."""
+"""Text between parts of the value that only separates or numbers them."""
 _SEPARATORS = re.compile(r"[\s,;]*")
 _CURLY = str.maketrans("“”„‟‘’‚‛", "\"\"\"\"''''")
-_PARTNER = {"}": "{", "]": "["}
+_OPENING_BRACKET = {"}": "{", "]": "["}
 
 T = TypeVar("T")
 
 
-class Pairs:
-    """A JSON object as its members in order, duplicates included."""
+class JsonObject:
+    """A JSON object as a sequence of members that keeps duplicate keys."""
 
     __slots__ = ("members",)
 
@@ -80,7 +83,7 @@ class Pairs:
         self.members = tuple(members)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Pairs) and self.members == other.members
+        return isinstance(other, JsonObject) and self.members == other.members
 
     def __hash__(self) -> int:
         return hash(self.members)
@@ -89,16 +92,16 @@ class Pairs:
         return "{" + ", ".join(f"{key!r}: {value!r}" for key, value in self.members) + "}"
 
     @property
-    def repeated(self) -> str | None:
+    def repeated_key(self) -> str | None:
         """The first key that occurs more than once, or None."""
         keys = [key for key, _ in self.members]
         return None if len(set(keys)) == len(keys) else next(key for key in keys if keys.count(key) > 1)
 
 
-_STRICT = json.JSONDecoder(object_pairs_hook=Pairs)
-_LENIENT = json.JSONDecoder(object_pairs_hook=Pairs, strict=False)
+_STRICT = json.JSONDecoder(object_pairs_hook=JsonObject)
+_LENIENT = json.JSONDecoder(object_pairs_hook=JsonObject, strict=False)
 _BEGINNINGS = frozenset('{["-0123456789tfnNI')
-"""First characters of JSON values, NaN and Infinity included. An exception costs most of a reading."""
+"""First characters of JSON values, including NaN and Infinity. Checking them avoids slow exceptions."""
 
 
 def _looks_like_nothing(text: str) -> bool:
@@ -119,25 +122,24 @@ def _has_no_flaw(value: object) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class AnswerForm(Generic[T]):
-    """The form of the value that an answer holds.
+    """The form of the value in an answer.
 
     Attributes:
-        wanted: the value in words, after "there is no".
-        read: returns the meaning of a JSON value, or None if the value has another form. Objects come as
-            `Pairs`, arrays as lists.
+        description: the value in words, for messages that begin with "there is no".
+        read: returns the meaning of a JSON value, or None if the value has another form. Objects are given as
+            `JsonObject`, arrays as lists.
         is_part: whether a bracketed text looks like a part of the answer, even if it cannot be read.
         is_line_of_answer: whether a line outside brackets looks like a part of the answer.
-        flaw: returns why a JSON value that looks like a part has another form, in words, or None.
-        join: puts parts together that follow each other without a list; None if parts never do.
-        is_piece: whether a meaning is that of one part, such as a single step.
-        repairs_of: the names of the repairs that reading a value took.
-        is_certain: whether a meaning names something of the task. Meanings that do not are taken for examples
-            if another one does.
-        stands_alone: whether two values side by side make the answer unreadable, unless they are equal.
-        wrappers: keys of objects around the value that the question asks for, which are no repair.
+        flaw: returns in words why a JSON value that looks like a part has another form, or None.
+        join: joins parts that follow each other without a list; None if parts never do.
+        is_piece: whether a meaning is a single part, such as one step.
+        repairs_of: returns the names of the repairs that reading a value needed.
+        is_certain: whether a meaning names something of the task. Other meanings are examples if one does.
+        is_single: whether two different values side by side make the answer unreadable.
+        wrappers: keys of objects around the value that the question asks for; removing them is no repair.
     """
 
-    wanted: str
+    description: str
     read: Callable[[object], T | None]
     is_part: Callable[[str], bool] = _looks_like_nothing
     is_line_of_answer: Callable[[str], bool] = _looks_like_nothing
@@ -146,7 +148,7 @@ class AnswerForm(Generic[T]):
     is_piece: Callable[[T], bool] = _is_no_piece
     repairs_of: Callable[[T], tuple[str, ...]] = _no_repairs
     is_certain: Callable[[T], bool] = bool
-    stands_alone: bool = True
+    is_single: bool = True
     wrappers: frozenset[str] = frozenset()
 
 
@@ -154,49 +156,49 @@ _QUOTED = re.compile(r"""["'“‘]""")
 
 
 def holds_strings(text: str) -> bool:
-    """Whether a bracketed text holds a string, as JSON that a question asks for does."""
+    """Whether a bracketed text contains a string, as the JSON of answers does."""
     return _QUOTED.search(text) is not None
 
 
-def _object_or_list(value: object) -> Pairs | list[object] | None:
-    return value if isinstance(value, Pairs | list) else None
+def _object_or_list(value: object) -> JsonObject | list[object] | None:
+    return value if isinstance(value, JsonObject | list) else None
 
 
-ANY_VALUE = AnswerForm("JSON object or list", _object_or_list, is_part=holds_strings, stands_alone=False)
-"""Any object or list; the last one of an answer counts."""
+ANY_VALUE = AnswerForm("JSON object or list", _object_or_list, is_part=holds_strings, is_single=False)
+"""Any object or list. The last one in an answer counts."""
 
 
 @dataclass(frozen=True, slots=True)
-class Reading(Generic[T]):
-    """The meaning of an answer, the names of the repairs, and which part of the text is which."""
+class ParsedAnswer(Generic[T]):
+    """The value in an answer, the names of the repairs, and the treatment of each part of the text."""
 
     value: T
     repairs: tuple[str, ...] = ()
     spans: tuple[Span, ...] = ()
 
 
-class _Decoded(NamedTuple):
+class _DecodedJson(NamedTuple):
     value: object
     repairs: tuple[str, ...] = ()
 
 
-class _Problem(NamedTuple):
-    """Why a stretch of text is no JSON, and at which position of the text."""
+class _JsonProblem(NamedTuple):
+    """Why a text is not JSON, and the position of the problem."""
 
     reason: str
     position: int
 
 
 class _Stretch(NamedTuple):
-    """A bracketed stretch of a text: positions, and the problem with its brackets if there is one."""
+    """A bracketed stretch of a text: its positions, and the problem with its brackets if there is one."""
 
     start: int
     end: int
-    problem: _Problem | None = None
+    problem: _JsonProblem | None = None
 
 
-class _Part(Protocol):
-    """A part of a text: the position of its first character and the one after the last."""
+class _TextRange(Protocol):
+    """A range of a text: the position of its first character and the position after its last one."""
 
     @property
     def start(self) -> int: ...
@@ -206,8 +208,8 @@ class _Part(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class _Value(Generic[T]):
-    """A stretch that can be read."""
+class _ReadValue(Generic[T]):
+    """A stretch that was read as a value."""
 
     start: int
     end: int
@@ -215,10 +217,10 @@ class _Value(Generic[T]):
     repairs: tuple[str, ...]
 
 
-def read_json(text: str, form: AnswerForm[T]) -> Reading[T] | Unreadable:
-    """Read the value of a form in an answer, or say why the answer cannot be read as a whole.
+def read_json(text: str, form: AnswerForm[T]) -> ParsedAnswer[T] | Unreadable:
+    """Read the value of a form in an answer, or return why the whole answer cannot be read.
 
-    Of several values that stand apart from each other the last one counts.
+    If several values stand apart from each other, the last one counts.
     """
     if len(text) > MAX_LENGTH:
         return TOO_LONG
@@ -226,7 +228,7 @@ def read_json(text: str, form: AnswerForm[T]) -> Reading[T] | Unreadable:
 
 
 class _AnswerText(Generic[T]):
-    """An answer that is being read for a form."""
+    """An answer and the form that it is read for."""
 
     def __init__(self, text: str, form: AnswerForm[T]) -> None:
         self.form = form
@@ -238,70 +240,72 @@ class _AnswerText(Generic[T]):
             self.text = _SPECIAL_TOKENS.sub(lambda token: " " * len(token[0]), self.text)
             self.removed = (*self.removed, "special_tokens")
 
-    def reading(self) -> Reading[T] | Unreadable:
+    def reading(self) -> ParsedAnswer[T] | Unreadable:
         body = self.text.strip()
         start = self.text.find(body) if body else 0
-        decoded = _decoded(body)
-        whole = None if isinstance(decoded, _Problem) else _unwrapped(decoded.value, self.form)
-        if whole is not None and isinstance(decoded, _Decoded):
-            value = _Value(start, start + len(body), whole[0], (*decoded.repairs, *whole[1]))
-            return self._result([value], value.meaning, ())
+        decoded = _decode(body)
+        whole = None if isinstance(decoded, _JsonProblem) else _unwrap(decoded.value, self.form)
+        if whole is not None and isinstance(decoded, _DecodedJson):
+            value = _ReadValue(start, start + len(body), whole[0], (*decoded.repairs, *whole[1]))
+            return self._make_result([value], value.meaning, ())
         if not body:
-            return self._nothing()
-        values = self._values()
-        return values if isinstance(values, Unreadable) else self._chosen(values)
+            return self._report_nothing()
+        values = self._read_values()
+        return values if isinstance(values, Unreadable) else self._choose(values)
 
-    def _nothing(self) -> Unreadable:
+    def _report_nothing(self) -> Unreadable:
         if self.thoughts and not self.thoughts[-1].is_finished:
             return Unreadable(
-                "the reasoning is never closed, so that there is no answer", spans=self._spans([])
+                "the reasoning is never closed, so that there is no answer", spans=self._make_spans([])
             )
-        return Unreadable(f"there is no {self.form.wanted}", spans=self._spans([]))
+        return Unreadable(f"there is no {self.form.description}", spans=self._make_spans([]))
 
-    def _values(self) -> list[_Value[T]] | Unreadable:
-        """Read all bracketed values of the form; another part of the answer is an error, if it is no draft.
+    def _read_values(self) -> list[_ReadValue[T]] | Unreadable:
+        """Read all bracketed values of the form.
 
-        A draft is closed and stands before a whole value: before one that is not a piece of the answer.
+        An unreadable part makes the answer unreadable, unless it is a draft.
+
+        A draft is closed and stands before a value that is the whole answer.
         """
-        values: list[_Value[T]] = []
+        values: list[_ReadValue[T]] = []
         error: Unreadable | None = None
-        for number, stretch in enumerate(_stretches(self.text)):
+        for number, stretch in enumerate(_find_stretches(self.text)):
             if number == MAX_VALUES:
                 return Unreadable(f"the answer has more than {MAX_VALUES:,} bracketed values")
             if stretch.problem is not None:
-                return self._error(stretch, stretch.problem)
+                return self._report_error(stretch, stretch.problem)
             inside = self.text[stretch.start : stretch.end]
-            if inside in _PARTNER:
+            if inside in _OPENING_BRACKET:
                 self.strays.append(stretch)
                 continue
             is_part = self.form.is_part(inside)
-            decoded = _decoded(inside, stretch.start, repair=is_part)
-            meaning = None if isinstance(decoded, _Problem) else _unwrapped(decoded.value, self.form)
-            if meaning is not None and isinstance(decoded, _Decoded):
+            decoded = _decode(inside, stretch.start, repair=is_part)
+            meaning = None if isinstance(decoded, _JsonProblem) else _unwrap(decoded.value, self.form)
+            if meaning is not None and isinstance(decoded, _DecodedJson):
                 repairs = (*decoded.repairs, *meaning[1])
-                values.append(_Value(stretch.start, stretch.end, meaning[0], repairs))
+                values.append(_ReadValue(stretch.start, stretch.end, meaning[0], repairs))
                 if self.form.is_certain(meaning[0]) and not self.form.is_piece(meaning[0]):
                     error = None
             elif is_part and error is None:
-                error = self._error(stretch, decoded)
+                error = self._report_error(stretch, decoded)
         return values if error is None else error
 
-    def _error(self, stretch: _Stretch, cause: _Problem | _Decoded) -> Unreadable:
-        if isinstance(cause, _Problem):
-            flaw: str | None = f"{_place(self.text, cause.position)}: {cause.reason}"
+    def _report_error(self, stretch: _Stretch, cause: _JsonProblem | _DecodedJson) -> Unreadable:
+        if isinstance(cause, _JsonProblem):
+            flaw: str | None = f"{_line_and_column(self.text, cause.position)}: {cause.reason}"
         else:
             flaw = self.form.flaw(cause.value)
-        reason = f"there is no {self.form.wanted}" + (f": {flaw}" if flaw else "")
-        return Unreadable(reason, spans=self._spans([], unread=stretch))
+        reason = f"there is no {self.form.description}" + (f": {flaw}" if flaw else "")
+        return Unreadable(reason, spans=self._make_spans([], unread=stretch))
 
-    def _chosen(self, values: list[_Value[T]]) -> Reading[T] | Unreadable:
-        """Choose the value that is the answer, or join the pieces of one."""
+    def _choose(self, values: list[_ReadValue[T]]) -> ParsedAnswer[T] | Unreadable:
+        """Choose the value that is the answer, or join the pieces of the answer."""
         chosen = self._relevant(values)
         line = self._line_of_answer(values)
         if line is not None:
-            return self._stray(line)
+            return self._report_stray(line)
         if not chosen:
-            return self._nothing()
+            return self._report_nothing()
         gaps = [_Stretch(one.end, other.start) for one, other in pairwise(chosen)]
         texts = [self.text[gap.start : gap.end] for gap in gaps]
         are_pieces = gaps and any(self.form.is_piece(value.meaning) for value in chosen)
@@ -310,18 +314,18 @@ class _AnswerText(Generic[T]):
                 (gap for gap, text in zip(gaps, texts, strict=True) if not _NUMBERING.fullmatch(text)), None
             )
             if between is not None:
-                return self._stray(between)
+                return self._report_stray(between)
             are_numbered = not all(map(_SEPARATORS.fullmatch, texts))
             repairs = ("json_lines", *(["numbered"] if are_numbered else []))
-            return self._result(chosen, self.form.join([value.meaning for value in chosen]), repairs)
-        are_adjacent = self.form.stands_alone and any(map(_SEPARATORS.fullmatch, texts))
+            return self._make_result(chosen, self.form.join([value.meaning for value in chosen]), repairs)
+        are_adjacent = self.form.is_single and any(map(_SEPARATORS.fullmatch, texts))
         if are_adjacent and not _are_equal(self.text, chosen):
-            return self._stray(_Stretch(chosen[-2].start, chosen[-1].end))
-        return self._result(chosen[-1:], chosen[-1].meaning, ())
+            return self._report_stray(_Stretch(chosen[-2].start, chosen[-1].end))
+        return self._make_result(chosen[-1:], chosen[-1].meaning, ())
 
-    def _relevant(self, values: list[_Value[T]]) -> list[_Value[T]]:
-        """Return the values that name something of the task, and their neighbours; all if none does."""
-        groups: list[list[_Value[T]]] = []
+    def _relevant(self, values: list[_ReadValue[T]]) -> list[_ReadValue[T]]:
+        """Return the values that name something of the task and their neighbours; all values if none does."""
+        groups: list[list[_ReadValue[T]]] = []
         for value in values:
             is_neighbour = groups and _NUMBERING.fullmatch(self.text[groups[-1][-1].end : value.start])
             if is_neighbour:
@@ -331,45 +335,52 @@ class _AnswerText(Generic[T]):
         certain = [group for group in groups if any(self.form.is_certain(each.meaning) for each in group)]
         return [value for group in certain or groups for value in group]
 
-    def _line_of_answer(self, values: Sequence[_Value[T]]) -> _Stretch | None:
+    def _line_of_answer(self, values: Sequence[_ReadValue[T]]) -> _Stretch | None:
         """Find a line outside the values that looks like a part of the answer."""
-        for start, end in _between(values, len(self.text)):
+        for start, end in _find_gaps(values, len(self.text)):
             for line in re.finditer(r"[^\n]+", self.text[start:end]):
                 if not line[0].isspace() and self.form.is_line_of_answer(line[0]):
                     return _Stretch(start + line.start(), start + line.end())
         return None
 
-    def _stray(self, stretch: _Stretch) -> Unreadable:
+    def _report_stray(self, stretch: _Stretch) -> Unreadable:
         inside = self.text[stretch.start : stretch.end]
         words = " ".join(inside.split())
         quoted = words if len(words) <= _MAX_QUOTED else f"{words[: _MAX_QUOTED - 3]}..."
-        place = _place(self.text, stretch.start + len(inside) - len(inside.lstrip()))
+        place = _line_and_column(self.text, stretch.start + len(inside) - len(inside.lstrip()))
         reason = f"{place}: {quoted!r} looks like a part of the answer and stands outside"
         return Unreadable(
-            f"there is no whole {self.form.wanted}: {reason}", spans=self._spans([], unread=stretch)
+            f"there is no whole {self.form.description}: {reason}", spans=self._make_spans([], unread=stretch)
         )
 
-    def _result(self, chosen: Sequence[_Value[T]], meaning: T, repairs: tuple[str, ...]) -> Reading[T]:
+    def _make_result(
+        self, chosen: Sequence[_ReadValue[T]], meaning: T, repairs: tuple[str, ...]
+    ) -> ParsedAnswer[T]:
         text, first = self.text, chosen[0]
         around: tuple[str, ...] = ("stray_bracket",) if self.strays else ()
-        outside = "".join([text[start:end] for start, end in _between([*self.strays, *chosen], len(text))])
+        outside = "".join([text[start:end] for start, end in _find_gaps([*self.strays, *chosen], len(text))])
         if _FENCE in outside and text.count(_FENCE, 0, first.start) % 2:
             around = ("code_fence", *around)
         elif outside and not outside.isspace():
             around = ("prose", *around)
         made = [repair for value in chosen for repair in value.repairs]
         names = tuple(dict.fromkeys([*self.removed, *around, *repairs, *made]))
-        return Reading(meaning, names, self._spans(chosen))
+        return ParsedAnswer(meaning, names, self._make_spans(chosen))
 
-    def _spans(self, chosen: Sequence[_Value[T]], unread: _Stretch | None = None) -> tuple[Span, ...]:
-        """Return what became of each part of the text, in order; blank parts and code fences are left out."""
+    def _make_spans(
+        self, chosen: Sequence[_ReadValue[T]], unread: _Stretch | None = None
+    ) -> tuple[Span, ...]:
+        """Return how each part of the text was treated, in order.
+
+        Blank parts and code fences are left out.
+        """
         marked = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in self.thoughts]
         for value in chosen:
             kind = SpanKind.REPAIRED if value.repairs else SpanKind.READ
             marked.append(Span(value.start, value.end, kind))
         if unread is not None:
             marked.append(Span(unread.start, unread.end, SpanKind.UNREAD))
-        for start, end in _between(marked, len(self.text)):
+        for start, end in _find_gaps(marked, len(self.text)):
             words = _FENCE_MARK.sub(lambda mark: " " * len(mark[0]), self.text[start:end])
             if stripped := words.strip():
                 begin = start + words.index(stripped)
@@ -377,8 +388,13 @@ class _AnswerText(Generic[T]):
         return tuple(sorted(marked))
 
 
-def _between(taken: Iterable[_Part], length: int) -> Iterator[tuple[int, int]]:
-    """Yield the stretches of a text of some length that lie outside parts of it."""
+def _find_gaps(taken: Iterable[_TextRange], length: int) -> Iterator[tuple[int, int]]:
+    """Yield the ranges of a text that lie outside given ranges.
+
+    Args:
+        taken: the given ranges.
+        length: length of the text.
+    """
     position = 0
     for part in sorted(taken, key=lambda part: part.start):
         if position < part.start:
@@ -388,21 +404,21 @@ def _between(taken: Iterable[_Part], length: int) -> Iterator[tuple[int, int]]:
         yield position, length
 
 
-def _are_equal(text: str, values: Sequence[_Value[T]]) -> bool:
+def _are_equal(text: str, values: Sequence[_ReadValue[T]]) -> bool:
     return len({"".join(text[value.start : value.end].split()) for value in values}) == 1
 
 
-def _place(text: str, position: int) -> str:
+def _line_and_column(text: str, position: int) -> str:
     line_start = text.rfind("\n", 0, position) + 1
     return f"line {text.count(chr(10), 0, position) + 1}, column {position - line_start + 1}"
 
 
-def _stretches(text: str) -> Iterator[_Stretch]:
-    """Yield the outermost bracketed stretches of a text; the first one with a problem ends the search."""
+def _find_stretches(text: str) -> Iterator[_Stretch]:
+    """Yield the outermost bracketed stretches of a text. A stretch with a problem is the last one."""
     position = 0
     while bracket := _BRACKET.search(text, position):
         start = bracket.start()
-        if bracket[0] in _PARTNER:
+        if bracket[0] in _OPENING_BRACKET:
             yield _Stretch(start, start + 1)
             position = start + 1
             continue
@@ -420,81 +436,85 @@ def _stretch_at(text: str, start: int) -> _Stretch:
         word = token[0]
         if word in ("{", "["):
             opened.append(token.start())
-        elif word in _PARTNER:
+        elif word in _OPENING_BRACKET:
             opening = opened.pop()
-            if text[opening] != _PARTNER[word]:
-                reason = f"this {word} does not close the {text[opening]} of {_place(text, opening)}"
-                return _Stretch(start, len(text), _Problem(reason, token.start()))
+            if text[opening] != _OPENING_BRACKET[word]:
+                reason = (
+                    f"this {word} does not close the {text[opening]} of {_line_and_column(text, opening)}"
+                )
+                return _Stretch(start, len(text), _JsonProblem(reason, token.start()))
             if not opened:
                 return _Stretch(start, token.end())
     reason = "this bracket is not closed, as if the answer were cut off"
-    return _Stretch(start, len(text), _Problem(reason, opened[0]))
+    return _Stretch(start, len(text), _JsonProblem(reason, opened[0]))
 
 
 _Meaning: TypeAlias = tuple[T, tuple[str, ...]]
 """The meaning of a value, and the names of the repairs inside it."""
 
 
-def _unwrapped(value: object, form: AnswerForm[T], depth: int = 3) -> tuple[T, tuple[str, ...]] | None:
-    """Return the meaning of a value, or of the one in a string or in a member of it."""
+def _unwrap(value: object, form: AnswerForm[T], depth: int = 3) -> tuple[T, tuple[str, ...]] | None:
+    """Return the meaning and the repairs of a value, of JSON in a string, or of a member of an object."""
     meaning = form.read(value)
     if meaning is not None or depth == 0:
         return None if meaning is None else (meaning, form.repairs_of(meaning))
     if isinstance(value, str):
         if "{" not in value and "[" not in value:
             return None
-        decoded = _decoded(value.strip())
-        inner = None if isinstance(decoded, _Problem) else _unwrapped(decoded.value, form, depth - 1)
-        if inner is None or isinstance(decoded, _Problem):
+        decoded = _decode(value.strip())
+        inner = None if isinstance(decoded, _JsonProblem) else _unwrap(decoded.value, form, depth - 1)
+        if inner is None or isinstance(decoded, _JsonProblem):
             return None
         return inner[0], ("json_in_string", *decoded.repairs, *inner[1])
-    if not isinstance(value, Pairs):
+    if not isinstance(value, JsonObject):
         return None
-    inside = [(key, _unwrapped(member, form, depth - 1)) for key, member in value.members]
+    inside = [(key, _unwrap(member, form, depth - 1)) for key, member in value.members]
     wrapped = [(key, inner) for key, inner in inside if inner is not None]
     others = [
         member for (key, member), (_, inner) in zip(value.members, inside, strict=True) if inner is None
     ]
-    if len(wrapped) != 1 or any(isinstance(member, Pairs | list) and _parts(member) for member in others):
+    if len(wrapped) != 1 or any(
+        isinstance(member, JsonObject | list) and _parts(member) for member in others
+    ):
         return None
     key, (meaning, repairs) = wrapped[0]
     named = () if key in form.wrappers and not others else ("wrapper_key",)
     return meaning, (*named, *repairs)
 
 
-def _decoded(text: str, offset: int = 0, *, repair: bool = True) -> _Decoded | _Problem:
-    """Return the value of a text that is JSON, at once or after repairs of its own characters.
+def _decode(text: str, offset: int = 0, *, repair: bool = True) -> _DecodedJson | _JsonProblem:
+    """Return the value of a text that is JSON, or that becomes JSON by repairs of its characters.
 
     Args:
         text: the text, without blanks around it.
         offset: position of its first character in the answer.
         repair: whether repairs are tried.
     """
-    value = _json(text, _STRICT)
-    if not isinstance(value, _Problem):
+    value = _decode_json(text, _STRICT)
+    if not isinstance(value, _JsonProblem):
         return value
     if not repair or text[:1] not in ("{", "["):
         return value._replace(position=value.position + offset)
-    repaired_texts = list(_repaired(text))
+    repaired_texts = list(_try_repairs(text))
     for repaired, names in repaired_texts:
-        again = _json(repaired, _LENIENT)
-        if isinstance(again, _Decoded):
-            return _Decoded(again.value, names or ("line_breaks",))
+        again = _decode_json(repaired, _LENIENT)
+        if isinstance(again, _DecodedJson):
+            return _DecodedJson(again.value, names or ("line_breaks",))
     for repaired, names in repaired_texts:
-        literal = _literal_of(repaired)
+        literal = _parse_literal(repaired)
         if literal is not None:
-            return _Decoded(literal.value, (*names, "single_quotes"))
+            return _DecodedJson(literal.value, (*names, "single_quotes"))
     return value._replace(position=value.position + offset)
 
 
-def _repaired(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield a text, then with one more repair each time, and the names of the repairs."""
+def _try_repairs(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield the text, then the text with one more repair each time, with the names of its repairs."""
     names: tuple[str, ...] = ()
     yield text, names
     for repair, name in (
         (lambda words: words.translate(_CURLY), "curly_quotes"),
-        (_without_comments, "comments"),
-        (_without_trailing_commas, "trailing_comma"),
+        (_remove_comments, "comments"),
+        (_remove_trailing_commas, "trailing_comma"),
     ):
         repaired = repair(text)
         if repaired != text:
@@ -502,32 +522,32 @@ def _repaired(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
             yield text, names
 
 
-def _without_comments(text: str) -> str:
+def _remove_comments(text: str) -> str:
     return _STRING_OR_COMMENT.sub(lambda part: part["string"] or "", text)
 
 
-def _without_trailing_commas(text: str) -> str:
+def _remove_trailing_commas(text: str) -> str:
     return _STRING_OR_COMMA.sub(lambda part: part["string"] or "", text)
 
 
-def _json(text: str, decoder: json.JSONDecoder) -> _Decoded | _Problem:
+def _decode_json(text: str, decoder: json.JSONDecoder) -> _DecodedJson | _JsonProblem:
     if text[:1] not in _BEGINNINGS:
-        return _Problem("expected a JSON value", 0)
+        return _JsonProblem("expected a JSON value", 0)
     try:
         value, end = decoder.raw_decode(text)
     except json.JSONDecodeError as error:
-        return _Problem(_in_words(error), error.pos)
+        return _JsonProblem(_describe_json_error(error), error.pos)
     except (ValueError, RecursionError):
-        return _Problem("expected a JSON value that is less nested, with shorter numbers", 0)
+        return _JsonProblem("expected a JSON value that is less nested, with shorter numbers", 0)
     if end != len(text):
-        return _Problem("expected the end of the JSON value", end)
+        return _JsonProblem("expected the end of the JSON value", end)
     if text.count("[") + text.count("{") >= MAX_DEPTH and not _is_shallow(value):
-        return _Problem(f"expected at most {MAX_DEPTH} nested brackets", 0)
-    return _Decoded(value)
+        return _JsonProblem(f"expected at most {MAX_DEPTH} nested brackets", 0)
+    return _DecodedJson(value)
 
 
-def _in_words(error: json.JSONDecodeError) -> str:
-    """Return the message of a JSON error as the others are written."""
+def _describe_json_error(error: json.JSONDecodeError) -> str:
+    """Return the message of a JSON error in the style of the other messages."""
     message = error.msg.removeprefix("Expecting ").removeprefix("Illegal ")
     return (
         f"expected {message}" if error.msg.startswith("Expecting") else error.msg[:1].lower() + error.msg[1:]
@@ -545,30 +565,30 @@ def _is_shallow(value: object) -> bool:
 
 
 def _parts(value: object) -> Sequence[object]:
-    if isinstance(value, Pairs):
+    if isinstance(value, JsonObject):
         return [part for _, part in value.members]
     return value if isinstance(value, list) else ()
 
 
-def _literal_of(text: str) -> _Decoded | None:
+def _parse_literal(text: str) -> _DecodedJson | None:
     """Return the value of a Python literal with single quotes, or None if the text is no such literal."""
     if "'" not in text:
         return None
-    if _ALIKE.fullmatch(text):
-        decoded = _json(text.replace("'", '"'), _STRICT)
-        if isinstance(decoded, _Decoded):
+    if _JSON_LIKE_LITERAL.fullmatch(text):
+        decoded = _decode_json(text.replace("'", '"'), _STRICT)
+        if isinstance(decoded, _DecodedJson):
             return decoded
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the compiler's remarks on escapes in the answer
             tree = ast.parse(text, mode="eval").body
-        return _Decoded(_literal(tree, MAX_DEPTH))
+        return _DecodedJson(_read_literal(tree, MAX_DEPTH))
     except (ValueError, SyntaxError, RecursionError, MemoryError):
         return None
 
 
-def _literal(node: ast.expr, depth: int) -> object:
-    """Return the value of a literal; keys of dictionaries keep their order and their duplicates.
+def _read_literal(node: ast.expr, depth: int) -> object:
+    """Return the value of a literal. Keys of dictionaries keep their order and their duplicates.
 
     Raises:
         ValueError: the expression is not a literal, or is nested too deep.
@@ -578,12 +598,12 @@ def _literal(node: ast.expr, depth: int) -> object:
     if isinstance(node, ast.Constant):
         return node.value
     if isinstance(node, ast.List | ast.Tuple):
-        return [_literal(element, depth - 1) for element in node.elts]
+        return [_read_literal(element, depth - 1) for element in node.elts]
     if not isinstance(node, ast.Dict):
         raise ValueError("not a literal")
     members = []
     for key, value in zip(node.keys, node.values, strict=True):
         if not isinstance(key, ast.Constant) or not isinstance(key.value, str):
             raise ValueError("a key is not a string")
-        members.append((key.value, _literal(value, depth - 1)))
-    return Pairs(members)
+        members.append((key.value, _read_literal(value, depth - 1)))
+    return JsonObject(members)

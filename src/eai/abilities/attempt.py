@@ -1,4 +1,4 @@
-"""Attempts: the answers to a task that is tried several times, and the effort that an answer took."""
+"""An attempt at a task, and the tokens, cost and time of an answer."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from eai.abilities.verdict import PlanVerdict
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """The effort that an answer took. What the provider does not count is None.
+    """Tokens, cost and time of an answer. A number that the provider does not count is None.
 
     Attributes:
-        input_tokens: tokens of the question, those read from a provider's cache included.
+        input_tokens: tokens of the question, including those read from a provider's cache.
         output_tokens: tokens of reasoning and answer.
         reasoning_tokens: tokens of reasoning alone.
-        cost: dollars, where prices were given.
-        seconds: of waiting for the replies of an episode; other answers are not timed.
+        cost: cost in dollars, if prices are known.
+        seconds: seconds of waiting for the replies of an episode; None for other answers.
     """
 
     input_tokens: int | None = None
@@ -35,7 +35,7 @@ class Usage:
         return self.input_tokens + self.output_tokens
 
     def __add__(self, other: Usage) -> Usage:
-        """Both together; what neither has is not known."""
+        """Return the sum. A number that both lack stays None."""
         sums: dict[str, Any] = {}
         for name in self.__slots__:
             known = [each for each in (getattr(self, name), getattr(other, name)) if each is not None]

@@ -1,4 +1,4 @@
-"""Attempts at a task: how many there are, in what world, and what a model hears of those that failed."""
+"""Options of attempts at a task: how many there are, in what world, and with which feedback."""
 
 from __future__ import annotations
 
@@ -6,62 +6,62 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields
 from typing import Literal, TypeAlias
 
-from eai.abilities.experiment import SEPARATOR, Experiment, StudyChoice, named
+from eai.abilities.experiment import SEPARATOR, Experiment, StudyChoice, name_label
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.world.fault import Notice
 
 STUDY = "replanning"
-"""Name in records of the study whose runs have several attempts, or actions that fail."""
+"""Name in records of the study whose runs have several attempts, or actions that may slip."""
 
-_PLACE = 30
+_LABEL_POSITION = 30
 
-World: TypeAlias = Literal["restart", "continue"]
-"""Where a further attempt begins: in the initial state again, or where the one before it ended."""
+AttemptStart: TypeAlias = Literal["restart", "continue"]
+"""State in which a further attempt begins: the initial one (``restart``) or the last one (``continue``)."""
 
 
-Feedback: TypeAlias = Literal["none", "kind", "explained", "state"]
-"""The feedback to a model on its earlier attempts.
+FeedbackLevel: TypeAlias = Literal["none", "kind", "explained", "state"]
+"""The feedback that a model gets on its earlier attempts.
 
-``none``: nothing, so that it is asked the same again (the resampling arm). ``kind``: its answer, the kind of
-its error and what that means, and the goals that were missed. ``explained``: the failed check in words
-besides. ``state``: no word on what failed; the question describes the state that the world is in now.
+``none``: no feedback; the model is asked the first question again (resampling). ``kind``: its answer, the
+kind of its error with an explanation of the kind, and the missed goals. ``explained``: the failed check in
+words as well. ``state``: no word on the failure; the question describes the present state of the world.
 """
 
 FeedbackForm: TypeAlias = Literal["prompt", "chat"]
-"""Where feedback stands: at the end of the one question, or as turns of a conversation."""
+"""Position of feedback: at the end of one question (``prompt``) or in turns of a conversation (``chat``)."""
 
-Until: TypeAlias = Literal["goal", "done"]
-"""When an episode ends: in the first state in which all goals are reached, or when the agent says so."""
+EndCondition: TypeAlias = Literal["goal", "done"]
+"""When an episode ends: in the first state where all goals hold (``goal``), or at a command (``done``)."""
 
 
 @dataclass(frozen=True, slots=True)
 class AttemptOptions:
-    """The options of attempts at a task. By default a task has one attempt, in which every action works.
+    """Options of attempts at a task. By default a task has one attempt, in which every action works.
 
     Attributes:
-        replans: how many further attempts a task gets that fails.
-        world: where they begin.
-        feedback: what a model hears of the attempts before.
-        form: where it stands.
-        slip: the probability that a possible action does not work.
-        slip_seed: the seed of those draws; None if nothing slips.
-        notice: whether a slip is noticed.
+        replans: maximum number of further attempts after a failure.
+        world: the state in which a further attempt begins.
+        feedback: the feedback on earlier attempts.
+        form: the position of the feedback.
+        slip: probability that a possible action has no effect.
+        slip_seed: seed of the slips; None if nothing slips.
+        notice: whether the agent notices a slip.
         until: when an attempt ends.
-        preset: the published script whose way of carrying plans out it follows; None for ours.
+        preset: name of the published script whose way of executing plans is followed; None for ours.
 
     Raises:
-        InputError: a number is out of its range, or no file could have the name of the preset.
+        InputError: a number is out of its range, or the preset's name cannot be the name of a file.
     """
 
     replans: int = 0
-    world: World = "restart"
-    feedback: Feedback = "none"
+    world: AttemptStart = "restart"
+    feedback: FeedbackLevel = "none"
     form: FeedbackForm = "prompt"
     slip: float = 0.0
     slip_seed: int | None = None
     notice: Notice = "detected"
-    until: Until = "done"
+    until: EndCondition = "done"
     preset: str | None = None
 
     def __post_init__(self) -> None:
@@ -75,8 +75,8 @@ class AttemptOptions:
             raise InputError("feedback of the state says nothing in a world that begins anew")
 
     @classmethod
-    def of(cls, experiment: Experiment | None) -> AttemptOptions | None:
-        """Return the options of an experiment, or None if its answers are not carried out in attempts."""
+    def from_experiment(cls, experiment: Experiment | None) -> AttemptOptions | None:
+        """Return the options of an experiment, or None if it does not execute answers in attempts."""
         choice = None if experiment is None else experiment.study.get(STUDY)
         if choice is None:
             return None
@@ -85,18 +85,18 @@ class AttemptOptions:
         )
 
     @property
-    def acts(self) -> bool:
-        """Whether answers are carried out as episodes: in several attempts, or where actions slip."""
+    def uses_episodes(self) -> bool:
+        """Whether answers are executed as episodes: with more attempts, with slips, or until goals hold."""
         return bool(self.replans or self.slip or self.until == "goal")
 
     @property
     def experiment(self) -> Experiment:
         """The experiment that has these options and no other choices."""
-        return Experiment({STUDY: StudyChoice(self.label, asdict(self), _PLACE)})
+        return Experiment({STUDY: StudyChoice(self.label, asdict(self), _LABEL_POSITION)})
 
     @property
     def label(self) -> str:
-        """A short text that differs from that of other options."""
+        """A short text that is unique to these options."""
         return SEPARATOR.join(self._labels())
 
     def _labels(self) -> Iterator[str]:
@@ -109,4 +109,4 @@ class AttemptOptions:
         if self.until == "goal":
             yield f"until-{self.until}"
         if self.preset is not None:
-            yield named("as", self.preset)
+            yield name_label("as", self.preset)

@@ -1,9 +1,10 @@
-"""An ability is one value: what is asked, how answers are read and judged, and how verdicts are counted.
+"""Declarations of abilities: how a model is asked, how answers are judged, and how verdicts are counted.
 
-The four of the paper are values of the same kind as any other. A distribution registers one, an
-`AbilityDeclaration`, by an entry point of the group ``eai.abilities`` whose name is the ability's.
+Each ability is one value, an `AbilityDeclaration`. A distribution registers it by an entry point of the group
+``eai.abilities`` that has the ability's name. The four abilities of the paper are registered in this way,
+too.
 
-Plans and subgoals share their measures (the paper's tables "trajectory evaluation" and "goal satisfaction").
+Plans and subgoals share their metrics (the paper's tables "trajectory evaluation" and "goal satisfaction").
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import FOUR, Ability, registered_abilities
-from eai.abilities.verdict import NOTHING, Confusion, PlanVerdict, Shares, Verdict, of_all
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, find_abilities
+from eai.abilities.verdict import EMPTY_SHARE, Confusion, PlanVerdict, Shares, Verdict, share_of_one
 from eai.base.errors import InputError
 from eai.tasks.share import Share
 from eai.tasks.task import GoalKind
@@ -39,15 +40,18 @@ V = TypeVar("V", bound=Verdict)
 
 
 class AnswerOutcome(str, Enum):
-    """The outcome of one answer, or of the lack of one; those that are no error of the model's come first."""
+    """The outcome of one answer, or of a missing answer.
+
+    Outcomes that are no error of the model come first.
+    """
 
     EXCLUDED = "excluded"
     NOT_ANSWERED = "not_answered"
     SUCCESS = "success"
     PARTLY_RIGHT = "partly_right"
-    """Goals or operators of which some are right."""
+    """Some of the stated goals or operators are right."""
     GOAL_MISSED = "goal_missed"
-    """The plan ran, or the goals or operators could be read, but nothing came of it."""
+    """The plan ran but missed its goal, or no stated goal or operator is right."""
     PARSING = FaultKind.PARSING.value
     HALLUCINATION = FaultKind.HALLUCINATION.value
     ARGUMENT_NUMBER = FaultKind.ARGUMENT_NUMBER.value
@@ -61,14 +65,15 @@ class AnswerOutcome(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class MetricColumn:
-    """A column of an ability's tables, or of a report's.
+    """A column in the tables of an ability or a report.
 
     Attributes:
-        metric: the name of the metric.
-        group: the heading above it and its neighbours.
-        label: its own heading.
-        more_is_better: whether the largest number is the best, which then is printed in bold.
-        ability: whose metric it shows, in tables of several; None for the average over all abilities.
+        metric: name of the metric.
+        group: heading above several columns.
+        label: heading of this column.
+        more_is_better: whether the largest number is the best. The best number is printed in bold.
+        ability: ability of the metric in tables of several abilities; None for the average over all
+            abilities.
     """
 
     metric: str
@@ -79,19 +84,19 @@ class MetricColumn:
 
 
 @dataclass(frozen=True, slots=True)
-class AskedWorld:
-    """The world of a benchmark as abilities see it: its declaration, and how its answers are written.
+class AbilityWorld:
+    """A benchmark's world as abilities use it: its declared domain, and the notation of its answers.
 
     Attributes:
-        domain: the declaration.
-        plans: how plans are written.
-        goals: how goals are stated.
-        subgoals: how subgoals are written; None for formulas with the declared names.
-        subgoal_domain: makes the world in which subgoals are carried out.
-        make_planner: makes the planner of operators, of which None says that none is to be asked.
-        wording: how prompts of an ability name things.
-        observed: how observations do.
-        benchmark: the benchmark, for abilities that know what that is.
+        domain: the declared domain.
+        plans: notation of plans.
+        goals: notation of goals.
+        subgoals: notation of subgoals; None for formulas with the declared names.
+        subgoal_domain: makes the domain in which subgoals are executed.
+        make_planner: makes the planner that tests operators. It returns None if no planner is to be used.
+        wording: returns the names of things in the prompts of an ability.
+        observation_wording: returns the names of things in observations.
+        benchmark: the benchmark, for abilities that know its class.
     """
 
     domain: Domain
@@ -101,21 +106,23 @@ class AskedWorld:
     subgoal_domain: Callable[[], Domain]
     make_planner: Callable[[], PddlPlanner | None]
     wording: Callable[[Ability], Wording]
-    observed: Callable[[], Wording]
+    observation_wording: Callable[[], Wording]
     benchmark: object = None
 
 
-Posed: TypeAlias = tuple[str | Mapping[str, str], str]
-"""A question about a task, or the values of places in the template of the ability's name; and a right answer
-to it, which built-in models give."""
+QuestionAndAnswer: TypeAlias = tuple[str | Mapping[str, str], str]
+"""A question about a task and a right answer, which built-in models give.
+
+The question is a text, or the values for the placeholders of the ability's template.
+"""
 
 
 class OwnTasks(NamedTuple):
-    """The tasks of a file that an ability is asked of, instead of a benchmark's.
+    """The tasks of a file, for an ability that has its own tasks instead of a benchmark's.
 
     Attributes:
-        name: what records call them, in the place of a domain.
-        tasks: by id, in order.
+        name: name in records, in the place of a domain.
+        tasks: tasks by id, in order.
         sha256: digest of the file.
     """
 
@@ -124,127 +131,136 @@ class OwnTasks(NamedTuple):
     sha256: str
 
 
-Pose: TypeAlias = Callable[[AskedWorld, Any], Posed]
-"""Asks of a task in a world."""
+QuestionMaker: TypeAlias = Callable[[AbilityWorld, Any], QuestionAndAnswer]
+"""Makes the question about a task in a world, with a right answer."""
 
-Form: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
-"""The form of an answer in which objects go by these words, or by any."""
+SchemaMaker: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
+"""Makes the JSON schema of an answer that names objects by some words, or by any words if given None."""
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
-    """How an ability is asked: one question and one answer a task. All parts are pure functions.
+class Interaction:
+    """How a model is asked: one question and one answer for each task. All members are pure functions.
 
-    Of several answers to a task one may count that means what most do. Prose around JSON, white space and the
-    order of keys make no difference then, unless the last attributes say otherwise.
+    If a model answers several times, the answer that most answers agree with may count. Prose around JSON,
+    white space and the order of keys are then ignored, unless the last attributes say otherwise.
 
     Attributes:
-        scorers: from a world to what makes the scorer of a task, which reads answers and judges them.
-        pose: asks of a task; None where questions are published or rendered from the templates of the
-            ability's name, and right answers are the data set's.
-        pictures: what is shown before a question that is posed, each with its media type.
-        form: what objects of a task are called in answers, and the form of these; None where that is unknown.
-        open_file: opens files of tasks of its own; None from one that is none.
-        features: what a task of its own is like.
-        written_by: the command that writes tasks of its own; empty where it is asked of a benchmark's tasks.
-        of_operators: whether it is asked of the tasks of published operators, instead of the benchmark's own.
-        keys_in_order: whether the keys of objects mean something by their order, as the steps of plans do.
-        lists_are_sets: whether the order of lists means nothing; that of texts in a list does all the same.
-        bare: how an answer begins that is no JSON; empty where it may be any text, None where it is none.
+        scorers: takes a world and returns a function that makes the scorer of a task.
+        make_question: makes the question about a task. None if questions are published or come from the
+            template of the ability's name; the data set then gives the right answers.
+        pictures: returns the pictures before a question, each with its media type.
+        answer_form: returns the words for objects in answers to a task, and the maker of the answer's schema;
+            None if they are unknown.
+        open_file: opens a file of the ability's own tasks. It returns None if the file is of another kind.
+        features: returns the features of one of the ability's own tasks.
+        task_command: command that writes the ability's own tasks; empty if the ability uses a benchmark's
+            tasks.
+        uses_operator_tasks: whether the tasks are those of published operators instead of the benchmark's.
+        keys_in_order: whether the order of keys in objects has a meaning, as in steps of plans.
+        lists_are_sets: whether the order of lists has no meaning. Lists of texts keep their order.
+        plain_text_prefix: beginning of an answer that is not JSON; empty for any text, None if an answer must
+            be JSON.
     """
 
-    scorers: Callable[[AskedWorld], Callable[[Any], Scorer]]
-    pose: Pose | None = None
-    pictures: Callable[[AskedWorld, Any], Sequence[tuple[str, bytes]]] | None = None
-    form: Callable[[AskedWorld, Task | None], tuple[Sequence[str], Form]] | None = None
+    scorers: Callable[[AbilityWorld], Callable[[Any], Scorer]]
+    make_question: QuestionMaker | None = None
+    pictures: Callable[[AbilityWorld, Any], Sequence[tuple[str, bytes]]] | None = None
+    answer_form: Callable[[AbilityWorld, Task | None], tuple[Sequence[str], SchemaMaker]] | None = None
     open_file: Callable[[Path], OwnTasks | None] | None = None
     features: Callable[[Any], TaskFeatures] | None = None
-    written_by: str = ""
-    of_operators: bool = False
+    task_command: str = ""
+    uses_operator_tasks: bool = False
     keys_in_order: bool = False
     lists_are_sets: bool = False
-    bare: str | None = ""
+    plain_text_prefix: str | None = ""
 
 
 @dataclass(frozen=True, slots=True)
-class TakesTurns(Asked):
-    """How an ability is asked whose answers are episodes: the question of a game, and commands in turns.
+class MultiTurnInteraction(Interaction):
+    """How a model is asked if its answers are episodes: a first question, then commands in turns.
 
     Attributes:
-        made_by: reads from an episode its harness and the rules of its game; None if the episode is empty or
-            unreadable, and so fails by any rules.
+        read_experiment: reads the harness and the rules of the game from an episode. It returns None for an
+            empty or unreadable episode, which fails under any rules.
     """
 
-    made_by: Callable[[str], Experiment | None] = field(kw_only=True)
+    read_experiment: Callable[[str], Experiment | None] = field(kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
 class AbilityDeclaration(Generic[V]):
-    """An ability: how it is asked, and how records, metrics and tables know it.
+    """The declaration of an ability: how a model is asked, and how records and tables show verdicts.
 
     Attributes:
-        ability: its name.
-        asked: how it is asked; `TakesTurns` if its answers are episodes of games.
-        title: its name for readers.
-        short: its name where there is little room.
-        verdict: the class of its verdicts, whose `merit` says what `eai.Reward` pays for.
-        contributions: what an answer adds to each metric; all verdicts have the same metrics in one order.
-        outcome: what an answer that is not excluded came to.
-        columns: the columns of its tables, from left to right.
-        terminal: the metrics that a terminal shows.
-        main: the metrics of the overview, the paper's among them, each with its heading there.
-        averaged: the metrics whose mean is its part in the paper's average over all abilities.
-        instead: by a metric of the paper, the one that ranks and is averaged in its place where it is known.
-        yes_no: the metrics to which every answer contributes a yes or a no.
-        of_epochs: the verdicts on several answers to a task as one that adds their means; None where one
-            answer counts for all, which says what most of them say.
-        void: the metrics of which a run has nothing at all, as this one of its verdicts says.
-        alike: whether two verdicts on tasks of one id are on the same task; always by default.
+        ability: name of the ability.
+        interaction: how a model is asked; a `MultiTurnInteraction` if answers are episodes.
+        title: name for readers.
+        short_title: name in narrow places.
+        verdict: class of the verdicts. Its `credit` is what `eai.Reward` pays for.
+        contributions: returns what an answer adds to each metric. All verdicts have the same metrics in one
+            order.
+        outcome: returns the outcome of an answer that is not excluded.
+        columns: columns of the tables, from left to right.
+        terminal_metrics: metrics that a terminal shows.
+        overview_headings: headings of the overview, by metric. The paper's metrics are among them.
+        averaged_metrics: metrics whose mean is the ability's part of the paper's average over all abilities.
+        replacements: metrics that replace a metric of the paper in rankings and averages if they are known,
+            by the paper's metric.
+        yes_no_metrics: metrics to which each answer contributes yes or no.
+        combine_epochs: combines the verdicts on several answers to a task into one whose shares are means.
+            None if the answer that most answers agree with counts for all.
+        missing_metrics: returns the metrics that the whole run lacks, judging by one of its verdicts.
+        is_same_task: whether two verdicts on tasks of one id are on one task; by default always.
     """
 
     ability: Ability
-    asked: Asked
+    interaction: Interaction
     title: str
-    short: str
+    short_title: str
     verdict: type[V]
     contributions: Callable[[V], Shares]
     outcome: Callable[[V], AnswerOutcome]
     columns: tuple[MetricColumn, ...]
-    terminal: tuple[str, ...]
-    main: Mapping[str, str]
-    averaged: tuple[str, ...]
-    instead: Mapping[str, str] = field(default_factory=dict)
-    yes_no: frozenset[str] = frozenset()
-    of_epochs: Callable[[Sequence[V]], V] | None = None
-    void: Callable[[V], Collection[str]] = lambda verdict: ()
-    alike: Callable[[V, V], bool] = lambda one, other: True
+    terminal_metrics: tuple[str, ...]
+    overview_headings: Mapping[str, str]
+    averaged_metrics: tuple[str, ...]
+    replacements: Mapping[str, str] = field(default_factory=dict)
+    yes_no_metrics: frozenset[str] = frozenset()
+    combine_epochs: Callable[[Sequence[V]], V] | None = None
+    missing_metrics: Callable[[V], Collection[str]] = lambda verdict: ()
+    is_same_task: Callable[[V, V], bool] = lambda one, other: True
 
     @property
     def takes_turns(self) -> bool:
-        """Whether its answers are episodes of games."""
-        return isinstance(self.asked, TakesTurns)
+        """Whether answers are episodes of games."""
+        return isinstance(self.interaction, MultiTurnInteraction)
 
-    def made_by(self, answer: str) -> Experiment | None:
-        """Return the harness and rules of an episode, and no choices for an answer that is not one.
+    def read_experiment(self, answer: str) -> Experiment | None:
+        """Return the harness and the rules of an episode; an empty experiment for any other kind of answer.
 
-        None if the episode is empty or unreadable, and so fails by any rules.
+        Returns None if the episode is empty or unreadable, so that it fails under any rules.
         """
-        return self.asked.made_by(answer) if isinstance(self.asked, TakesTurns) else Experiment()
+        return (
+            self.interaction.read_experiment(answer)
+            if isinstance(self.interaction, MultiTurnInteraction)
+            else Experiment()
+        )
 
     @property
     def has_plans(self) -> bool:
-        """Whether its answers are carried out."""
+        """Whether answers are executed."""
         return issubclass(self.verdict, PlanVerdict)
 
 
 @cache
 def declaration_of(ability: Ability) -> AbilityDeclaration[Any]:
-    """The ability that is registered under a name.
+    """Return the declaration of an installed ability.
 
     Raises:
-        InputError: there is none, or what is registered is none.
+        InputError: the ability is not installed, or its entry point is no declaration of it.
     """
-    point = registered_abilities().get(ability)
+    point = find_abilities().get(ability)
     if point is None:
         raise InputError(f"the ability {ability} is not installed")
     value = point.load()
@@ -253,30 +269,35 @@ def declaration_of(ability: Ability) -> AbilityDeclaration[Any]:
     return value
 
 
-def the_four() -> Mapping[Ability, AbilityDeclaration[Any]]:
-    """The paper's four abilities, in its order."""
-    return {ability: declaration_of(ability) for ability in FOUR}
+def load_paper_abilities() -> Mapping[Ability, AbilityDeclaration[Any]]:
+    """Return the declarations of the paper's four abilities, in its order."""
+    return {ability: declaration_of(ability) for ability in PAPER_ABILITIES}
 
 
 def error_outcome(verdict: Verdict) -> AnswerOutcome | None:
-    """The error that ended an answer as an outcome, or None if none did."""
+    """Return the outcome for the error that ended an answer, or None if there was no error."""
     return None if verdict.error is None else AnswerOutcome(verdict.error.kind.value)
 
 
 def counts_outcome(counts: Confusion, *, enough: bool = True) -> AnswerOutcome:
-    """The outcome of an answer whose parts are right or wrong; ``enough``: whether all right will do."""
+    """Return the outcome of an answer whose parts are right or wrong.
+
+    Args:
+        counts: right, wrong and missed parts.
+        enough: whether the answer succeeds if all parts are right.
+    """
     if enough and not counts.false_positives and counts.false_negatives <= 0:
         return AnswerOutcome.SUCCESS
     return AnswerOutcome.PARTLY_RIGHT if counts.true_positives else AnswerOutcome.GOAL_MISSED
 
 
 def label_of(name: str) -> str:
-    """A metric, a kind of error or a category for readers."""
+    """Return the name of a metric, an error or a category as readers see it."""
     return name.replace("_", " ").replace(".", " ").capitalize()
 
 
 def score_columns(parts: Sequence[str]) -> tuple[MetricColumn, ...]:
-    """Precision, recall and F1 of each part."""
+    """Return the columns for precision, recall and F1 of each part."""
     measures = (("precision", "P"), ("recall", "R"), ("f1", "F1"))
     return tuple(
         MetricColumn(f"{part}.{measure}", label_of(part), label)
@@ -287,21 +308,21 @@ def score_columns(parts: Sequence[str]) -> tuple[MetricColumn, ...]:
 
 SUCCESS, GRAMMAR, RUNTIME, SATISFIED = "Success", "Grammar errors", "Runtime errors", "Satisfied goals"
 PLANNER = "Planner"
-"""The groups of columns; the last is that of planner success."""
+"""Heading of the columns about the success of a planner."""
 
 OVERALL = "overall"
-"""The prefix of the rates over all categories of predicates."""
+"""Prefix of the rates over all categories of predicates."""
 
 KINDS = tuple(kind.value for kind in GoalKind)
 GOAL_METRICS = (*(f"{kind}_goal" for kind in KINDS), "total_goal")
 PARTIAL = "partial_success"
-"""The metric of conditions met (`eai.tasks.goal_test`): the mean of the shares of all answers."""
+"""Name of the metric of conditions met (`eai.tasks.goal_test`): the mean share over all answers."""
 
 GOAL_COLUMNS = (
     *(MetricColumn(metric, SATISFIED, label_of(metric.removesuffix("_goal"))) for metric in GOAL_METRICS),
     MetricColumn(PARTIAL, SATISFIED, "Partial success"),
 )
-"""The columns of goals that plans reach."""
+"""Columns for the goals that plans reach."""
 
 COLUMNS = (
     MetricColumn("task_success", SUCCESS, "Task"),
@@ -315,7 +336,7 @@ COLUMNS = (
     MetricColumn("additional_step", RUNTIME, "Additional step", False),
     *GOAL_COLUMNS,
 )
-"""The columns of the paper's tables."""
+"""Columns of the paper's tables."""
 
 ENDING_FAULTS = {
     kind.value: kind
@@ -329,63 +350,63 @@ ENDING_FAULTS = {
         FaultKind.UNCATEGORISED,
     )
 }
-"""The kinds of error that make an action impossible, by their names."""
+"""Kinds of error that make an action impossible, by name."""
 
 P = TypeVar("P", bound=PlanVerdict)
 
 
-def on_trajectories(
+def declare_plan_ability(
     ability: Ability,
-    asked: Asked,
+    asked: Interaction,
     title: str,
     short: str,
     verdict: type[P],
     contributions: Callable[[P], Shares],
 ) -> AbilityDeclaration[P]:
-    """The declaration of an ability whose answers are executed."""
+    """Return the declaration of an ability whose answers are executed as plans."""
     main = {"task_success": "Task", "execution_success": "Execution"}
     return AbilityDeclaration(
         ability=ability,
-        asked=asked,
+        interaction=asked,
         title=title,
-        short=short,
+        short_title=short,
         verdict=verdict,
         contributions=contributions,
         outcome=plan_outcome,
         columns=COLUMNS,
-        terminal=tuple(column.metric for column in COLUMNS),
-        main=main,
-        averaged=("task_success",),
-        yes_no=frozenset(main),
+        terminal_metrics=tuple(column.metric for column in COLUMNS),
+        overview_headings=main,
+        averaged_metrics=("task_success",),
+        yes_no_metrics=frozenset(main),
     )
 
 
-def times(verdict: PlanVerdict, kind: FaultKind) -> int:
-    """How often a kind of error that ends a plan counts."""
+def count_fault(verdict: PlanVerdict, kind: FaultKind) -> int:
+    """Return how often a kind of error that ends a plan counts."""
     if verdict.counted is not None:
         return verdict.counted.errors.get(kind, 0)
     return int(verdict.error is not None and verdict.error.kind is kind)
 
 
-def times_additional(verdict: PlanVerdict) -> int:
-    """How often additional steps count: once an answer, unless the verdict says otherwise."""
+def count_additional_steps(verdict: PlanVerdict) -> int:
+    """Return how often additional steps count: once for each answer, unless the verdict says otherwise."""
     if verdict.counted is not None:
-        return times(verdict, FaultKind.ADDITIONAL_STEP)
+        return count_fault(verdict, FaultKind.ADDITIONAL_STEP)
     return int(bool(verdict.additional_steps))
 
 
 def goal_shares(verdict: PlanVerdict) -> Shares:
-    """Return the contributions of one answer to the rates of goals; nothing if its goals are not known."""
+    """Return the contributions of one answer to the rates of goals; empty shares if its goals are unknown."""
     goals = verdict.goals if verdict.counted is None else verdict.counted.goals
-    known: tuple[Share, ...] = (NOTHING,) * len(KINDS) if goals is None else goals
+    known: tuple[Share, ...] = (EMPTY_SHARE,) * len(KINDS) if goals is None else goals
     whole = Share(sum(share.numerator for share in known), sum(share.denominator for share in known))
     partial = verdict.partial
-    met = NOTHING if partial is None else of_all(partial.numerator / partial.denominator)
+    met = EMPTY_SHARE if partial is None else share_of_one(partial.numerator / partial.denominator)
     return {**dict(zip(GOAL_METRICS, (*known, whole), strict=True)), PARTIAL: met}
 
 
 def plan_outcome(verdict: PlanVerdict) -> AnswerOutcome:
-    """The outcome of a plan."""
+    """Return the outcome of a plan."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
     return error_outcome(verdict) or AnswerOutcome.GOAL_MISSED

@@ -1,4 +1,4 @@
-"""Experiments: what sets a run apart from single answers to plain questions, and its name among runs."""
+"""Experiments: the choices that distinguish a run from plain questions, and the label of the run."""
 
 from __future__ import annotations
 
@@ -10,44 +10,44 @@ from eai.base.errors import InputError
 from eai.base.files import to_file_name
 
 SEPARATOR = "+"
-"""The separator of the parts of a name or a label."""
+"""Separator of the parts of a name or a label."""
 
 RULES_SEPARATOR = "_"
-"""The separator of the rules in `Experiment.rules`."""
+"""Separator of the rules in `Experiment.rules`."""
 
 MAX_BUDGET = 100.0
-"""Largest budget of actions, in multiples of the shortest plan known."""
+"""Maximum budget of actions, in multiples of the shortest known plan."""
 
 MAX_STEPS = 1_000_000
-"""Largest number of actions after which an episode may be cut off."""
+"""Maximum number of actions before an episode is cut off."""
 
 MAX_SEED = 2**63 - 1
-"""Largest seed of slips."""
+"""Maximum seed of slips."""
 
-_PLACE = 50
-"""Default of `StudyChoice.place`."""
+_DEFAULT_POSITION = 50
+"""Default of `StudyChoice.label_position`."""
 
 
 @dataclass(frozen=True, slots=True)
 class StudyChoice:
-    """The choice of a run in one study. All records of the run have it.
+    """The options of a run in one study. All records of the run hold it.
 
     Attributes:
-        label: a short text that differs from the labels of other choices in the study. It is part of the name
-            of the run's folder.
+        label: a short text that is unique among the choices of the study. It is part of the name of the run's
+            folder.
         options: the options of the study by name, as JSON.
-        summary: what the study says of one answer, by name; empty in the choice of a run.
-        place: the study's place among the studies of a label; smaller numbers come first. Files do not have
-            it: they list the studies in order.
+        summary: what the study reports on one answer, by name; empty in the choice of a run.
+        label_position: position of the study in a label of several studies; smaller numbers come first. Files
+            do not hold it: they list the studies in order.
 
     Raises:
-        InputError: no folder could have the label as its name.
+        InputError: the label cannot be the name of a folder.
     """
 
     label: str
     options: Mapping[str, Any] = field(default_factory=dict)
     summary: Mapping[str, Any] = field(default_factory=dict, kw_only=True)
-    place: int = field(default=_PLACE, compare=False)
+    label_position: int = field(default=_DEFAULT_POSITION, compare=False)
 
     def __post_init__(self) -> None:
         parts = self.label.split(SEPARATOR)
@@ -57,11 +57,11 @@ class StudyChoice:
     def __hash__(self) -> int:
         return hash(self.label)
 
-    def combined(self, study: str, other: StudyChoice) -> StudyChoice:
-        """Return the choice with the options and labels of both.
+    def combine(self, study: str, other: StudyChoice) -> StudyChoice:
+        """Return a choice with the options and labels of both.
 
         Raises:
-            InputError: they have different values of one option.
+            InputError: the two choices have different values of one option.
         """
         if self == other:
             return self
@@ -72,35 +72,37 @@ class StudyChoice:
         return replace(self, label=label, options={**self.options, **other.options})
 
 
-def named_choice(kind: str, option: str, name: str, place: int = _PLACE) -> StudyChoice:
-    """Return the choice of one option that is a name, with the label ``kind-name``."""
-    return StudyChoice(named(kind, name), {option: name}, place)
+def make_name_choice(
+    kind: str, option: str, name: str, label_position: int = _DEFAULT_POSITION
+) -> StudyChoice:
+    """Return a choice of one option whose value is a name. Its label is ``kind-name``."""
+    return StudyChoice(name_label(kind, name), {option: name}, label_position)
 
 
-def named(kind: str, name: str) -> str:
-    """Return the part of a label that gives a name.
+def name_label(kind: str, name: str) -> str:
+    """Return the part ``kind-name`` of a label.
 
     Raises:
-        InputError: no file could have the name.
+        InputError: the name cannot be part of a file's name.
     """
     return f"{kind}-{to_file_name(name)}"
 
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """How a run differs from asking each question once in a world where every action works.
+    """The choices that distinguish a run from plain questions in a world where every action works.
 
-    It is the same in all records of a run. A plain run has no experiment at all.
+    All records of a run have the same experiment. A plain run has none.
 
     Attributes:
-        study: the choices of the run by the name of their study.
-        harness: what a model acts in; None where it answers a question, or that is not known.
-        effort: how much it is to reason; None for the provider's default.
-        rules: the rules of the game by which episodes were played, as far as they differ from the standard
-            setting; None for the standard setting.
+        study: the choices of the run, by the name of their study.
+        harness: name of the program in which a model acts; None for a plain question, or if it is unknown.
+        effort: the reasoning effort that is asked for; None for the provider's default.
+        rules: the rules of the game of its episodes that differ from the standard rules; None for the
+            standard rules.
 
     Raises:
-        InputError: no file could have the name of the harness, the effort or the rules.
+        InputError: the harness, the effort or the rules cannot be the name of a file.
     """
 
     study: Mapping[str, StudyChoice] = field(default_factory=dict)
@@ -118,39 +120,41 @@ class Experiment:
 
     @property
     def is_plain(self) -> bool:
-        """Whether only its harness and effort set it apart, so that its run is ranked as others are."""
+        """Whether the run has no choices besides harness and effort, so that it is ranked with plain runs."""
         return not self.study and self.rules is None
 
-    def combined(self, other: Experiment) -> Experiment:
-        """Return the experiment with the choices of both.
+    def combine(self, other: Experiment) -> Experiment:
+        """Return an experiment with the choices of both.
 
         Raises:
-            InputError: both choose a value of one option, and the values differ.
+            InputError: the two experiments have different values of one option.
         """
-        for name, value in self.agent.items():
-            if other.agent.get(name, value) != value:
-                raise InputError(f"{name} is both {value} and {other.agent[name]} in one run")
+        for name, value in self.agent_settings.items():
+            if other.agent_settings.get(name, value) != value:
+                raise InputError(f"{name} is both {value} and {other.agent_settings[name]} in one run")
         study = {
-            name: self.study[name].combined(name, choice) if name in self.study else choice
+            name: self.study[name].combine(name, choice) if name in self.study else choice
             for name, choice in other.study.items()
         }
-        return self.updated(replace(other, study=study))
+        return self.replace_choices(replace(other, study=study))
 
-    def updated(self, other: Experiment) -> Experiment:
-        """Return the experiment with the choices of another one, which replace its own."""
+    def replace_choices(self, other: Experiment) -> Experiment:
+        """Return this experiment with the choices of another one, which replace its own."""
         study = {**self.study}
         for name, choice in other.study.items():
-            study[name] = replace(choice, place=study[name].place) if name in study else choice
-        return replace(self, study=study, **other.agent)
+            study[name] = (
+                replace(choice, label_position=study[name].label_position) if name in study else choice
+            )
+        return replace(self, study=study, **other.agent_settings)
 
     @property
-    def agent(self) -> dict[str, str]:
-        """The harness, the effort and the rules, without those that are None."""
+    def agent_settings(self) -> dict[str, str]:
+        """The harness, the effort and the rules by name, without those that are None."""
         values = {each.name: getattr(self, each.name) for each in fields(self)[1:]}
         return {name: value for name, value in values.items() if value is not None}
 
-    def without(self, study: str) -> Experiment | None:
-        """Return the experiment without the choice in a study, or None if no choice is left."""
+    def drop_study(self, study: str) -> Experiment | None:
+        """Return the experiment without its choice in a study, or None if no choice is left."""
         left = replace(self, study={name: self.study[name] for name in self.study if name != study})
         return None if left == Experiment() else left
 
@@ -160,21 +164,21 @@ class Experiment:
         return "" if self.rules is None else f"rules {self.rules.replace(RULES_SEPARATOR, ' ')}"
 
     @property
-    def ordered(self) -> dict[str, StudyChoice]:
-        """The choices in the order of their labels."""
-        return dict(sorted(self.study.items(), key=lambda item: item[1].place))
+    def ordered_choices(self) -> dict[str, StudyChoice]:
+        """The choices by study, in the order of their labels."""
+        return dict(sorted(self.study.items(), key=lambda item: item[1].label_position))
 
     @property
     def label(self) -> str:
-        """A short text that distinguishes it from every other experiment; the name of its folder."""
-        return self._labelled(self.agent)
+        """A short text that is unique to this experiment; the name of its folder."""
+        return self._join_label(self.agent_settings)
 
     @property
     def study_label(self) -> str:
         """The label without harness and effort; empty for a plain run."""
-        return self._labelled({"rules": self.rules} if self.rules is not None else {})
+        return self._join_label({"rules": self.rules} if self.rules is not None else {})
 
-    def _labelled(self, agent: Mapping[str, str]) -> str:
+    def _join_label(self, agent: Mapping[str, str]) -> str:
         order = ("rules", "harness", "effort")
-        parts = [named(kind, agent[kind]) for kind in order if kind in agent]
-        return SEPARATOR.join([*(choice.label for choice in self.ordered.values()), *parts])
+        parts = [name_label(kind, agent[kind]) for kind in order if kind in agent]
+        return SEPARATOR.join([*(choice.label for choice in self.ordered_choices.values()), *parts])

@@ -1,7 +1,7 @@
-"""Explanations: what became of an answer step by step, in words, for people and for reports.
+"""Explanations: the outcome of an answer step by step, in words, for people and for reports.
 
-Near misses say, where a goal was not reached, what came of its objects instead. A `Statement` is an atom, an
-action or a step as a value beside its text. They are made in `eai.abilities.reports`.
+A `Statement` holds an atom, an action or a step as a value beside its text. `find_near_misses` lists the
+facts that an answer made true instead of a missed goal. `eai.abilities.reports` makes explanations.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ _NOT = "not "
 
 
 class Statement(NamedTuple):
-    """An atom or an action: ``not open(jar_0)``, ``GRAB(soap.1002)``, ``TOUCH``.
+    """An atom or an action, such as ``not open(jar_0)``, ``GRAB(soap.1002)`` or ``TOUCH``.
 
     Attributes:
-        name: of the predicate or action.
-        arguments: of the objects; None where the text has no parentheses, as of actions that are goals.
-        positive: whether it is asserted.
+        name: name of the predicate or action.
+        arguments: names of the objects; None if the text has no parentheses, as in goals that are actions.
+        positive: whether the statement is asserted; False if it is denied.
     """
 
     name: str
@@ -31,12 +31,12 @@ class Statement(NamedTuple):
 
     @property
     def signed_name(self) -> str:
-        """The name, after ``not`` where the statement is denied."""
+        """The name, with ``not`` before it if the statement is denied."""
         return self.name if self.positive else f"{_NOT}{self.name}"
 
 
 def read_statement(text: str) -> Statement:
-    """The atom in a text that has no value beside it, as where nothing is explained; else it is a name."""
+    """Read an atom from its text. A text of another form becomes a name without arguments."""
     positive = not text.startswith(_NOT)
     name, opened, rest = (text if positive else text[len(_NOT) :]).partition("(")
     if not opened or not rest.endswith(")"):
@@ -45,29 +45,30 @@ def read_statement(text: str) -> Statement:
 
 
 SLIP = FaultKind.SLIP.value
-"""The outcome of a step that was possible and did not work."""
+"""Outcome of a step that was possible, but had no effect."""
 
 SLIPPED = "it was possible, but it did not work"
-"""The reason of such a step."""
+"""Reason of a step that slipped."""
 
 
 EXECUTED = "executed"
-"""The outcome of a step that was carried out."""
+"""Outcome of a step that was executed."""
 
 
 @dataclass(frozen=True, slots=True)
 class StepReport:
-    """One step that was tried.
+    """The report on one step that was tried.
 
     Attributes:
         action: the ground action as text.
         outcome: `EXECUTED`, the kind of the fault, or ``slip``.
-        reason: which check failed, in words, or that it slipped; empty if neither. Of an executed action that
-            has several things to try, what it leaves undone.
-        earlier: for a wrong order, after which earlier step what the action lacks held.
+        reason: the failed check in words, or that the step slipped; otherwise empty. If an executed action
+            tries several things, the things that it leaves undone.
+        earlier: for a wrong order, the earlier step after which the missing condition held.
         added: facts that became true.
         removed: facts that became false.
-        hidden_changes: how many more facts changed that can be seen, about what the task is not about.
+        hidden_changes: number of other visible facts that changed, about objects that do not matter to the
+            task.
         call: the action as a value.
     """
 
@@ -83,11 +84,14 @@ class StepReport:
 
 @dataclass(frozen=True, slots=True)
 class GoalReport:
-    """A goal of the task as text, its kind, and whether it was reached.
+    """The report on one goal of the task.
 
     Attributes:
-        why: of a goal over time that was not, which part of it was violated, and when.
-        predicates: what it mentions, each once; of a goal of actions, these.
+        kind: kind of the goal.
+        goal: the goal as text.
+        satisfied: whether the goal was reached.
+        why: for a missed goal over time, the violated part and the moment of the violation.
+        predicates: predicates in the goal, each once; the actions of a goal of actions.
     """
 
     kind: str
@@ -99,15 +103,15 @@ class GoalReport:
 
 @dataclass(frozen=True, slots=True)
 class PartReport:
-    """A part of the task's temporal goal; its parts are to be met one after the other.
+    """The report on one part of the task's temporal goal. The parts must be met one after the other.
 
     Attributes:
         part: the part as text.
-        met_after: the number, in the list of all steps, of the one that led to the state in which it was
-            first met after the part before it; 0 is the start, None that it was not met.
-        missing: if it is the first that was not met, what of it never held, as texts: the whole part where
-            its pieces held only apart from each other.
-        met_at: of a part about an action that was met by one, the number of that step in the same list.
+        met_after: number of the step after which the part was first met, counted in the list of all steps; 0
+            for the start, None if the part was not met.
+        missing: formulas of the first unmet part that never held. This is the whole part if its pieces held
+            only at different times.
+        met_at: number of the action that met a part about an action, counted in the list of all steps.
     """
 
     part: str
@@ -117,7 +121,7 @@ class PartReport:
 
     @property
     def when(self) -> str:
-        """When it was met, in words; empty if it was not."""
+        """When the part was met, in words; empty if it was not met."""
         if self.met_at is not None:
             return f"at step {self.met_at}"
         if self.met_after is None:
@@ -127,11 +131,14 @@ class PartReport:
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """The explanation of what became of an answer.
+    """The explanation of an answer's outcome.
 
-    ``notes`` are sentences on the answer as a whole: why it could not be run, or how it was read. ``parts``
-    are those of the task's temporal goal, if it has one. ``atoms`` are the stated and the wanted goals of an
-    interpretation as values, by their texts; None of other answers.
+    Attributes:
+        notes: sentences on the whole answer: why it could not be executed, or how it was read.
+        steps: reports on the steps.
+        goals: reports on the goals.
+        parts: reports on the parts of the task's temporal goal, if it has one.
+        atoms: stated and wanted goals of a goal interpretation as values, by text; None for other answers.
     """
 
     notes: tuple[str, ...] = ()
@@ -141,39 +148,39 @@ class Explanation:
     atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
 
     def statement(self, text: str) -> Statement:
-        """A stated or wanted goal as a value; an entry that says nothing is a name."""
+        """Return a stated or wanted goal as a value. An unknown text becomes a name without arguments."""
         return (self.atoms or {}).get(text, Statement(text, None))
 
 
 def repair_notes(repairs: Iterable[str]) -> tuple[str, ...]:
-    """A note on each repair that reading an answer took."""
+    """Return a note on each repair that reading the answer needed."""
     return tuple(f"read with repair: {repair}" for repair in repairs)
 
 
 _NAME = re.compile(r"([^\s(),]+)\(")
 
 
-def names_in(goal: str) -> tuple[str, ...]:
-    """The names that a goal mentions, from its text; a goal of actions has no parentheses."""
+def find_names(goal: str) -> tuple[str, ...]:
+    """Return the names of the predicates in a goal's text, each once; for a goal of actions, the actions."""
     return tuple(dict.fromkeys(_NAME.findall(goal))) or tuple(goal.split(" or "))
 
 
-_Fact: TypeAlias = tuple[str, ...]
+_FactWords: TypeAlias = tuple[str, ...]
 
-SHOWN = 2
-"""How many near misses of one goal are shown."""
+MAX_NEAR_MISSES = 2
+"""Maximum number of near misses that are shown for one goal."""
 
 
-def near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
-    """The facts that an answer brought about instead of the goals that it misses: goal -> facts, as texts.
+def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
+    """Return near misses by missed goal: facts that the answer made true instead of the goal, as texts.
 
-    A fact is a near miss if it became true and stayed so, and is another relation of the same objects in the
-    same order, a state of the same object whose coming ended the one that is wanted, or the same relation of
-    the first object to another one. What holds both ways between two objects says only that they are near
-    each other, and is none.
+    A near miss became true and stayed true. It is one of the following: another relation of the same objects
+    in the same order; a state of the same object that ended the wanted state; or the wanted relation of the
+    first object to another object. A relation that holds in both directions only says that two objects are
+    close, so it is no near miss.
     """
     missed = [goal.goal for goal in explanation.goals if not goal.satisfied]
-    made, ended = _made_and_ended(explanation.steps if missed else ())
+    made, ended = _find_changes(explanation.steps if missed else ())
     found = {}
     for goal in missed:
         wanted = _parts(goal)
@@ -183,17 +190,19 @@ def near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
                 key=lambda fact: fact[1:] != wanted[1:],
             )
             if near:
-                found[goal] = tuple(_text(fact) for fact in near[:SHOWN])
+                found[goal] = tuple(_text(fact) for fact in near[:MAX_NEAR_MISSES])
     return found
 
 
-def _made_and_ended(steps: Iterable[StepReport]) -> tuple[list[_Fact], Mapping[_Fact, frozenset[_Fact]]]:
-    """The facts that steps made true and left so, and for each that any made true those that it ended.
+def _find_changes(
+    steps: Iterable[StepReport],
+) -> tuple[list[_FactWords], Mapping[_FactWords, frozenset[_FactWords]]]:
+    """Return the facts that steps made true for good, and by each new fact the facts that ended with it.
 
-    A fact that holds both ways, and was left so, is none of the first.
+    A fact that holds in both directions at the end is left out of the first result.
     """
-    made: dict[_Fact, None] = {}
-    ended: dict[_Fact, frozenset[_Fact]] = {}
+    made: dict[_FactWords, None] = {}
+    ended: dict[_FactWords, frozenset[_FactWords]] = {}
     for step in steps:
         removed = frozenset(filter(None, map(_parts, step.removed)))
         for fact in removed:
@@ -204,7 +213,7 @@ def _made_and_ended(steps: Iterable[StepReport]) -> tuple[list[_Fact], Mapping[_
     return [fact for fact in made if len(fact) != 3 or (fact[0], fact[2], fact[1]) not in made], ended
 
 
-def _is_near(wanted: _Fact, fact: _Fact, ended: Mapping[_Fact, frozenset[_Fact]]) -> bool:
+def _is_near(wanted: _FactWords, fact: _FactWords, ended: Mapping[_FactWords, frozenset[_FactWords]]) -> bool:
     same_objects = fact[1:] == wanted[1:] and fact[0] != wanted[0]
     if same_objects and len(wanted) == 2:
         return wanted in ended[fact]
@@ -213,7 +222,7 @@ def _is_near(wanted: _Fact, fact: _Fact, ended: Mapping[_Fact, frozenset[_Fact]]
 
 
 def _parts(text: str) -> tuple[str, ...] | None:
-    """``INSIDE(soap.1002, cup.1003)`` as its words; None for a text of another form."""
+    """Split ``INSIDE(soap.1002, cup.1003)`` into its words; return None for a text of another form."""
     name, bracket, rest = text.partition("(")
     if not bracket or not rest.endswith(")") or not name.isidentifier() or "(" in rest:
         return None

@@ -1,4 +1,4 @@
-"""The two names of a suite: the ability that is asked for, and the protocol, which says what numbers mean."""
+"""The names of abilities and protocols. A suite has one of each; the protocol says how answers are scored."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from pydantic_core.core_schema import CoreSchema
 
 
-_NAMED: dict[tuple[type[_Name], str], _Name] = {}
-"""The one value of each name."""
+_NAMES: dict[tuple[type[_RegisteredName], str], _RegisteredName] = {}
+"""Cache of the name objects, so that each name has one value."""
 
 
-class _Name(str):
-    """The name of what is registered: what records, files and options call it.
+class _RegisteredName(str):
+    """The name of something that a distribution registers, as records, files and options write it.
 
     There is one value for each name, so that names can be compared by identity.
     """
@@ -28,8 +28,8 @@ class _Name(str):
     __slots__ = ()
 
     def __new__(cls, name: str) -> Self:
-        """This name, whether or not anything is registered under it."""
-        found = _NAMED.setdefault((cls, name), super().__new__(cls, name))
+        """Return the one value of a name. The name need not be registered."""
+        found = _NAMES.setdefault((cls, name), super().__new__(cls, name))
         return cast(Self, found)
 
     @property
@@ -38,42 +38,42 @@ class _Name(str):
         return str(self)
 
     @classmethod
-    def known(cls) -> Collection[Self]:
-        """The names that are known."""
+    def list_names(cls) -> Collection[Self]:
+        """Return the known names."""
         raise NotImplementedError
 
     @classmethod
-    def named(cls, name: str) -> Self:
-        """A known name.
+    def from_name(cls, name: str) -> Self:
+        """Return a known name.
 
         Raises:
-            InputError: it is not known.
+            InputError: the name is not known.
         """
-        if name not in cls.known():
-            raise unknown_name_error(name, cls.__name__.lower(), cls.known())
+        if name not in cls.list_names():
+            raise unknown_name_error(name, cls.__name__.lower(), cls.list_names())
         return cls(name)
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: object, handler: object) -> CoreSchema:
-        """Pydantic reads a known name."""
+        """Return the schema by which pydantic reads a known name."""
         from pydantic_core import PydanticCustomError, core_schema
 
         @cache
-        def read(name: str) -> _Name:
-            if name not in cls.known():
-                known = " or ".join(map(repr, map(str, cls.known())))
+        def read(name: str) -> _RegisteredName:
+            if name not in cls.list_names():
+                known = " or ".join(map(repr, map(str, cls.list_names())))
                 raise PydanticCustomError("enum", "Input should be {expected}", {"expected": known})
             return cls(name)
 
         return core_schema.no_info_after_validator_function(read, core_schema.str_schema())
 
 
-class Protocol(_Name):
-    """The name of a named, versioned set of rules for scoring.
+class Protocol(_RegisteredName):
+    """The name of a versioned set of rules for scoring.
 
-    `STRICT` is what the paper says, with the defects of its reference package mended. The others are found by
-    entry points of the group ``eai.protocols`` (`eai.benchmarks.protocols`): ``eai-1.0.5`` gives the verdicts
-    of that package, release 1.0.5, defect by defect.
+    `STRICT` follows the paper and corrects the defects of its reference package. Others are found by entry
+    points of the group ``eai.protocols`` (`eai.benchmarks.protocols`). ``eai-1.0.5`` reproduces the verdicts
+    of that package, release 1.0.5, with its defects.
     """
 
     __slots__ = ()
@@ -81,31 +81,34 @@ class Protocol(_Name):
     STRICT: ClassVar[Protocol]
 
     @classmethod
-    def known(cls) -> Collection[Protocol]:
-        """Return `STRICT` and then all registered protocols by name, also if their modules are absent."""
-        return dict.fromkeys((cls.STRICT, *map(cls, get_entry_point_names(PROTOCOLS))))
+    def list_names(cls) -> Collection[Protocol]:
+        """Return `STRICT`, then all registered protocols by name.
+
+        A name is listed even if its module is missing.
+        """
+        return dict.fromkeys((cls.STRICT, *map(cls, get_entry_point_names(PROTOCOL_GROUP))))
 
 
 Protocol.STRICT = Protocol("strict")
 
 DEFAULT_PROTOCOL = Protocol.STRICT
-"""The rules for scoring where nothing else is asked for."""
+"""Default rules for scoring."""
 
-PROTOCOLS = "eai.protocols"
-"""The group of entry points of protocols other than ``strict``."""
+PROTOCOL_GROUP = "eai.protocols"
+"""Group of the entry points that register protocols other than ``strict``."""
 
 
 @cache
-def registered_protocols() -> Mapping[str, EntryPoint]:
+def find_protocols() -> Mapping[str, EntryPoint]:
     """Return the installed protocols other than ``strict``, by name."""
-    return get_entry_points(PROTOCOLS)
+    return get_entry_points(PROTOCOL_GROUP)
 
 
-class Ability(_Name):
+class Ability(_RegisteredName):
     """The name of an ability.
 
-    What one asks, and how answers to it are read, judged and counted, is registered under the name
-    (`eai.abilities.declaration`).
+    An `AbilityDeclaration` (`eai.abilities.declaration`) is registered under the name. It says how a model is
+    asked, and how answers are read, judged and counted.
     """
 
     __slots__ = ()
@@ -116,9 +119,12 @@ class Ability(_Name):
     TRANSITION_MODELING: ClassVar[Ability]
 
     @classmethod
-    def known(cls) -> Collection[Ability]:
-        """Return all registered abilities, also if their modules are absent; the paper's come first."""
-        return dict.fromkeys(map(cls, get_entry_point_names(GROUP, _FIRST)))
+    def list_names(cls) -> Collection[Ability]:
+        """Return all registered abilities, those of the paper first.
+
+        A name is listed even if its module is missing.
+        """
+        return dict.fromkeys(map(cls, get_entry_point_names(ABILITY_GROUP, _LISTED_FIRST)))
 
 
 Ability.GOAL_INTERPRETATION = Ability("goal_interpretation")
@@ -126,33 +132,41 @@ Ability.SUBGOAL_DECOMPOSITION = Ability("subgoal_decomposition")
 Ability.ACTION_SEQUENCING = Ability("action_sequencing")
 Ability.TRANSITION_MODELING = Ability("transition_modeling")
 
-_PAPER = (
+_ALL_PAPER_ABILITIES = (
     Ability.GOAL_INTERPRETATION,
     Ability.SUBGOAL_DECOMPOSITION,
     Ability.ACTION_SEQUENCING,
     Ability.TRANSITION_MODELING,
 )
 
-FOUR = tuple([ability for ability in _PAPER if has_module(f"eai.abilities.{ability}.declaration")])
-"""The paper's four abilities in its order, without those whose folders are absent. Default of commands."""
+PAPER_ABILITIES = tuple(
+    [ability for ability in _ALL_PAPER_ABILITIES if has_module(f"eai.abilities.{ability}.declaration")]
+)
+"""The four abilities of the paper in its order, without those whose folders are missing.
+
+Default of commands.
+"""
 
 SCENE_GRAPH = Ability("scene_graph")
-"""The ability that lists what is in pictures."""
+"""The ability that lists the objects and facts of pictures."""
 
-GROUP = "eai.abilities"
-"""The group of entry points by which a distribution registers an `AbilityDeclaration`."""
+ABILITY_GROUP = "eai.abilities"
+"""Group of the entry points by which a distribution registers an `AbilityDeclaration`."""
 
-_FIRST = (*_PAPER, "world_model", "scene_graph", "acting")
-"""Abilities that are listed first, in this order."""
+_LISTED_FIRST = (*_ALL_PAPER_ABILITIES, "world_model", "scene_graph", "acting")
+"""Abilities that are listed before all others, in this order."""
 
 
 @cache
-def registered_abilities() -> Mapping[Ability, EntryPoint]:
-    """Return the installed abilities, the paper's first."""
-    return {Ability(name): point for name, point in get_entry_points(GROUP, _FIRST).items()}
+def find_abilities() -> Mapping[Ability, EntryPoint]:
+    """Return the installed abilities, those of the paper first."""
+    return {Ability(name): point for name, point in get_entry_points(ABILITY_GROUP, _LISTED_FIRST).items()}
 
 
-def place_of(ability: Ability) -> int:
-    """The place of an ability among all, by which they are sorted; those that are not installed come last."""
-    known = list(registered_abilities())
+def ability_rank(ability: Ability) -> int:
+    """Return the position of an ability in sorted lists, from 0.
+
+    Abilities that are not installed come last.
+    """
+    known = list(find_abilities())
     return known.index(ability) if ability in known else len(known)

@@ -1,8 +1,8 @@
-"""Repairs: the fewest edits of an answer that make it succeed, told as text.
+"""Repairs: the fewest edits that make an answer succeed, and their description in words.
 
-The distance of an answer from success is how many steps must be inserted, deleted or replaced at least. Often
-several repairs have fewest edits; the one that is told is "a smallest edit", not the mistake. A single step
-is named only where every single edit is about it.
+The distance of an answer from success is the minimum number of steps that must be inserted, deleted or
+replaced. Often several repairs have the fewest edits. The reported one is "a smallest edit", not the model's
+mistake. A single step is blamed only if every single edit is about it.
 """
 
 from __future__ import annotations
@@ -12,15 +12,19 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 EditKind: TypeAlias = Literal["insert", "delete", "object", "hand", "action", "step"]
-"""The kind of an edit. A replaced step is told by what changes in it: an object, the hand, the action (of the
-same last object), or all of it; so is a replaced part of an answer that has no steps."""
+"""Kind of an edit.
 
-KINDS: tuple[EditKind, ...] = ("insert", "object", "hand", "action", "delete", "step")
-"""All kinds, that which is told first of equally small edits first."""
+The kind of a replacement says what changes: an object, the hand, the action, or the whole step.
+
+``action`` keeps the last object. ``step`` is also the kind of a replaced part in an answer without steps.
+"""
+
+EDIT_KINDS: tuple[EditKind, ...] = ("insert", "object", "hand", "action", "delete", "step")
+"""All kinds of edits. Of equally small edits the kind that comes first is reported."""
 
 
-EFFORT = 20_000
-"""The steps that are tried for a repair, where nothing else is said: a quarter of a CPU second, mostly."""
+DEFAULT_EFFORT = 20_000
+"""Default number of steps that a search for a repair may try: mostly a quarter of a CPU second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +32,11 @@ class Edit:
     """An edit of an answer.
 
     Attributes:
-        kind: its kind.
-        step: the step that it deletes or replaces, or before which it inserts one, from 0; None of a part
-            of an answer without an order.
-        action: what is put there; empty if nothing is.
-        was: what is deleted or replaced, as it was written; empty if nothing is.
+        kind: kind of the edit.
+        step: number of the deleted or replaced step, or of the step before which one is inserted, from 0;
+            None for a part of an answer without an order.
+        action: the new step; empty if the edit only deletes.
+        was: the deleted or replaced step as it was written; empty if the edit only inserts.
     """
 
     kind: EditKind
@@ -52,21 +56,22 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Repair:
-    """How far an answer is from one that succeeds.
+    """The distance of an answer from success, and a smallest repair.
 
     Attributes:
-        at_least: it takes so many edits.
-        at_most: with so many it succeeds; None where no such edits are known.
-        why_null: why nothing is known of it: ``unreadable``, ``unsolvable`` (no plan succeeds), ``over_time``
-            (the task has a goal over time), ``order`` (in the domain a fault of a step depends on more than
-            the state).
-        edits: a smallest repair of those that were found, in order; with them ``at_most`` edits.
-        ties: at distance one, how many single edits make it succeed.
-        kinds: the kinds of these.
-        blame: what they have in common: ``step`` (all delete, replace or insert before the same step),
-            ``interval`` (all insert the same step, somewhere), ``several``; None at another distance.
-        blamed: the step that all are about, from 0, or the first of the interval.
-        effort: about how many steps were tried to find out.
+        at_least: lower bound of the number of edits.
+        at_most: number of edits of a known repair; None if no repair is known.
+        why_null: why nothing is known: ``unreadable``, ``unsolvable`` (no plan succeeds), ``over_time`` (the
+            task has a goal over time), ``order`` (in the domain a fault of a step depends on more than the
+            state).
+        edits: one of the smallest known repairs, in order; it has ``at_most`` edits.
+        ties: number of single edits that make the answer succeed, if the distance is one.
+        kinds: kinds of these single edits.
+        blame: common property of the single edits: ``step`` (all delete, replace or insert before one step),
+            ``interval`` (all insert one action, at different places), or ``several``; None at another
+            distance.
+        blamed: the step that all single edits are about, from 0, or the first step of the interval.
+        effort: approximate number of steps that the search tried.
     """
 
     at_least: int = 0
@@ -81,12 +86,12 @@ class Repair:
 
     @property
     def distance(self) -> int | None:
-        """The number of edits, where it is known."""
+        """The number of edits if it is known exactly, else None."""
         return self.at_least if self.why_null is None and self.at_least == self.at_most else None
 
 
 def repair_lines(repair: Repair) -> Iterator[str]:
-    """A repair in words, a sentence a line."""
+    """Yield a repair in words, one sentence a line."""
     if repair.why_null is not None:
         yield f"smallest repair: not known ({repair.why_null.replace('_', ' ')})"
         return
@@ -103,7 +108,7 @@ def repair_lines(repair: Repair) -> Iterator[str]:
 
 
 def _blame(repair: Repair) -> Iterator[str]:
-    """The sentence that names a step, where the rule names one."""
+    """Yield the sentence that blames a step, if all single edits are about it."""
     if repair.blame == "step" and repair.blamed is not None:
         missing = all(kind == "insert" for kind in repair.kinds)
         where = f"step {repair.blamed + 1}"
@@ -112,8 +117,8 @@ def _blame(repair: Repair) -> Iterator[str]:
         yield f"{repair.edits[0].action} is missing, from step {repair.blamed + 1} on at the earliest"
 
 
-def blame_of(edits: Sequence[Edit]) -> tuple[str, int | None]:
-    """The common part of all single edits that suffice, and the step or the first of the steps."""
+def find_blame(edits: Sequence[Edit]) -> tuple[str, int | None]:
+    """Return the common property of sufficient single edits (`Repair.blame`), and the step in question."""
     steps = [edit.step for edit in edits if edit.step is not None]
     if len(set(steps)) == 1:
         return "step", steps[0]

@@ -22,38 +22,38 @@ from eai.world.state import Fact, Scene, State, compare_states
 
 
 def step_reports(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[StepReport, ...]:
-    """A report on every step of a trajectory that was tried."""
-    focus = _Focus.of(task)
+    """Return a report on each step of a trajectory that was tried."""
+    focus = _Focus.from_task(task)
     reports = []
     carried_out: list[int] = []
     for number, (action, fault, slipped) in enumerate(trajectory.steps):
         before = trajectory.states[len(carried_out)]
         if fault is not None:
             tries = fault.check not in domain.compiled[action.operator].operator.checks
-            undone = _undone(domain, action, before, before) if tries else ""
-            reason = undone or _reason(fault.check, domain, action, before)
-            earlier = _earlier(fault, trajectory, carried_out, task.scene)
-            text, call = action_text(action, task.scene), call_of(action, task.scene)
+            undone = _describe_undone(domain, action, before, before) if tries else ""
+            reason = undone or _fault_text(fault.check, domain, action, before)
+            earlier = _describe_earlier(fault, trajectory, carried_out, task.scene)
+            text, call = action_text(action, task.scene), to_statement(action, task.scene)
             reports.append(StepReport(text, fault.kind.value, reason, earlier, call=call))
         elif slipped:
-            call = call_of(action, task.scene)
+            call = to_statement(action, task.scene)
             reports.append(StepReport(action_text(action, task.scene), SLIP, SLIPPED, call=call))
         else:
             carried_out.append(number)
             after = trajectory.states[len(carried_out)]
-            reports.append(_executed(focus, domain, action, before, after))
+            reports.append(_report_executed(focus, domain, action, before, after))
     return tuple(reports)
 
 
 @dataclass(frozen=True, slots=True)
 class _Focus:
-    """The changes of a task that are worth telling: what relates the agent to itself is not.
+    """Selects the changes that a report shows. It hides relations of the agent to itself.
 
     Attributes:
         scene: the scene of the task.
-        predicates: what can be seen.
-        objects: the agent and what the task is about.
-        goals: the objects that its goals name; all that it is about where they speak of any of a kind.
+        predicates: the visible predicates.
+        objects: the agent and the objects that matter to the task.
+        goals: the objects in its goals; all objects that matter to the task if goals quantify over a class.
     """
 
     scene: Scene
@@ -62,8 +62,7 @@ class _Focus:
     goals: frozenset[int]
 
     @classmethod
-    def of(cls, task: Task) -> _Focus:
-        """The focus of a task."""
+    def from_task(cls, task: Task) -> _Focus:
         scene = task.scene
         visible = frozenset(p.name for p in scene.vocabulary.predicates if p.visible)
         named: set[int] = set()
@@ -75,16 +74,18 @@ class _Focus:
                     named |= {i for term in terms if (i := scene.index.get(term.name)) is not None}
         return cls(scene, visible, frozenset({*task.relevant, scene.agent}), frozenset(named))
 
-    def seen(self, facts: Iterable[Fact]) -> list[Fact]:
-        """Those of the facts that can be seen."""
+    def filter_visible(self, facts: Iterable[Fact]) -> list[Fact]:
+        """Return the visible facts."""
         itself = (self.scene.agent,) * 2
         return [fact for fact in facts if fact.predicate in self.predicates and fact.arguments != itself]
 
     def visible_texts(self, facts: Sequence[Fact], handled: Collection[int]) -> tuple[str, ...]:
-        """Those of the facts that are worth telling of an action, as texts: about nothing but its objects.
+        """Return the facts that the report on an action shows, as texts.
 
-        What holds both ways between two things, and not the agent, has to be about objects of goals or those
-        that the action handles: a thing that is taken away was next to many.
+        They are about relevant objects only.
+
+        If a relation between two objects holds in both directions, both must be in goals or handled by the
+        action. An object that is taken away was next to many others.
         """
         meant = frozenset({*self.goals, *handled})
         together = frozenset(facts)
@@ -99,25 +100,27 @@ class _Focus:
         return tuple(texts)
 
 
-def _executed(focus: _Focus, domain: Domain, action: Action, before: State, after: State) -> StepReport:
+def _report_executed(
+    focus: _Focus, domain: Domain, action: Action, before: State, after: State
+) -> StepReport:
     difference = compare_states(before, after)
-    added, removed = focus.seen(difference.added), focus.seen(difference.removed)
+    added, removed = focus.filter_visible(difference.added), focus.filter_visible(difference.removed)
     placed = [fact.arguments[0] for fact in removed if len(fact.arguments) == 1]
     added_texts = focus.visible_texts(added, {*action.arguments, *placed})
     removed_texts = focus.visible_texts(removed, action.arguments)
     return StepReport(
         action_text(action, focus.scene),
         EXECUTED,
-        reason=_undone(domain, action, before, after),
+        reason=_describe_undone(domain, action, before, after),
         added=added_texts,
         removed=removed_texts,
         hidden_changes=len(added) + len(removed) - len(added_texts) - len(removed_texts),
-        call=call_of(action, focus.scene),
+        call=to_statement(action, focus.scene),
     )
 
 
-def _undone(domain: Domain, action: Action, before: State, after: State) -> str:
-    """In words, the things that an action with several to try leaves undone; empty for any other."""
+def _describe_undone(domain: Domain, action: Action, before: State, after: State) -> str:
+    """Describe what an action that tries several things leaves undone; empty for other actions."""
     operator = domain.compiled[action.operator]
     if not operator.tries:
         return ""
@@ -125,20 +128,23 @@ def _undone(domain: Domain, action: Action, before: State, after: State) -> str:
     objects: dict[f.Term, f.Term] = {f.Variable(name): f.Constant(thing) for name, thing in names.items()}
     undone = operator.find_failed_tries(before, after, operator.bind(before, action.arguments))
     return "; ".join(
-        f"{print_ltl(substitute(condition, objects))} remains: {_reason(check, domain, action, before)}"
+        f"{print_ltl(substitute(condition, objects))} remains: {_fault_text(check, domain, action, before)}"
         for condition, check in undone
     )
 
 
-def _reason(check: Check, domain: Domain, action: Action, state: State) -> str:
-    """The fault of an action in a state, in words, and by name what the words leave without one."""
+def _fault_text(check: Check, domain: Domain, action: Action, state: State) -> str:
+    """Describe the fault of an action in a state, with the names of objects that the reason leaves out."""
     reason = check.reason.format_map(argument_names(action, domain, state.scene))
     witnesses = witnesses_of(check, domain, action, state)
     return f"{reason}: {', '.join(witnesses)}" if witnesses else reason
 
 
-def _earlier(fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], scene: Scene) -> str:
-    """When what an action lacks held; ``carried_out`` are the numbers of the steps that were executed."""
+def _describe_earlier(fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], scene: Scene) -> str:
+    """Describe when the missing condition of an action held.
+
+    ``carried_out`` has the numbers of the executed steps.
+    """
     if fault.kind is not FaultKind.WRONG_ORDER or fault.earlier is None:
         return ""
     if fault.earlier < 0:
@@ -150,18 +156,18 @@ def _earlier(fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], s
     return f"what it lacks held after step {number + 1}, {action}"
 
 
-def call_of(action: Action, scene: Scene) -> Statement:
-    """A ground action as a value."""
+def to_statement(action: Action, scene: Scene) -> Statement:
+    """Return a ground action as a value."""
     return Statement(action.operator, tuple([scene.objects[i].name for i in action.arguments]))
 
 
 def action_text(action: Action, scene: Scene) -> str:
-    """A ground action as ``GRAB(soap.1002)``."""
+    """Return a ground action as text, such as ``GRAB(soap.1002)``."""
     return fact_text(Fact(action.operator, action.arguments), scene)
 
 
 def fact_text(fact: Fact, scene: Scene) -> str:
-    """A fact as ``INSIDE(soap.1002, cup.1003)``."""
+    """Return a fact as text, such as ``INSIDE(soap.1002, cup.1003)``."""
     return f"{fact.predicate}({', '.join([scene.objects[i].name for i in fact.arguments])})"
 
 
@@ -172,7 +178,10 @@ UNTOLD = "untold hazard"
 def goal_reports(
     task: Task, satisfied: Sequence[bool], course: Trajectory | None = None
 ) -> tuple[GoalReport, ...]:
-    """A report on each goal of a task; goals over time are those of a course, if there was one."""
+    """Return a report on each goal of a task.
+
+    Goals over time are judged by the trajectory, if there is one.
+    """
     hazard = UNTOLD if task.untold else "hazard"
     kinds = [goal.kind.value for goal in task.goals[: len(task.goals) - len(task.hazards)]]
     return tuple(
@@ -180,8 +189,10 @@ def goal_reports(
             kind,
             formula_text(goal.formula),
             held,
-            "" if held or course is None or not goal.is_over_time else _breach(goal.formula, course),
-            _mentioned(goal.formula),
+            ""
+            if held or course is None or not goal.is_over_time
+            else _describe_violation(goal.formula, course),
+            _find_names(goal.formula),
         )
         for kind, goal, held in zip(
             [*kinds, *[hazard] * len(task.hazards)], task.goals, satisfied, strict=True
@@ -189,7 +200,7 @@ def goal_reports(
     )
 
 
-def _mentioned(formula: f.Formula) -> tuple[str, ...]:
+def _find_names(formula: f.Formula) -> tuple[str, ...]:
     names: dict[str, None] = {}
     for part in walk(formula):
         match part:
@@ -198,8 +209,8 @@ def _mentioned(formula: f.Formula) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _breach(formula: f.Formula, course: Trajectory) -> str:
-    """Which part of a goal over time was violated, and when."""
+def _describe_violation(formula: f.Formula, course: Trajectory) -> str:
+    """Describe the violated part of a goal over time, and the moment of the violation."""
     found = find_violation(formula, to_trace(course))
     what = formula_text(rename_variables(found.part))
     if found.position is None:
@@ -212,7 +223,7 @@ def _breach(formula: f.Formula, course: Trajectory) -> str:
 
 
 def part_reports(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartReport, ...]:
-    """A report on each part of a temporal goal in the words of the domain; none where there is no goal."""
+    """Return a report on each part of a temporal goal, in the names of the domain; nothing without a goal."""
     if goal is None:
         return ()
     evidence = explain(goal, to_trace(trajectory))

@@ -1,7 +1,7 @@
-"""Scorers of the answers to one task: one reading of an answer gives its verdict and the words for it.
+"""Scorers of the answers to one task: an answer is read once for its verdict and its explanation.
 
-`error_report` takes what ended an answer from the engine's terms to those of verdicts, for every ability
-alike. `assess_or_fail` fails an answer whose scorer raises an exception, so that other answers are scored.
+`error_report` translates the fault that ended an answer into an error of its verdict, for all abilities.
+`assess_or_fail` fails an answer whose scorer raises an exception, so that all other answers are still scored.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from eai.world.state import Scene
 
 if TYPE_CHECKING:
     from eai.abilities.notation.plan_form import WrittenPlan
-    from eai.abilities.notation.plans import CarryOut, PlanNotation
+    from eai.abilities.notation.plans import PlanExecutor, PlanNotation
     from eai.tasks.goal_test import GoalTest
     from eai.tasks.task import Task
 
@@ -37,50 +37,51 @@ class Assessment(NamedTuple):
 
     Attributes:
         verdict: the verdict.
-        explain: what became of the answer, in words; they are found when they are asked for.
-        look_back: the verdict with what a search of so many states shows besides; None if nothing.
+        explain: returns the explanation in words. It is computed only on request.
+        analyze_failure: takes a maximum number of states and returns the verdict with the results of a
+            search, such as a repair; None if there is no such analysis.
     """
 
     verdict: Verdict
     explain: Callable[[], Explanation]
-    look_back: Callable[[int], Verdict] | None = None
+    analyze_failure: Callable[[int], Verdict] | None = None
 
 
 class Scorer(ABC):
-    """A scorer of the answers to one task; all it says are pure functions of the answer."""
+    """A scorer of the answers to one task. All results are pure functions of the answer."""
 
     @abstractmethod
     def assess(self, text: str) -> Assessment:
-        """The verdict on an answer with its explanation, for little more than the verdict alone."""
+        """Return the verdict on an answer with its explanation, at little more than the verdict's cost."""
 
     def score(self, text: str) -> Verdict:
-        """The verdict on an answer."""
+        """Return the verdict on an answer."""
         return self.assess(text).verdict
 
-    def unanswered(self) -> Verdict:
-        """The verdict where there is no answer: nothing is reached, all is missed, and no error is counted.
+    def score_missing_answer(self) -> Verdict:
+        """Return the verdict for a missing answer: all goals are missed, and no error is counted.
 
-        A task that is left out of all statistics whatever the answer is left out here too.
+        A task that is excluded whatever the answer is excluded here as well.
         """
-        return self.score("").without_answer()
+        return self.score("").as_missing_answer()
 
-    def why_excluded(self) -> TaskExclusion | None:
-        """Why the task is left out of all statistics whatever the answer; None if it is not."""
+    def find_exclusion(self) -> TaskExclusion | None:
+        """Return why the task is excluded whatever the answer, or None if it is scored."""
         return self.score("").excluded
 
     def explain(self, text: str) -> Explanation:
-        """The explanation of an answer, in words."""
+        """Return the explanation of an answer, in words."""
         return self.assess(text).explain()
 
 
 class PlanScorer(Scorer):
-    """A scorer of plans, which can be carried out in another world than the task's own at its beginning.
+    """A scorer of plans. It can execute them in another world than the initial state of the task.
 
     Attributes:
         task: the task.
-        domain: the world in which plans are executed.
-        notation: how plans are written.
-        goals: what tests the goals of the task.
+        domain: the domain in which plans are executed.
+        notation: the notation of plans.
+        goals: the test of the task's goals.
     """
 
     task: Task
@@ -89,57 +90,60 @@ class PlanScorer(Scorer):
     goals: GoalTest
 
     @abstractmethod
-    def assess_course(self, text: str, carry_out: CarryOut) -> Assessment:
-        """The verdict on a plan; its explanation executes also what an excluded task leaves out.
+    def assess_execution(self, text: str, carry_out: PlanExecutor) -> Assessment:
+        """Return the verdict on a plan. The explanation executes plans for excluded tasks as well.
 
         Args:
             text: the answer.
-            carry_out: how the plan is carried out; asked at most once for the verdict.
+            carry_out: executes the plan. It is called at most once for the verdict.
         """
 
     @abstractmethod
     def read(self, text: str) -> WrittenPlan | Unreadable:
-        """Read the plan in an answer as it is scored, or say why it cannot be read as a whole."""
+        """Read the plan in an answer, or return why the whole answer cannot be read."""
 
     @abstractmethod
     def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
-        """The plan as ground actions, or its first grammar error: of all names before of any arity."""
+        """Return the plan as ground actions, or its first grammar error.
+
+        Unknown names come before wrong arities.
+        """
 
     @abstractmethod
-    def nearness(self, text: str) -> float | None:
-        """How near a plan is to success, from 0 to 1; 0 if it cannot be read.
+    def closeness(self, text: str) -> float | None:
+        """Return the closeness of a plan to success, from 0 to 1; 0 if the plan cannot be read.
 
         Raises:
-            InputError: plans are carried out, or goals tested, as another protocol has it.
+            InputError: the protocol is not ``strict``.
         """
 
 
 _LOG = logging.getLogger(__name__)
 
 _MAX_MESSAGE = 200
-"""Largest number of characters of an exception's message in a verdict."""
+"""Maximum number of characters of an exception's message in a verdict."""
 
 R = TypeVar("R")
 
 
 def assess_or_fail(scorer: Scorer, empty: Verdict, assess: Callable[[], Assessment]) -> Assessment:
-    """Return an assessment. If the scorer raises an exception, the answer fails as one that reaches nothing.
+    """Return an assessment. If the scorer raises an exception, the answer fails and reaches no goal.
 
-    Exceptions that are not about the answer pass: missing data, missing packages and interrupts.
+    Exceptions about other things than the answer are raised: missing data, missing packages and interrupts.
 
     Args:
         scorer: the scorer.
-        empty: a verdict of the ability's class without content, for a scorer that always raises.
+        empty: an empty verdict of the ability's class, for a scorer that always raises.
         assess: assesses the answer.
     """
     try:
         verdict, explain, look_back = assess()
     except Exception as error:
-        if _is_of_surroundings(error):
+        if _is_unrelated_to_answer(error):
             raise
-        return _failed(scorer, empty, error)
-    looked_back = None if look_back is None else partial(_or_else, look_back, verdict)
-    return Assessment(verdict, partial(_or_else, explain, Explanation()), looked_back)
+        return _fail(scorer, empty, error)
+    looked_back = None if look_back is None else partial(_compute_or_default, look_back, verdict)
+    return Assessment(verdict, partial(_compute_or_default, explain, Explanation()), looked_back)
 
 
 def exception_text(error: Exception) -> str:
@@ -150,34 +154,45 @@ def exception_text(error: Exception) -> str:
     return f"{type(error).__name__} ({place}){': ' if message else ''}{message}"
 
 
-def _is_of_surroundings(error: Exception) -> bool:
+def _is_unrelated_to_answer(error: Exception) -> bool:
     return isinstance(error, EaiError) and not isinstance(error, InputError)
 
 
-def _failed(scorer: Scorer, empty: Verdict, error: Exception) -> Assessment:
+def _fail(scorer: Scorer, empty: Verdict, error: Exception) -> Assessment:
     try:
-        verdict = scorer.unanswered()
+        verdict = scorer.score_missing_answer()
     except Exception:  # it raises whatever the answer
-        verdict = empty.without_answer()
+        verdict = empty.as_missing_answer()
     reason = f"the scorer raised {exception_text(error)}"
     if verdict.excluded is None:
         verdict = replace(verdict, error=ErrorReport(FaultKind.UNCATEGORISED, None, reason, RAISED))
     return Assessment(verdict, lambda: Explanation((reason,)))
 
 
-def _or_else(compute: Callable[..., R], default: R, *arguments: int) -> R:
-    """Return a result, or a default and a warning if computing it raises: the verdict stands without it."""
+def _compute_or_default(compute: Callable[..., R], default: R, *arguments: int) -> R:
+    """Return a result.
+
+    If computing it raises, log a warning and return a default, so that the verdict stands.
+    """
     try:
         return compute(*arguments)
     except Exception as error:
-        if _is_of_surroundings(error):
+        if _is_unrelated_to_answer(error):
             raise
         _LOG.warning("a verdict lacks its explanation: %s", exception_text(error))
         return default
 
 
 def error_report(fault: Fault, number: int, domain: Domain, action: Action, scene: Scene) -> ErrorReport:
-    """The report on the fault that an action has; ``number`` is that of the step or subgoal."""
+    """Return the error of a verdict for the fault of an action.
+
+    Args:
+        fault: the fault.
+        number: number of the step or subgoal, from 0.
+        domain: the domain.
+        action: the action.
+        scene: the scene.
+    """
     check, names = fault.check, argument_names(action, domain, scene)
     objects = tuple([names[parameter] for parameter in check.mentioned_parameters])
     return ErrorReport(fault.kind, number, check.reason.format_map(names), check.id, objects)

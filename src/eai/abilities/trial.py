@@ -1,4 +1,4 @@
-"""Trials: a task that is tried in one attempt after the other, in a world where actions may slip."""
+"""Trials: a task that is tried in several attempts, in a world where actions may slip."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from eai.abilities.attempt import Attempt
 from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import GoalReport
-from eai.abilities.notation.plans import Course
+from eai.abilities.notation.plans import Execution
 from eai.abilities.reports import goal_reports
 from eai.abilities.scorer import PlanScorer, assess_or_fail
 from eai.abilities.verdict import PlanVerdict
@@ -21,22 +21,22 @@ from eai.world.episode import Episode, Slip, SlipSampler
 
 
 class Trial:
-    """A task that is tried until an answer succeeds, or until no attempts are left.
+    """A task that is tried until an answer succeeds or no attempts are left.
 
-    All attempts share one stream of luck, so that what becomes of answers is a function of them and of the
-    arguments. The scorer holds the task as it is, whatever an agent is shown of it.
+    All attempts share one sequence of random slips, so outcomes depend on the answers and the arguments only.
+    The scorer holds the true task, even if an agent is shown another one.
 
     Args:
         scorer: the scorer of the task.
-        options: how many attempts there are, and in what world.
-        epoch: which of several repetitions of the trial this is.
-        stated: the task with the goals that questions state instead of its own; None for its own.
+        options: the number of attempts, the world and the feedback.
+        epoch: number of this repetition of the trial, from 1.
+        stated: the task with the goals that questions state instead of its own; None for its own goals.
 
     Attributes:
-        attempts: those made so far.
-        told: of each attempt, the reports on the goals that questions state.
+        attempts: the attempts so far.
+        goal_reports: for each attempt, the reports on the goals that questions state.
         scorer: the scorer of the task.
-        luck: which actions slip; None if none does.
+        slip_sampler: draws which actions slip; None if no action slips.
         episode: the world of the present attempt.
     """
 
@@ -45,26 +45,25 @@ class Trial:
     ) -> None:
         self.options = options
         self.attempts: list[Attempt] = []
-        self.told: list[Sequence[GoalReport]] = []
-        self._stated = None if stated is None else _StatedGoals.of(scorer.task, stated)
+        self.goal_reports: list[Sequence[GoalReport]] = []
+        self._question_goals = None if stated is None else _QuestionGoals.from_tasks(scorer.task, stated)
         self.scorer = scorer
-        self.luck = None
+        self.slip_sampler = None
         if options.slip:
             seed, notice = options.slip_seed or 0, options.notice
-            self.luck = SlipSampler(options.slip, scorer.task.id, seed=seed, epoch=epoch, notice=notice)
-        self.episode = self.begin()
+            self.slip_sampler = SlipSampler(
+                options.slip, scorer.task.id, seed=seed, epoch=epoch, notice=notice
+            )
+        self.episode = self.start_episode()
 
     @property
     def task(self) -> Task:
-        """The task as it is."""
+        """The true task."""
         return self.scorer.task
 
     @property
-    def over(self) -> bool:
-        """Whether nothing more is to be tried.
-
-        A task that is in no statistics is tried once.
-        """
+    def is_over(self) -> bool:
+        """Whether no further attempt is made. An excluded task gets one attempt."""
         if not self.attempts:
             return False
         verdict = self.attempts[-1].verdict
@@ -72,34 +71,39 @@ class Trial:
         return used_up or bool(verdict.success) or verdict.excluded is not None
 
     @property
-    def done(self) -> tuple[Action, ...]:
-        """The actions that have been executed in the world in which the next attempt begins."""
+    def executed_actions(self) -> tuple[Action, ...]:
+        """The actions that were executed in the world of the next attempt."""
         return self.episode.trajectory.executed if self.options.world == "continue" else ()
 
     @property
     def remaining(self) -> Task:
-        """The task as the next attempt finds it: from the present state, what is still to be done.
-
-        Its goals are those that questions state.
-        """
-        task = self.task if self._stated is None else replace(self.task, goals=self._stated.goals, hazards=())
+        """The task of the next attempt: the present state, and the remaining goals that questions state."""
+        task = (
+            self.task
+            if self._question_goals is None
+            else replace(self.task, goals=self._question_goals.goals, hazards=())
+        )
         if self.options.world == "restart":
             return task
-        return replace(task, initial=self.episode.state, goals=remaining_goals(task, _names(self.done)))
+        return replace(
+            task,
+            initial=self.episode.state,
+            goals=remaining_goals(task, _operator_names(self.executed_actions)),
+        )
 
-    def take(self, text: str) -> Attempt:
-        """Try an answer.
+    def try_answer(self, text: str) -> Attempt:
+        """Execute an answer and return the attempt.
 
         Raises:
             ValueError: the trial is over.
         """
-        if self.over:
+        if self.is_over:
             raise ValueError(f"the trial of {self.task.id} is over")
         if self.attempts and self.options.world == "restart":
-            self.episode = self.begin()
+            self.episode = self.start_episode()
         start = len(self.episode.trajectory.steps)
         scorer, empty = self.scorer, PlanVerdict()
-        assessment = assess_or_fail(scorer, empty, lambda: scorer.assess_course(text, self.carry_out))
+        assessment = assess_or_fail(scorer, empty, lambda: scorer.assess_execution(text, self.carry_out))
         explanation, verdict = assessment.explain(), assessment.verdict
         if not isinstance(verdict, PlanVerdict):
             raise TypeError(f"{self.task.id}: only plans can be carried out")
@@ -112,30 +116,34 @@ class Trial:
             explanation=explanation,
         )
         self.attempts.append(attempt)
-        self.told.append(explanation.goals if self._stated is None else self._stated.reports(self.episode))
+        self.goal_reports.append(
+            explanation.goals if self._question_goals is None else self._question_goals.report(self.episode)
+        )
         return attempt
 
-    def begin(self) -> Episode:
-        """The world at the beginning."""
-        return Episode(self.scorer.domain, self.task.initial, self.luck)
+    def start_episode(self) -> Episode:
+        """Return a new world in the initial state."""
+        return Episode(self.scorer.domain, self.task.initial, self.slip_sampler)
 
-    def carry_out(self, actions: tuple[Action, ...]) -> Course:
-        """The course of a plan in the world as it is now."""
+    def carry_out(self, actions: tuple[Action, ...]) -> Execution:
+        """Execute a plan in the present world."""
         start, before = len(self.episode.trajectory.steps), self.episode.trajectory.executed
-        until = self.reached if self.options.until == "goal" else None
+        until = self.is_goal_reached if self.options.until == "goal" else None
         ended = self.episode.run(actions, until)
         trajectory, slipped = self.episode.trajectory_from(start), isinstance(ended, Slip)
-        return Course(trajectory, _names(before), slipped=slipped, whole=self.episode.trajectory)
+        return Execution(
+            trajectory, _operator_names(before), slipped=slipped, whole_trajectory=self.episode.trajectory
+        )
 
-    def reached(self, episode: Episode) -> bool:
+    def is_goal_reached(self, episode: Episode) -> bool:
         """Whether all goals hold in an episode now."""
         course = episode.trajectory
-        return all(self.scorer.goals.reached(episode.state, _names(course.executed), course))
+        return all(self.scorer.goals.reached(episode.state, _operator_names(course.executed), course))
 
     def _goal_held_at(self, start: int) -> int | None:
-        """After how many of the steps since a step all goals held for the first time."""
+        """Return the number of steps after ``start`` until all goals held; None if they never did."""
         whole, goals = self.episode.trajectory, self.scorer.goals
-        taken = _names(whole.executed)
+        taken = _operator_names(whole.executed)
         executed = [step.executed for step in self.episode.trajectory_from(start).steps]
         done = len(taken) - sum(executed)
         for number in [0, *[number for number, is_done in enumerate(executed, 1) if is_done]]:
@@ -146,36 +154,36 @@ class Trial:
         return None
 
 
-def _names(actions: Sequence[Action]) -> tuple[str, ...]:
+def _operator_names(actions: Sequence[Action]) -> tuple[str, ...]:
     return tuple([action.operator for action in actions])
 
 
 @dataclass(frozen=True, slots=True)
-class _StatedGoals:
-    """Goals that questions state instead of the task's own, tested in the world as it is.
+class _QuestionGoals:
+    """Goals that questions state instead of the task's own, tested in the true world.
 
     Attributes:
         goals: the goals, in order.
-        known: the task with those of them that name nothing unknown.
-        test: tests these.
+        known_task: the task with those goals that name only known things.
+        test: the test of the goals of that task.
     """
 
     goals: tuple[Goal, ...]
-    known: Task
+    known_task: Task
     test: GoalTest
 
     @classmethod
-    def of(cls, task: Task, stated: Task) -> _StatedGoals:
+    def from_tasks(cls, task: Task, stated: Task) -> _QuestionGoals:
         known = [goal for goal in stated.goals if _can_be_tested(goal, task)]
         true_world = replace(task, goals=tuple(known), hazards=(), untold=False)
         return cls(stated.goals, true_world, GoalTest(true_world))
 
-    def reports(self, episode: Episode) -> list[GoalReport]:
-        """Return a report on each goal; a goal that names something unknown is never met."""
+    def report(self, episode: Episode) -> list[GoalReport]:
+        """Return a report on each goal. A goal that names something unknown is never met."""
         course = episode.trajectory
-        reached = self.test.reached(episode.state, _names(course.executed), course)
-        met = dict(zip(self.known.goals, reached, strict=True))
-        stated = replace(self.known, goals=self.goals)
+        reached = self.test.reached(episode.state, _operator_names(course.executed), course)
+        met = dict(zip(self.known_task.goals, reached, strict=True))
+        stated = replace(self.known_task, goals=self.goals)
         return [*goal_reports(stated, [met.get(goal, False) for goal in self.goals], course)]
 
 

@@ -1,9 +1,9 @@
-"""Verdicts: what scoring says of one answer, and what that adds to each metric.
+"""Verdicts: the result of scoring one answer, and its contribution to each metric.
 
-A verdict is a value of its ability's own class, in the ability's package, which has what the ability has to
-say and nothing else. Here is what several abilities say, and why nothing can be read from an answer. A
-`Share` is what one answer adds to a rate: a numerator and a denominator, for `eai.results` to divide. A
-`Merit` is what an answer may be paid for (`eai.results.reward` says by which of it), between 0 and 1.
+Each ability has a class of verdicts in its own package. This module has what several abilities share, and
+`Unreadable`, the reason why an answer cannot be read. A `Share` is the contribution of an answer to a rate: a
+numerator and a denominator, which `eai.results` divides. A `Credit` holds what an answer may be paid for,
+from 0 to 1; `eai.results.reward` chooses among it.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
 
 ALL = "all"
-"""The key of all goals, or clauses, in counts by kind: each once, those of several kinds and of none too."""
+"""Key of the total in counts by kind. The total counts a goal or clause once, whatever kinds it has."""
 
 
 class Confusion(NamedTuple):
-    """True positives, false positives and false negatives."""
+    """Numbers of true positives, false positives and false negatives."""
 
     true_positives: int
     false_positives: int
@@ -35,7 +35,7 @@ class Confusion(NamedTuple):
 
 
 NO_COUNTS = Confusion(0, 0, 0)
-"""Counts of an answer in which no part is right, wrong or missing."""
+"""Counts of an answer that has no right, wrong or missed part."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,13 +43,13 @@ class ErrorReport:
     """The error that ended an answer.
 
     Attributes:
-        kind: the kind of error.
-        step: the step or subgoal, counted from 0, if it is one in particular.
+        kind: kind of the error.
+        step: number of the step or subgoal, from 0; None if the error concerns the whole answer.
         detail: the reason in words.
-        check: the id of the declared check that failed (`Check.id`), or of the test of names
-            (``unknown_action``, or a value of `MisuseKind`), or `UNREPLAYABLE` or `RAISED`; None for an
-            answer that cannot be read.
-        objects: the names of the objects that the reason speaks of, in the order of its words.
+        check: id of the failed check of the domain (`Check.id`) or of the failed test of names
+            (``unknown_action`` or a value of `MisuseKind`), or `UNREPLAYABLE` or `RAISED`; None for an
+            unreadable answer.
+        objects: names of the objects in the reason, in the order of its words.
     """
 
     kind: FaultKind
@@ -60,20 +60,20 @@ class ErrorReport:
 
 
 UNREPLAYABLE = "unreplayable"
-"""The check that an episode fails if its observations differ from those of its replay."""
+"""Check that an episode fails if its observations differ from those of its replay."""
 
 UNKNOWN_ACTION = "unknown_action"
-"""The test of names that an answer fails if it names an action that does not exist."""
+"""Test of names that an answer fails if it names an action that does not exist."""
 
 RAISED = "raised"
-"""The check that an answer fails if its scorer raises an exception."""
+"""Check that an answer fails if its scorer raises an exception."""
 
 
 class SpanKind(str, Enum):
-    """The fate of a part of an answer's text.
+    """How a part of an answer's text was treated.
 
-    `READ` is a part that was read as it is, `REPAIRED` one that was read after a named repair. `PROSE` and
-    `REASONING` are no part of the answer. `UNREAD` is the part for which an answer cannot be read.
+    `READ` marks a part that was read as it is, `REPAIRED` a part that was read after a named repair. `PROSE`
+    and `REASONING` do not belong to the answer. `UNREAD` marks the part that makes the answer unreadable.
     """
 
     READ = "read"
@@ -88,9 +88,9 @@ class Span:
     """A part of an answer's text.
 
     Attributes:
-        start: position of its first character, from 0.
-        end: position after its last character.
-        kind: what became of it.
+        start: position of the first character, from 0.
+        end: position after the last character.
+        kind: how the part was treated.
     """
 
     start: int
@@ -99,53 +99,57 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True)
-class Merit:
-    """The merits in a verdict that an answer may be paid for.
+class Credit:
+    """The results of an answer that rewards may pay for.
 
     Attributes:
-        gain: for plans and subgoals the goals gained, of all that there are to gain; for interpretations of
-            goals and for operators F1. Between 0 and 1.
-        success: whether the answer is right as a whole, which takes a gain of 1.
-        ended: whether an error ended it: its last action, if it has any, could not be carried out.
-        faults: how often each kind of fault was diagnosed; kinds that were not are left out.
-        added: how many actions a search had to add to carry out subgoals. All that they earn is divided by
-            one more, so that the goal copied as a subgoal is not paid for what the search did.
-        conditions: the gain in partial success, between 0 and 1; None if it was not measured, or if answers
-            are not carried out.
+        gain: share of the possible gain. For plans and subgoals it counts goals; for goal interpretations and
+            operators it is F1. From 0 to 1.
+        success: whether the whole answer is right. The gain is then 1.
+        ended: whether an error ended the answer: its last action could not be executed, or it could not be
+            read.
+        faults: number of faults by kind; kinds without a fault are left out.
+        added_actions: number of actions that a search added to execute subgoals. Rewards are divided by this
+            number plus one, so that the goal copied as a subgoal is not paid for the work of the search.
+        conditions: gain in partial success, from 0 to 1; None if it was not measured, or for answers that are
+            not executed.
     """
 
     gain: float
     success: bool
     ended: bool
     faults: Mapping[FaultKind, int]
-    added: int = 0
+    added_actions: int = 0
     conditions: float | None = None
 
 
-def gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
-    """How much of what there is to gain is gained, from 0 to 1; None where there is nothing.
+def compute_gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
+    """Return the share of the possible gain in goals, from 0 to 1, or None if no goal can be gained.
 
-    A goal that holds at the start earns nothing, and costs one that is reached if it is undone.
+    A goal that holds at the start earns nothing. If the answer undoes it, it cancels the gain of a reached
+    goal.
 
     Args:
-        reached: for each goal, in order, whether it is reached at the end; none if nothing was carried out.
-        at_start: whether it is reached where nothing is done.
+        reached: for each goal, in order, whether it holds at the end; empty if nothing was executed.
+        at_start: for each goal whether it holds in the initial state.
     """
     held = sum(at_start)
     to_gain = len(at_start) - held
     return max(0, sum(reached) - held) / to_gain if to_gain else None
 
 
-def gain_of_conditions(partial: Share, at_start: Share, of_goals: float) -> float:
+def compute_condition_gain(partial: Share, at_start: Share, of_goals: float) -> float:
     """Return the gain in partial success, as a share of the possible gain.
 
-    The conditions of one option can all be met although a goal is missed: if more than exactly two cups are
-    on the table. Then, and if it is so at the start, the gain of goals is the gain.
+    All conditions of one option can be met although a goal is missed, for example if more than exactly two
+    cups are on the table. In this case, and if all conditions hold at the start, the gain of goals is
+    returned.
 
     Args:
-        partial: the conditions met at the end in the best option, of how many; 0 if nothing was carried out.
-        at_start: the same if nothing is done.
-        of_goals: the gain of goals.
+        partial: number of conditions met at the end in the best option, and of all its conditions; 0 met if
+            nothing was executed.
+        at_start: the numbers in the initial state.
+        of_goals: gain of goals.
     """
     met, total = partial
     met_at_start, total_at_start = at_start
@@ -155,42 +159,42 @@ def gain_of_conditions(partial: Share, at_start: Share, of_goals: float) -> floa
     return max(0.0, (met * total_at_start - met_at_start * total) / (total * to_gain))
 
 
-def merit_of_actions(
+def credit_actions(
     reached: Sequence[bool], at_start: Sequence[bool], *, ended: bool, faults: Mapping[FaultKind, int]
-) -> Merit | None:
-    """The merit of actions, as a plan or one a turn; None where there is nothing to earn.
+) -> Credit | None:
+    """Return the credit for a plan or for the actions of an episode, or None if no goal can be gained.
 
     Args:
-        reached: for each goal, in order, whether it is reached now; none if nothing was carried out.
-        at_start: whether it is reached where nothing is done.
-        ended: whether the last action could not be carried out.
-        faults: how often each kind of fault was made.
+        reached: for each goal, in order, whether it is reached now; empty if nothing was executed.
+        at_start: for each goal whether it holds in the initial state.
+        ended: whether the last action could not be executed.
+        faults: number of faults by kind.
     """
-    gained = gain(reached, at_start)
-    return None if gained is None else Merit(gained, gained == 1 and not ended, ended, faults)
+    gained = compute_gain(reached, at_start)
+    return None if gained is None else Credit(gained, gained == 1 and not ended, ended, faults)
 
 
-def merit_of_parts(
+def credit_parts(
     counts: tuple[int, int, int],
     error: ErrorReport | None,
     faults: Mapping[FaultKind, int],
-    strangers: int = 0,
-) -> Merit | None:
-    """The merit of what is compared part by part; None where nothing is asked for.
+    meaningless: int = 0,
+) -> Credit | None:
+    """Return the credit for an answer that is compared part by part, or None if the task asks for no parts.
 
     Args:
-        counts: how many parts are right, are wrong, and are missed.
-        error: the error that ended the answer, if one did.
-        faults: how often each other kind of fault was made.
-        strangers: how many parts mean nothing; each is as wrong as one that is not so.
+        counts: numbers of right, wrong and missed parts.
+        error: the error that ended the answer, if there is one.
+        faults: number of other faults by kind.
+        meaningless: number of parts that mean nothing; they count as wrong.
     """
     hit, extra, missed = counts
     if not hit + missed:
         return None
     if error is not None:
         faults = Counter(faults) + Counter((error.kind,))
-    return Merit(
-        gain=2 * hit / (2 * hit + extra + strangers + missed),
+    return Credit(
+        gain=2 * hit / (2 * hit + extra + meaningless + missed),
         success=not extra and not missed and not faults,
         ended=error is not None,
         faults=faults,
@@ -199,14 +203,15 @@ def merit_of_parts(
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The verdict on one answer, whatever the ability.
+    """The verdict on one answer of any ability.
 
     Attributes:
-        excluded: why the task is left out of all statistics, or None if it is scored.
-        error: what ended the answer.
-        repairs: the names of the repairs that parsing made.
-        spans: what became of the parts of the answer's text, in order; none if the protocol does not say.
-        repair: the fewest edits that make the answer right; None where they were not looked for.
+        excluded: why the task is left out of all statistics; None if it is scored.
+        error: the error that ended the answer.
+        repairs: names of the repairs that reading made.
+        spans: parts of the answer's text and how each was treated, in order; empty if the protocol does not
+            record them.
+        repair: the fewest edits that make the answer right; None if they were not searched for.
     """
 
     excluded: TaskExclusion | None = None
@@ -215,24 +220,24 @@ class Verdict:
     spans: tuple[Span, ...] = field(default=(), compare=False)
     repair: Repair | None = None
 
-    def without_answer(self) -> Self:
-        """This verdict on an empty answer as one on no answer: it fails, but by no error of the model's."""
+    def as_missing_answer(self) -> Self:
+        """Return this verdict on an empty answer as one on a missing answer: it fails without an error."""
         return replace(self, error=None)
 
     @property
     def columns(self) -> Mapping[str, Json]:
-        """The columns that it fills in the line of an answer (`eai.results.lines.AnswerLine`)."""
+        """The values of the verdict in the line of an answer (`eai.results.lines.AnswerLine`), by column."""
         return {}
 
-    def merit(self, at_start: Sequence[bool]) -> Merit | None:
-        """The merit of the answer to a task that is not left out; None where there is nothing to earn.
+    def credit(self, at_start: Sequence[bool]) -> Credit | None:
+        """Return the credit for the answer to a task that is not excluded, or None if nothing can be earned.
 
         Args:
-            at_start: for each goal of the task, in order, whether it is reached where nothing is done; none
-                for answers that are not carried out.
+            at_start: for each goal of the task, in order, whether it holds in the initial state; empty for
+                answers that are not executed.
 
         Raises:
-            NotImplementedError: answers to this ability are not paid for.
+            NotImplementedError: answers of this ability are not paid for.
         """
         raise NotImplementedError(f"{type(self).__name__} does not say what its answer has earned")
 
@@ -241,24 +246,24 @@ class Verdict:
         return True
 
     @property
-    def judge(self) -> str | None:
-        """The planner that judged the answer, by name; None if none did, or in older records."""
+    def planner_used(self) -> str | None:
+        """Name of the planner that judged the answer; None if there was none, and in older records."""
         return None
 
     @property
-    def left_to(self) -> str | None:
-        """How the second of two planners ended to which the first one left it; None if it decided itself."""
+    def second_planner_outcome(self) -> str | None:
+        """Outcome of the second planner if the first one did not decide; None if the first one decided."""
         return None
 
 
 @dataclass(frozen=True, slots=True)
-class Counted:
-    """The way an answer counts in a summary, where that is not what its verdict says.
+class SummaryCounts:
+    """The weight of an answer in a summary, if that differs from its verdict.
 
     Attributes:
         success: whether it counts as a success.
-        goals: the satisfied goals that count.
-        errors: how often each kind of error counts; a kind that is not there counts never.
+        goals: tallies of satisfied goals that count.
+        errors: how often each kind of error counts; missing kinds count 0 times.
     """
 
     success: bool
@@ -292,15 +297,16 @@ class PlanVerdict(Verdict):
     """The verdict on a plan.
 
     Attributes:
-        executable: whether it ran to its end.
+        executable: whether the plan ran to its end.
         success: whether all goals hold.
-        additional_steps: how many steps were skipped because they were not needed.
+        additional_steps: number of steps that were skipped because they were not needed.
         goals: satisfied goals by kind.
         goals_satisfied: for each goal of the task, in order, whether it is reached.
         partial: number of conditions met, and of all conditions, in the option that is met best
             (`eai.tasks.goal_test`); None in older records.
-        counted: what it counts as in a summary; None for what the verdict says.
-        refused: why the answer gives no plan: the task is impossible, it says, or its question.
+        summary_counts: what the answer counts as in a summary; None if it counts as its verdict says.
+        refused: the reason of an answer that calls the task impossible, or the question of an answer that
+            asks.
     """
 
     executable: bool | None = None
@@ -309,7 +315,7 @@ class PlanVerdict(Verdict):
     goals: GoalTallies | None = None
     goals_satisfied: tuple[bool, ...] = ()
     partial: Share | None = None
-    counted: Counted | None = None
+    counted: SummaryCounts | None = None
     refused: str | None = None
 
     @property
@@ -319,7 +325,7 @@ class PlanVerdict(Verdict):
 
     @property
     def columns(self) -> Mapping[str, Json]:
-        """Whether it ran, its additional steps, and its goals by kind."""
+        """The values by column: whether the plan ran, its additional steps, and its goals by kind."""
         goals = {} if self.goals is None else self.goals._asdict()
         met = {f"{kind}_met": float(share.numerator) for kind, share in goals.items()}
         total = {f"{kind}_total": float(share.denominator) for kind, share in goals.items()}
@@ -334,25 +340,31 @@ class PlanVerdict(Verdict):
         }
 
     def faults(self) -> Mapping[FaultKind, int]:
-        """How often each kind of fault was made: additional steps, and the error that ended it."""
+        """Return the number of faults by kind: additional steps, and the error that ended the plan."""
         faults = Counter({FaultKind.ADDITIONAL_STEP: self.additional_steps or 0})
         if self.error is not None:
             faults[self.error.kind] += 1
         return +faults
 
-    def merit(self, at_start: Sequence[bool]) -> Merit | None:
-        """Of what is carried out; of an answer that there is no plan, whether that is so."""
+    def credit(self, at_start: Sequence[bool]) -> Credit | None:
+        """Return the credit for the executed plan.
+
+        An answer without a plan gets credit if it rightly has none.
+        """
         if self.refused is not None:
-            return Merit(float(self.success or 0), bool(self.success), ended=False, faults={})
+            return Credit(float(self.success or 0), bool(self.success), ended=False, faults={})
         ended = not self.executable
-        earned = merit_of_actions(self.goals_satisfied, at_start, ended=ended, faults=self.faults())
+        earned = credit_actions(self.goals_satisfied, at_start, ended=ended, faults=self.faults())
         if earned is None:
             return None
         return replace(earned, success=bool(self.success) and earned.gain == 1)
 
-    def without_answer(self) -> Self:
-        """As of any verdict; no goal is reached, though it may hold from the beginning."""
-        unanswered = Verdict.without_answer(self)
+    def as_missing_answer(self) -> Self:
+        """Return this verdict as one on a missing answer.
+
+        No goal counts as reached, even if it holds at the start.
+        """
+        unanswered = Verdict.as_missing_answer(self)
         if self.excluded is not None:
             return unanswered
         goals = None if self.goals is None else GoalTallies(*[Share(0, whole) for _, whole in self.goals])
@@ -372,9 +384,9 @@ class Unreadable:
     """Why an answer cannot be read.
 
     Attributes:
-        reason: the reason in words, with the place in the text if there is one.
-        step: number of the step that cannot be read, from 0, if it is one step.
-        spans: what became of the parts of the text.
+        reason: the reason in words, with its position in the text if there is one.
+        step: number of the step that cannot be read, from 0; None if the reason is not about one step.
+        spans: parts of the text and how each was treated.
     """
 
     reason: str
@@ -383,27 +395,27 @@ class Unreadable:
 
 
 Shares: TypeAlias = Mapping[str, Share]
-"""The contributions of one answer, by the name of the metric."""
+"""Contributions of one answer, by metric."""
 
-NOTHING = Share(0, 0)
-"""The contribution of an answer to a rate that is not about it."""
-
-
-NONE, ONE = Share(0.0, 1), Share(1.0, 1)
-"""The contributions of nearly all answers to a share of all answers."""
+EMPTY_SHARE = Share(0, 0)
+"""Contribution of an answer to a rate that does not concern it."""
 
 
-def of_all(counted: bool | float | None) -> Share:
-    """The contribution of one answer to a share of all answers."""
+ZERO_SHARE, FULL_SHARE = Share(0.0, 1), Share(1.0, 1)
+"""Contribution of a full success to a share of all answers; that of a failure is `ZERO_SHARE`."""
+
+
+def share_of_one(counted: bool | float | None) -> Share:
+    """Return the contribution of one answer to a share of all answers."""
     if not counted:
-        return NONE
-    return ONE if counted == 1 else Share(float(counted), 1)
+        return ZERO_SHARE
+    return FULL_SHARE if counted == 1 else Share(float(counted), 1)
 
 
 def confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:
-    """The contributions of counts to precision, recall and F1, each a ratio of sums over answers.
+    """Return the contributions of counts to precision, recall and F1. Each is a ratio of sums over answers.
 
-    F1 is ``2 TP / (2 TP + FP + FN)``, which is the harmonic mean of the other two.
+    F1 is ``2 TP / (2 TP + FP + FN)``, the harmonic mean of precision and recall.
     """
     hit, extra, missed = confusion
     return {
@@ -413,8 +425,8 @@ def confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:
     }
 
 
-def add(confusions: Iterable[Confusion]) -> Confusion:
-    """The sum of confusion counts."""
+def add_confusions(confusions: Iterable[Confusion]) -> Confusion:
+    """Return the sum of confusion counts."""
     hits, extras, missed = 0, 0, 0
     for confusion in confusions:
         hits += confusion.true_positives

@@ -17,17 +17,17 @@ from eai.abilities.declaration import (
     PARTIAL,
     SUCCESS,
     AbilityDeclaration,
-    AskedWorld,
+    AbilityWorld,
     MetricColumn,
-    Posed,
-    TakesTurns,
+    MultiTurnInteraction,
+    QuestionAndAnswer,
     goal_shares,
     label_of,
     plan_outcome,
 )
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import NOTHING, UNREPLAYABLE, of_all
+from eai.abilities.verdict import EMPTY_SHARE, UNREPLAYABLE, share_of_one
 from eai.agents.verdict import ActingVerdict
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
@@ -57,23 +57,25 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
     is_known = verdict.outlook in ("open", "lost")
     mended = sum(any(turn.fault is None for turn in actions[i + 1 : i + 1 + _SOON]) for i in faulty)
     return {
-        "success": of_all(won),
+        "success": share_of_one(won),
         **{
-            name: NOTHING if shortest is None else of_all(won and tried <= max(1, floor(most * shortest)))
+            name: EMPTY_SHARE
+            if shortest is None
+            else share_of_one(won and tried <= max(1, floor(most * shortest)))
             for name, most in WITHIN.items()
         },
-        "spl": NOTHING if shortest is None else of_all(_path_length_share(won, tried, shortest)),
+        "spl": EMPTY_SHARE if shortest is None else share_of_one(_path_length_share(won, tried, shortest)),
         "impossible": Share(len(faulty), tried),
         **{kind: Share(kinds.count(kind), tried) for kind in KINDS},
         "additional_step": Share(kinds.count(FaultKind.ADDITIONAL_STEP.value), tried),
-        "won_after_fault": of_all(won) if faulty else NOTHING,
+        "won_after_fault": share_of_one(won) if faulty else EMPTY_SHARE,
         "recovered": Share(mended, len(faulty)),
         "loops": Share(sum(turn.same_as is not None for turn in actions), tried),
-        "undeclared": of_all(verdict.reached and not won),
-        "declared_early": of_all(verdict.declared and not verdict.reached),
-        UNREPLAYABLE: of_all(verdict.is_unreplayable),
-        "lost_for_good": of_all(verdict.outlook == "lost") if is_known else NOTHING,
-        "outlook_unknown": NOTHING if verdict.outlook is None else of_all(not is_known),
+        "undeclared": share_of_one(verdict.reached and not won),
+        "declared_early": share_of_one(verdict.declared and not verdict.reached),
+        UNREPLAYABLE: share_of_one(verdict.is_unreplayable),
+        "lost_for_good": share_of_one(verdict.outlook == "lost") if is_known else EMPTY_SHARE,
+        "outlook_unknown": EMPTY_SHARE if verdict.outlook is None else share_of_one(not is_known),
         **goal_shares(verdict),
     }
 
@@ -93,14 +95,14 @@ def _path_length_share(won: bool, tried: int, shortest: int) -> float:
     return float(won) if tried <= shortest else won * shortest / tried
 
 
-def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """The maker of scorers, imported where it is needed, so that reports load no engine."""
     from eai.agents.scorer import scorers
 
     return scorers(world)
 
 
-def _pose(world: AskedWorld, task: Task) -> Posed:
+def _pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
     from eai.agents.scorer import pose
 
     return pose(world, task)
@@ -120,9 +122,9 @@ _WITHIN = tuple(MetricColumn(name, "Success within", f"{most:g}x shortest") for 
 
 ACTING = AbilityDeclaration(
     ability=Ability("acting"),
-    asked=TakesTurns(_scorers, _pose, made_by=_made_by),
+    interaction=MultiTurnInteraction(_scorers, _pose, read_experiment=_made_by),
     title="Acting",
-    short="acting",
+    short_title="acting",
     verdict=ActingVerdict,
     contributions=contributions,
     outcome=plan_outcome,
@@ -143,12 +145,14 @@ ACTING = AbilityDeclaration(
         MetricColumn("outlook_unknown", "The end", "Outlook unknown", False),
         *GOAL_COLUMNS,
     ),
-    terminal=(
+    terminal_metrics=(
         *("success", *WITHIN, "spl", "impossible", "recovered", "loops", "undeclared", "declared_early"),
         *(UNREPLAYABLE, "lost_for_good", "total_goal", PARTIAL),
     ),
-    main={"success": "Success", "within_2x": "Within 2x", "spl": "SPL"},
-    averaged=(),
-    yes_no=frozenset({"success", *WITHIN, "undeclared", "declared_early", UNREPLAYABLE, "lost_for_good"}),
-    of_epochs=averaged,
+    overview_headings={"success": "Success", "within_2x": "Within 2x", "spl": "SPL"},
+    averaged_metrics=(),
+    yes_no_metrics=frozenset(
+        {"success", *WITHIN, "undeclared", "declared_early", UNREPLAYABLE, "lost_for_good"}
+    ),
+    combine_epochs=averaged,
 )

@@ -14,11 +14,11 @@ from eai.abilities.scorer import exception_text
 from eai.abilities.verdict import (
     ASK,
     REFUSE,
+    Credit,
     ErrorReport,
-    Merit,
-    gain_of_conditions,
+    compute_condition_gain,
+    credit_actions,
     is_question,
-    merit_of_actions,
     refusal_in,
 )
 from eai.agents.command import DONE, Meant, is_look
@@ -161,7 +161,7 @@ class Game:
         earned = self._earned(is_last=is_last)
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
-            return self.stage.mender.nearness((*self._worked(), *last)) or 0.0
+            return self.stage.mender.closeness((*self._worked(), *last)) or 0.0
         return 0.0 if earned is None else worth(earned, self._rules.reward)
 
     def _worked(self) -> list[Action]:
@@ -173,17 +173,17 @@ class Game:
             if step.executed or (step.fault is not None and step.fault.kind is FaultKind.ADDITIONAL_STEP)
         ]
 
-    def _earned(self, *, is_last: bool) -> Merit | None:
+    def _earned(self, *, is_last: bool) -> Credit | None:
         if self.refused is not None:
-            return Merit(float(self.won), self.won, ended=False, faults=self._faults)
+            return Credit(float(self.won), self.won, ended=False, faults=self._faults)
         if self.task.missing:  # no plan reaches all goals, so that none of them is paid
             return None
         ended = self._failed or self._is_undeclared(is_last=is_last)
-        earned = merit_of_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
+        earned = credit_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
         if earned is None or self._rules.reward is not Shaping.PARTIAL:
             return earned
         partial = self.stage.goals.partial(self.state, self.taken, self.reached)
-        gained = gain_of_conditions(partial, self.stage.met_at_start, earned.gain)
+        gained = compute_condition_gain(partial, self.stage.met_at_start, earned.gain)
         return replace(earned, conditions=gained)
 
     def _is_undeclared(self, *, is_last: bool) -> bool:
@@ -235,7 +235,7 @@ class Game:
         if fits is not None and ASK not in operators and is_question(text):
             return self._answer(fits[0])
         if self.task.missing is not None and REFUSE not in operators:
-            self.refused = refusal_in(self.stage.benchmark.plans.decoded(text))
+            self.refused = refusal_in(self.stage.benchmark.plans.decode_names(text))
             if self.refused is not None:
                 return self._turn(_Outcome(f"{REFUSE}."), ())
         ends = self._rules.until == "done"

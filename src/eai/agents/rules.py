@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 from pydantic import Field, model_validator
 from typing_extensions import Self
 
-from eai.abilities.attempt_options import Until
+from eai.abilities.attempt_options import EndCondition
 from eai.abilities.experiment import MAX_BUDGET, MAX_STEPS
 from eai.base.errors import InputError
 from eai.results.reward import Shaping
@@ -65,7 +65,7 @@ class Rules(Options):
     observe: Observe = "full"
     reward: Shaping = Shaping.SUCCESS
     gamma: float = Field(default=1.0, ge=0, le=1)
-    until: Until = "goal"
+    until: EndCondition = "goal"
     max_steps: int | None = Field(default=100, ge=1, le=MAX_STEPS)
     budget: float | None = Field(default=None, ge=0, le=MAX_BUDGET)
     admissible: bool = False

@@ -13,9 +13,9 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
-from eai.abilities.declaration import AskedWorld, Posed
+from eai.abilities.declaration import AbilityWorld, QuestionAndAnswer
 from eai.abilities.explanation import EXECUTED, SLIP, Explanation, Statement, StepReport
-from eai.abilities.reports import call_of, goal_reports
+from eai.abilities.reports import goal_reports, to_statement
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, Unreadable
 from eai.agents.command import DONE
@@ -43,18 +43,18 @@ _TOO_LATE = "too_late"
 """The outcome of a step for which no actions were left."""
 
 
-def _benchmark_of(world: AskedWorld) -> Benchmark:
+def _benchmark_of(world: AbilityWorld) -> Benchmark:
     if not isinstance(world.benchmark, Benchmark):
         raise TypeError("acting needs the benchmark of a world")
     return world.benchmark
 
 
-def scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+def scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """The maker of scorers in a world."""
     return partial(_ActingScorer, benchmark=_benchmark_of(world))
 
 
-def pose(world: AskedWorld, task: Task) -> Posed:
+def pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
     """The question in the standard setting, and the commands of a reference that can be played in it."""
     arena = Arena(_benchmark_of(world))
     commands = arena.stage(task).reference.commands if task.left_out is None else None
@@ -80,7 +80,7 @@ class _ActingScorer(Scorer):
         self.domain = benchmark.domain  # in which pictures carry out what an episode did
         self.goals = GoalTest(task)
 
-    def why_excluded(self) -> TaskExclusion | None:
+    def find_exclusion(self) -> TaskExclusion | None:
         """Return why the task is not played. This does not compute the reference."""
         return self.task.left_out
 
@@ -229,7 +229,9 @@ def _step(turn: Turn, game: Game) -> StepReport:
         "" if fault == EXECUTED else reason,
         added=tuple([fact(each) for sign, each in game.memory.changes if sign == "+"]),
         removed=tuple([fact(each) for sign, each in game.memory.changes if sign == "-"]),
-        call=Statement(turn.said, None) if game.action is None else call_of(game.action, game.task.scene),
+        call=Statement(turn.said, None)
+        if game.action is None
+        else to_statement(game.action, game.task.scene),
     )
 
 

@@ -18,7 +18,7 @@ from eai.tasks.share import Share
 from eai.tasks.task import Task
 
 if TYPE_CHECKING:
-    from eai.abilities.mending import PlanMender
+    from eai.abilities.plan_repairer import PlanRepairer
 
 _PAIR_ACTIONS = 50
 """Number of actions in both tasks of a pair: it must not show which has no plan, or is ambiguous."""
@@ -99,11 +99,11 @@ class Stage:
         return min(limits, default=None)
 
     @cached_property
-    def mender(self) -> PlanMender:
+    def mender(self) -> PlanRepairer:
         """The measure of how near actions are to success."""
-        from eai.abilities.mending import PlanMender  # which repairs alone need
+        from eai.abilities.plan_repairer import PlanRepairer  # which repairs alone need
 
-        return PlanMender(self.task, self.domain, self.benchmark.plans)
+        return PlanRepairer(self.task, self.domain, self.benchmark.plans)
 
     def endless(self) -> Stage:
         """Return the task in the same view, without slips or limits, until `DONE`."""

@@ -72,7 +72,7 @@ class ActingVerdict(PlanVerdict):
     lost_at: int | None = None
     mean: Mapping[str, Share] | None = None
 
-    merit = Verdict.merit
+    credit = Verdict.credit
     """None: an episode is paid while it is played, since its text could choose rules that it wins by."""
 
     @property

@@ -8,10 +8,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from eai.abilities.declaration import AskedWorld, declaration_of
+from eai.abilities.declaration import AbilityWorld, declaration_of
 from eai.abilities.notation.goals import GoalNotation, JsonGoals
 from eai.abilities.notation.plans import JsonPlans, PlanNotation
-from eai.abilities.protocol import Ability, registered_abilities
+from eai.abilities.protocol import Ability, find_abilities
 from eai.abilities.scorer import Scorer
 from eai.base.errors import InputError
 from eai.base.store import ReportProgress
@@ -36,7 +36,7 @@ FOLDER = "formats"
 def formats_of(package: str) -> Mapping[Ability, str]:
     """The texts in the folder ``formats`` of a package, by ability; an ability without one has no entry."""
     folder = files(package) / FOLDER
-    found = {ability: folder / f"{ability.value}.txt" for ability in registered_abilities()}
+    found = {ability: folder / f"{ability.value}.txt" for ability in find_abilities()}
     return {
         ability: file.read_text(encoding="utf-8").removesuffix("\n")
         for ability, file in found.items()
@@ -170,11 +170,11 @@ class Benchmark:
         if self.own_tasks:
             known = f"give --ability {' or '.join(self.own_tasks)}"
             raise InputError(f"--domain {self.reference}: {known}, as {ability} is not asked of this file")
-        asked = declaration_of(ability).asked if ability in registered_abilities() else None
-        if asked is not None and asked.written_by:
-            wanted = f"a file that {asked.written_by} writes"
+        asked = declaration_of(ability).interaction if ability in find_abilities() else None
+        if asked is not None and asked.task_command:
+            wanted = f"a file that {asked.task_command} writes"
             raise InputError(f"--domain {self.reference}: expected {wanted}, for --ability {ability}")
-        if asked is not None and asked.of_operators:
+        if asked is not None and asked.uses_operator_tasks:
             return self.operators(source)
         tasks, asks = self.tasks(source), self.asks.get(ability)
         if asks is None:
@@ -192,7 +192,7 @@ class Benchmark:
         declared = declared_tasks(self.domain, tasks)
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
-    def world(self, source: Source) -> AskedWorld:
+    def world(self, source: Source) -> AbilityWorld:
         """The world as abilities see it; a planner of operators is the one that the source asks for."""
 
         def planner() -> PddlPlanner | None:
@@ -200,7 +200,7 @@ class Benchmark:
 
             return make_planner(source.planner, self.planner_seconds, source.terms)
 
-        return AskedWorld(
+        return AbilityWorld(
             self.domain,
             self.plans,
             self.goals,
@@ -227,7 +227,7 @@ class Benchmark:
         Raises:
             DataError: they cannot be obtained.
         """
-        if self.published_prompts is None or declaration_of(ability).asked.pose is not None:
+        if self.published_prompts is None or declaration_of(ability).interaction.make_question is not None:
             return None
         files = self.published_prompts(ability, source)
         correct = self.errata_for(source).questions(ability, lambda: self.operators(source))

@@ -8,7 +8,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, cast
 
 import eai.logic.formula as f
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.base.errors import InputError, did_you_mean
 from eai.benchmarks.benchmark import Benchmark
@@ -117,7 +117,7 @@ def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]
     Raises:
         DataError: the data cannot be had.
     """
-    for ability in [each for each in FOUR if each in _CARRIED_OUT]:
+    for ability in [each for each in PAPER_ABILITIES if each in _CARRIED_OUT]:
         suite = open_suite(benchmark, ability, source=source)
         book = open_answer_book(benchmark, ability, source)
         for task_id in suite.task_ids:

@@ -353,7 +353,7 @@ def _similar_goals(
     read = notation.read(notation.join(parts))
     stated = () if isinstance(read, Unreadable) else read.goals
     lexicon = GoalLexicon(task, benchmark.domain, notation)
-    return notation.write([goal for goal in stated if lexicon.first_unknown(goal) is None])
+    return notation.write([goal for goal in stated if lexicon.find_unknown_name(goal) is None])
 
 
 def _other_operators(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.feedback import REASONS
-from eai.abilities.notation.goal_lexicon import read_stated, write_goals
+from eai.abilities.notation.goal_lexicon import read_stated_goals, write_goals
 from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
@@ -176,7 +176,7 @@ def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = US
             return book_of(benchmark, ability, source, operators)
         case Ability.ACTION_SEQUENCING | Ability.SUBGOAL_DECOMPOSITION:
             return _of_plans(benchmark, ability, source, scripts=True)
-    pose, world = declaration_of(ability).asked.pose, benchmark.world(source)
+    pose, world = declaration_of(ability).interaction.make_question, benchmark.world(source)
     if pose is None:
         raise InputError(f"no right answers are known to {benchmark.name} {ability.value}")
     return book_of(benchmark, ability, source, lambda task: pose(world, task)[1:])
@@ -225,7 +225,7 @@ def believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
         answer = stated.get(task.id)
         if answer is None:
             return task
-        goals = read_stated(answer, task, benchmark.domain, benchmark.goals)
+        goals = read_stated_goals(answer, task, benchmark.domain, benchmark.goals)
         return replace(task, goals=goals.meaningful)
 
     return _changed(benchmark, believed)
@@ -286,7 +286,7 @@ def _of_plans(
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
         if scripts and ability is Ability.ACTION_SEQUENCING and task.missing:
-            return WrittenAnswer((refusal(plans.encoded(", ".join(task.missing))),), "".join)
+            return WrittenAnswer((refusal(plans.encode_names(", ".join(task.missing))),), "".join)
         if scripts and ability is Ability.ACTION_SEQUENCING and task.is_ambiguous:
             return WrittenAnswer((refusal(f"{' or '.join(task.fits or ())}?", QUESTION),), "".join)
         if scripts and (task.script or task.unsolvable is not None):

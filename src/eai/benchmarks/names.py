@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from eai.abilities.protocol import Ability, registered_abilities
+from eai.abilities.protocol import Ability, find_abilities
 from eai.base.errors import InputError
 
 OBFUSCATED, WITH_RULES = "-obfuscated", "-rules"
@@ -34,7 +34,7 @@ class TaskReference(NamedTuple):
         parts = text.split("/")
         for place in range(len(parts) - 2, 0, -1):
             ability = Ability(parts[place])
-            if ability in registered_abilities():
+            if ability in find_abilities():
                 return TaskReference("/".join(parts[:place]), ability, "/".join(parts[place + 1 :]))
         raise InputError(f"{text[:100]!r} is no task: expected BENCHMARK/ABILITY/TASK")
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
-from eai.abilities.answer_schema import Schema, fits
-from eai.abilities.declaration import Pose, declaration_of
-from eai.abilities.feedback import Asker, Look
-from eai.abilities.protocol import Ability, registered_abilities
+from eai.abilities.answer_schema import Schema, is_accepted
+from eai.abilities.declaration import QuestionMaker, declaration_of
+from eai.abilities.feedback import QuestionWriter, ScenePerception
+from eai.abilities.protocol import Ability, find_abilities
 from eai.base.errors import InputError
 from eai.base.files import files_below
 from eai.benchmarks.benchmark import Benchmark
@@ -41,12 +41,12 @@ def answer_form(benchmark: Benchmark, ability: Ability, task: Task | None, promp
         task: whose objects the question lists; None if it tells of others.
         prompt: the question.
     """
-    declared = declaration_of(ability).asked.form
+    declared = declaration_of(ability).interaction.answer_form
     if declared is None:
         return None
     words, form = declared(benchmark.world(Source()), task)
     schema = form(words) if words and _all_stand_in(f"{prompt.system or ''}\n{prompt.user}", words) else None
-    return schema if schema is not None and fits(schema) else form(None)
+    return schema if schema is not None and is_accepted(schema) else form(None)
 
 
 def _all_stand_in(question: str, words: Sequence[str]) -> bool:
@@ -118,8 +118,8 @@ class Library:
         benchmark: Benchmark,
         ability: Ability,
         prompts: Mapping[str, Prompt],
-        look: Look | None = None,
-    ) -> Asker:
+        look: ScenePerception | None = None,
+    ) -> QuestionWriter:
         """The asker in several attempts, beginning with these prompts; ``look`` perceives changed scenes.
 
         Ours are rendered anew where the world has changed; published ones and files of the user's are not.
@@ -128,25 +128,25 @@ class Library:
         templates, restate = self.templates, None
         if rendered and not self._has_own_file(benchmark, ability):
             restate = partial(render_task, self._questions(benchmark, ability, {}), templates=templates)
-        return Asker(prompts.__getitem__, benchmark.wording(ability), restate, templates, look)
+        return QuestionWriter(prompts.__getitem__, benchmark.wording(ability), restate, templates, look)
 
     def _rendered(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
         """Our prompts, rendered from the declaration, or as the ability poses them."""
-        templates, asked = self.templates, declaration_of(ability).asked
-        if asked.of_operators:
+        templates, asked = self.templates, declaration_of(ability).interaction
+        if asked.uses_operator_tasks:
             return operator_prompts(benchmark.operators(self.source), templates)
-        if asked.pose is not None:
-            return self._posed(asked.pose, benchmark, ability, beliefs)
+        if asked.make_question is not None:
+            return self._posed(asked.make_question, benchmark, ability, beliefs)
         return render(self._questions(benchmark, ability, beliefs), templates)
 
     def _posed(
-        self, pose: Pose, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
+        self, pose: QuestionMaker, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
         """The questions that an ability poses, each made on first use, as pictures may be drawn for it."""
         world, tasks = benchmark.world(self.source), benchmark.tasks_for(ability, self.source)
-        templates, pictures = self.templates, declaration_of(ability).asked.pictures
+        templates, pictures = self.templates, declaration_of(ability).interaction.pictures
 
         def posed(task_id: str) -> Prompt:
             belief = beliefs.get(task_id)
@@ -221,7 +221,7 @@ def _refuse_strangers(folder: Path, benchmark: Benchmark) -> None:
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of prompts")
     names = dict.fromkeys((*registered(), benchmark.name))
-    of_suites = {suite_name(name, ability) for name in names for ability in registered_abilities()}
+    of_suites = {suite_name(name, ability) for name in names for ability in find_abilities()}
     known = {
         *template_names(),
         *(f"{suite}{ending}.json" for suite in of_suites for ending in ("", "_system")),

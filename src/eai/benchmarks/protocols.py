@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
-from eai.abilities.protocol import registered_protocols
+from eai.abilities.protocol import find_protocols
 from eai.base.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -54,9 +54,9 @@ def implementation_of(name: str) -> Implementation | None:
     Raises:
         InputError: what is registered is none.
     """
-    if name not in registered_protocols():
+    if name not in find_protocols():
         return None
-    value = registered_protocols()[name].load()
+    value = find_protocols()[name].load()
     if not isinstance(value, Implementation):
         raise InputError(f"{name}: expected an Implementation, found {type(value).__name__}")
     return value
@@ -70,7 +70,7 @@ def preset(name: str) -> Implementation:
     """
     implementation = implementation_of(name)
     if implementation is None:
-        known = registered_protocols()
+        known = find_protocols()
         expected = f"expected {' or '.join(known)}" if known else "there is none"
         raise InputError(f"{name!r} is no preset: {expected}{did_you_mean(name, known)}")
     return implementation

@@ -130,7 +130,7 @@ def _goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) 
     final = steps[-1][1] if steps else task.initial
     wording = benchmark.wording(Ability.GOAL_INTERPRETATION)
     changes = _changes(wording, task, task.initial, final)
-    return benchmark.goals.write([lexicon.spelt(each) for each in changes if isinstance(each, Atom)])
+    return benchmark.goals.write([lexicon.to_answer_goal(each) for each in changes if isinstance(each, Atom)])
 
 
 def _changes(wording: Wording, task: Task, before: State, after: State) -> Iterator[Literal]:

@@ -16,7 +16,7 @@ from pathlib import Path
 from traceback import extract_tb
 from typing import TYPE_CHECKING, Any
 
-from eai.abilities.protocol import Ability, registered_abilities
+from eai.abilities.protocol import Ability, find_abilities
 from eai.base.entry_points import EntryPoint, get_entry_points
 from eai.base.errors import EaiError, InputError, did_you_mean
 from eai.base.files import files_below
@@ -162,8 +162,8 @@ def _open_own(path: Path) -> Benchmark | None:
     """The tasks in a file that an ability is asked of instead of a benchmark's; None if it has none."""
     from eai.abilities.declaration import declaration_of
 
-    for ability in registered_abilities():
-        opener = declaration_of(ability).asked.open_file
+    for ability in find_abilities():
+        opener = declaration_of(ability).interaction.open_file
         found = opener(path) if opener is not None and path.is_file() else None
         if found is not None:
             return _benchmark_of(ability, found)

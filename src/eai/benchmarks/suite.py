@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, registered_protocols
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, find_protocols
 from eai.abilities.scorer import Assessment, Scorer, assess_or_fail
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
@@ -25,7 +25,7 @@ from eai.tasks.task import Task
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
     """The scorers of an ability as it declares them; of one of the four as the paper has it (``strict``)."""
     tasks = benchmark.tasks_for(ability, source)
-    make = declaration_of(ability).asked.scorers(benchmark.world(source))
+    make = declaration_of(ability).interaction.scorers(benchmark.world(source))
     return TaskSet(tasks, lambda task_id: make(tasks[task_id]), tasks.sha256)
 
 
@@ -115,7 +115,7 @@ class Suite:
     def features(self, task_id: str) -> TaskFeatures | None:
         """Return the features of a task; None if the benchmark has only operators of it."""
         known = self._features.get(task_id)
-        own = declaration_of(self.ability).asked.features
+        own = declaration_of(self.ability).interaction.features
         if known is None and own is not None:
             task = self.benchmark.tasks_for(self.ability, self.source)[task_id]
             known = self._features[task_id] = own(task)
@@ -138,7 +138,7 @@ class Suite:
 
     def unanswered(self, task_id: str) -> Verdict:
         """The verdict on a task without an answer: a failure, unless the task is in no statistics at all."""
-        return self.scorer(task_id).unanswered()
+        return self.scorer(task_id).score_missing_answer()
 
 
 def open_suite(
@@ -184,6 +184,6 @@ def _opener(protocol: Protocol) -> Opener:
         return open_scorers
     implementation = implementation_of(protocol.value)
     if implementation is None:
-        known = ", ".join((DEFAULT_PROTOCOL.value, *registered_protocols()))
+        known = ", ".join((DEFAULT_PROTOCOL.value, *find_protocols()))
         raise InputError(f"protocol {protocol.value} is not installed: expected one of {known}")
     return implementation.open_suite

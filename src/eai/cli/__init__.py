@@ -207,9 +207,9 @@ def _label(command: Any) -> None:
         if parameter.default is False:
             parameter.secondary_opts = []
         if "--protocol" in parameter.opts:
-            from eai.abilities.protocol import registered_protocols
+            from eai.abilities.protocol import find_protocols
 
-            parameter.help = f"{parameter.help} Here: {', '.join(('strict', *registered_protocols()))}."
+            parameter.help = f"{parameter.help} Here: {', '.join(('strict', *find_protocols()))}."
 
 
 app = typer.Typer(

@@ -159,7 +159,7 @@ def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
     """
     places = {}
     for place, run in runs.items():
-        is_apart = declaration_of(run.key.ability).asked.written_by
+        is_apart = declaration_of(run.key.ability).interaction.task_command
         places[place] = place._replace(domain="" if is_apart else plain_name(place.domain))
     alone = Counter(places.values())
     return {places[place] if alone[places[place]] == 1 else place: run for place, run in runs.items()}

@@ -15,9 +15,9 @@ from rich.table import Table
 from rich.text import Text
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport, near_misses
+from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport, find_near_misses
 from eai.abilities.protocol import Ability
-from eai.abilities.repair import EFFORT, repair_lines
+from eai.abilities.repair import DEFAULT_EFFORT, repair_lines
 from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
@@ -192,10 +192,10 @@ def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
     verdict = record.verdict
     if outcome_of(record) in NO_FAILURES or record.unanswered or record.experiment is not None:
         return ()
-    look_back = suite.assess(record.task_id, record.response).look_back
+    look_back = suite.assess(record.task_id, record.response).analyze_failure
     known = verdict.repair if not isinstance(verdict, ActingVerdict) else verdict.outlook
     if known is None and look_back is not None:
-        verdict = look_back(Limits().states if isinstance(verdict, ActingVerdict) else EFFORT)
+        verdict = look_back(Limits().states if isinstance(verdict, ActingVerdict) else DEFAULT_EFFORT)
     if isinstance(verdict, ActingVerdict):
         return (outlook_text(verdict),)
     return () if verdict.repair is None else tuple(repair_lines(verdict.repair))
@@ -267,7 +267,7 @@ def _print_explanation(
         remark = _conditions_text(record)
         remark += ": none counts, as nothing was carried out" * _is_refused(record, explanation)
         console.print(Text("goals", style="bold").append(remark, style="not bold"))
-    near = near_misses(explanation)
+    near = find_near_misses(explanation)
     for goal in explanation.goals:
         mark, style = ("✓", "green") if goal.satisfied else ("✗", "red")
         _print_hanging(console, f"  {mark} {goal.kind:8} ", Text(goal.goal, style=style))

@@ -12,7 +12,7 @@ from typing import Annotated, Literal, TypeAlias
 
 import typer
 
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.base.files import Content, write_whole
 from eai.base.grouping import group_pairs
@@ -66,7 +66,7 @@ def prompts(
     domain: Annotated[list[str], flag(help=DOMAIN_HELP)],
     out: _Out,
     ability: Annotated[
-        list[Ability] | None, flag(help=f"{options.ABILITIES}. All if not given.", parser=Ability.named)
+        list[Ability] | None, flag(help=f"{options.ABILITIES}. All if not given.", parser=Ability.from_name)
     ] = None,
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
@@ -119,7 +119,7 @@ def prompts(
         with opened_source(data, PlannerChoice.NONE, errata) as source:
             for split, name in [each for given in domain for each in _splits(given)]:
                 benchmark = find_benchmark(name)
-                for each in ability or asked_by_default(benchmark, FOUR):
+                for each in ability or asked_by_default(benchmark, PAPER_ABILITIES):
                     asked = Library(prompt_set, None, source).open(benchmark, each)
                     for row in training_data.make_prompt_rows(
                         Reward(open_suite(name, each, source=source)), asked

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.base.store import FOLDER_VARIABLE, Store
 from eai.cli.console import DOMAIN_HELP
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
 """The panels of the help of commands that score."""
 
-ABILITIES = f"{', '.join(FOUR)}, or another one by its name"
+ABILITIES = f"{', '.join(PAPER_ABILITIES)}, or another one by its name"
 """The values of ``--ability``."""
 
 RECORDS = "Files of records, or folders with records.jsonl somewhere below."
@@ -43,7 +43,7 @@ def flag(*names: str, panel: str | None = None, **more: Any) -> Any:
 
 
 OfDomain = Annotated[str, flag("--domain", help=DOMAIN_HELP)]
-OfAbility = Annotated[Ability, flag("--ability", help=f"{ABILITIES}.", parser=Ability.named)]
+OfAbility = Annotated[Ability, flag("--ability", help=f"{ABILITIES}.", parser=Ability.from_name)]
 Seed = Annotated[int, flag("--seed", help="Of all that is random.")]
 
 

@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.declaration import MetricColumn, declaration_of
-from eai.abilities.protocol import FOUR
+from eai.abilities.protocol import PAPER_ABILITIES
 from eai.base.entry_points import load_offer
 from eai.base.errors import EaiError, InputError
 from eai.base.files import convert_write_errors, write_whole
@@ -174,7 +174,7 @@ def _film(out: Path, record: Record) -> str:
 def _words(benchmark: Benchmark, store: Store) -> Background:
     """The words of a benchmark, as far as it has any; PDDL, for one, cannot say all that is declared."""
     source, prompts, operators = Source(store), dict[str, dict[str, str]](), dict[str, str]()
-    for ability in FOUR:
+    for ability in PAPER_ABILITIES:
         with suppress(EaiError):
             found = Library("official", None, source).open(benchmark, ability)
             prompts[ability.value] = {
@@ -193,7 +193,7 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
     summaries = [summary_of(count_goals_as_paper(run) if paper else run) for run in read_runs(records)]
     summaries.sort(key=lambda item: item.key.order)
     ranked = plain_runs(summaries)
-    shown = {_OVERVIEW, *{item.key.ability.value for item in ranked}.difference(FOUR)}
+    shown = {_OVERVIEW, *{item.key.ability.value for item in ranked}.difference(PAPER_ABILITIES)}
     tables = [table for table in rankings(ranked, with_paper=paper) if table.name in shown]
     if as_json:
         print(rankings_json(tables), end="")
@@ -225,4 +225,4 @@ def _shown(ranking: Ranking) -> Table:
 
 def _heading(column: MetricColumn) -> str:
     label = column.label.lower() if column.label != "F1" else column.label
-    return label if column.ability is None else f"{declaration_of(column.ability).short}\n{label}"
+    return label if column.ability is None else f"{declaration_of(column.ability).short_title}\n{label}"

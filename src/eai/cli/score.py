@@ -79,9 +79,9 @@ def score(
     paths: Annotated[list[Path], typer.Argument(metavar="PATH")],
     domain: Annotated[str | None, flag(help=DOMAIN_HELP, panel=ANSWERS)] = None,
     ability: Annotated[
-        Ability | None, flag(help=f"{options.ABILITIES}.", panel=ANSWERS, parser=Ability.named)
+        Ability | None, flag(help=f"{options.ABILITIES}.", panel=ANSWERS, parser=Ability.from_name)
     ] = None,
-    protocol: Annotated[Protocol, scoring("protocol", parser=Protocol.named)] = DEFAULT_PROTOCOL,
+    protocol: Annotated[Protocol, scoring("protocol", parser=Protocol.from_name)] = DEFAULT_PROTOCOL,
     planner: options.Planner = PlannerChoice.AUTO,
     errata: options.Errata = ErrataChoice.CURRENT,
     planner_seconds: Annotated[int | None, scoring("planner_seconds")] = None,
@@ -245,7 +245,7 @@ def _parts(
     share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
 ) -> Iterable[RecordBatch]:
     """The records of all answers, part by part; where there are several epochs, with their means."""
-    averaged = declaration_of(share.suite.ability).of_epochs
+    averaged = declaration_of(share.suite.ability).combine_epochs
     if averaged is None or not share.answers.further_epochs:
         return _parts_of(share, settings, workplace, quiet=quiet)
     from eai.results.epochs import average_records  # which answers of one epoch do not need

@@ -43,7 +43,7 @@ def print_results(results: Mapping[str, Totals], below: str = "", *, wide: bool)
     if not below and first.experiment is not None:
         below = first.experiment.study_label
     title = f"{title_of(first.domain)}, {declared.title.lower()}, protocol {first.protocol.value}\n{below}"
-    print_table(output(), rates_table(title.rstrip(), declared.terminal, results), wide=wide)
+    print_table(output(), rates_table(title.rstrip(), declared.terminal_metrics, results), wide=wide)
     for coverage, models in group_pairs(
         (totals.coverage, model) for model, totals in results.items()
     ).items():

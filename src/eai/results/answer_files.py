@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
-from eai.abilities.protocol import Ability, place_of, registered_abilities
+from eai.abilities.protocol import Ability, ability_rank, find_abilities
 from eai.base.errors import EaiError, InputError
 from eai.base.files import MAX_UNPACKED, UNPACKED_PER_BYTE, read_toml
 from eai.benchmarks.registry import find_benchmark, registered
@@ -51,7 +51,7 @@ class _SuiteFile:
     @property
     def order(self) -> tuple[int, int, str]:
         """Key for sorting files by domain, ability and model."""
-        return (*registered(), self.domain).index(self.domain), place_of(self.ability), self.model
+        return (*registered(), self.domain).index(self.domain), ability_rank(self.ability), self.model
 
 
 def find_benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:
@@ -204,12 +204,12 @@ def find_recorded_file(path: Path, domain: str, ability: Ability, attempt: int =
 
 def _suite_of(file: Path) -> tuple[str, str] | None:
     """Return the domain and ability that a file's folders or its name give, or None."""
-    for ability in registered_abilities():
+    for ability in find_abilities():
         domain = model_name(file).removesuffix(f"_{ability}")
         if domain != model_name(file):
             return domain, ability.value
     folders = file.absolute().parent.parts
-    positions = [i for i, name in enumerate(folders) if name in registered_abilities() and i]
+    positions = [i for i, name in enumerate(folders) if name in find_abilities() and i]
     return (folders[positions[-1] - 1], folders[positions[-1]]) if positions else None
 
 

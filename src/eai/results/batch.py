@@ -161,14 +161,18 @@ def _score_item(suite: Suite, settings: ScoringOptions, item: Response) -> _Outc
     if item.unanswered is not None:
         verdict = suite.unanswered(item.task_id)
         is_elsewhere = item.unanswered == OTHER_RULES
-        if settings.allow_missing and not is_elsewhere and suite.scorer(item.task_id).why_excluded() is None:
+        if (
+            settings.allow_missing
+            and not is_elsewhere
+            and suite.scorer(item.task_id).find_exclusion() is None
+        ):
             verdict = declaration_of(suite.ability).verdict(excluded=NOT_ANSWERED)
     else:
         assessment = suite.assess(item.task_id, item.text)
         explanation = assessment.explain() if settings.explanations else None
         verdict = assessment.verdict
-        if settings.look_back is not None and assessment.look_back is not None:
-            verdict = assessment.look_back(settings.look_back)
+        if settings.look_back is not None and assessment.analyze_failure is not None:
+            verdict = assessment.analyze_failure(settings.look_back)
     return verdict, suite.features(item.task_id), explanation
 
 
@@ -219,7 +223,7 @@ def split_by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, 
     declared = declaration_of(ability)
     if not declared.takes_turns:
         return {None: answers}
-    made_by = declared.made_by
+    made_by = declared.read_experiment
     epochs = (replace(answers, further_epochs=()), *answers.further_epochs)
     agents = (made_by(response.text) for epoch in epochs for response in epoch.responses)
     counts = Counter(each.rules for each in agents if each is not None)
@@ -245,7 +249,7 @@ def _find_agent(ability: Ability, answers: ResponseFile) -> Experiment:
     first: Experiment | None = None
     if not declared.takes_turns:
         return Experiment()
-    for agent in filter(None, (declared.made_by(response.text) for response in answers.responses)):
+    for agent in filter(None, (declared.read_experiment(response.text) for response in answers.responses)):
         first = first or agent
         if agent.harness is not None:
             return replace(first, harness=agent.harness)
@@ -254,7 +258,7 @@ def _find_agent(ability: Ability, answers: ResponseFile) -> Experiment:
 
 def _add_agent(record: Record, first: Experiment) -> Record:
     """Return a record with the harness and the rules of its answer, or else of the other answers."""
-    agent = declaration_of(record.ability).made_by(record.response) or first
+    agent = declaration_of(record.ability).read_experiment(record.response) or first
     return record.add_experiment(replace(agent, harness=agent.harness or first.harness))
 
 

@@ -98,11 +98,11 @@ def experiment_to_json(
         summaries: what studies say of one answer, by the name of the study.
     """
     study: dict[str, Json] = {}
-    for name, choice in experiment.ordered.items():
+    for name, choice in experiment.ordered_choices.items():
         summary = {"summary": _plain(summaries[name])} if name in summaries else {}
         study[name] = {"label": choice.label, "options": _plain(choice.options), **summary}
     agent = {name: getattr(experiment, name) for name in ("harness", "effort", "rules")}
-    fields = (("study", study, study), ("agent", agent, experiment.agent))
+    fields = (("study", study, study), ("agent", agent, experiment.agent_settings))
     return {name: value for name, value, is_chosen in fields if is_chosen}
 
 
@@ -125,7 +125,7 @@ def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
         names = _read(dict[str, str], chosen, "experiment")
         experiment = older_experiment(names, _read(AttemptOptions, values, "experiment"))
     places = enumerate(experiment.study.items())
-    ordered = {name: replace(choice, place=place, summary={}) for place, (name, choice) in places}
+    ordered = {name: replace(choice, label_position=place, summary={}) for place, (name, choice) in places}
     return None if experiment == Experiment() else replace(experiment, study=ordered)
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from itertools import compress
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.verdict import NOTHING, Shares
+from eai.abilities.verdict import EMPTY_SHARE, Shares
 from eai.results.certainty import Case, Cases, Certainty, certainty_of_difference, sum_by_name, sum_by_task
 from eai.results.rate import Rate, rate_of
 from eai.results.record import Record
@@ -148,13 +148,17 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
     declared = declaration_of(first[0].ability)
     verdicts = {record.task_id: record.verdict for record in first}
     shared = [record for record in second if record.task_id in verdicts]
-    others = {r.task_id for r in shared if not declared.alike(verdicts[r.task_id], r.verdict)}
+    others = {r.task_id for r in shared if not declared.is_same_task(verdicts[r.task_id], r.verdict)}
     names = {task: known.get(task, task) for task in before if task in after and task not in others}
     sides = {
-        metric: [_cases(metric, names, shares) for shares in (before, after)] for metric in declared.main
+        metric: [_cases(metric, names, shares) for shares in (before, after)]
+        for metric in declared.overview_headings
     }
     return RunComparison(
-        {metric: compare_metric(*cases, yes_no=metric in declared.yes_no) for metric, cases in sides.items()},
+        {
+            metric: compare_metric(*cases, yes_no=metric in declared.yes_no_metrics)
+            for metric, cases in sides.items()
+        },
         len(names),
         len(set(names.values())),
         tuple(task for task in before if task not in names),
@@ -163,7 +167,7 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
 
 
 def _cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shares]) -> Cases:
-    return [Case(task, name, shares[task].get(metric, NOTHING)) for task, name in names.items()]
+    return [Case(task, name, shares[task].get(metric, EMPTY_SHARE)) for task, name in names.items()]
 
 
 _WHOLE = (0, 1)

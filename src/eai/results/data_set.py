@@ -13,7 +13,7 @@ from functools import cache
 from importlib import resources
 from statistics import fmean, median
 
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.files import parse_toml
 from eai.benchmarks.benchmark import Benchmark, Figure
 from eai.benchmarks.features import Features, features_of
@@ -126,7 +126,7 @@ def _figures(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
 
 def _suites(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
     for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
-        if ability in FOUR:
+        if ability in PAPER_ABILITIES:
             number = len(benchmark.tasks_for(ability, source))
             yield Figure(f"{ability.value.replace('_', ' ')} tasks", number, "tasks in which it is asked for")
     number = len(benchmark.operators(source))

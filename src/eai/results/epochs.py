@@ -15,11 +15,11 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from eai.abilities.answer_text import ANY_VALUE, Pairs, Reading, read_json
+from eai.abilities.answer_text import ANY_VALUE, JsonObject, ParsedAnswer, read_json
 from eai.abilities.attempt import Attempt, Usage
-from eai.abilities.declaration import Asked, declaration_of
+from eai.abilities.declaration import Interaction, declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.feedback import Look
+from eai.abilities.feedback import ScenePerception
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Verdict
 from eai.base.grouping import group_pairs
@@ -58,16 +58,16 @@ def meaning(text: str, ability: Ability) -> str | None:
 
     What does not matter is declared by the ability (`Asked`).
     """
-    asked = declaration_of(ability).asked
+    asked = declaration_of(ability).interaction
     reading = read_json(text, ANY_VALUE)
-    if isinstance(reading, Reading):
+    if isinstance(reading, ParsedAnswer):
         return _text(reading.value, asked)
-    start = -1 if asked.bare is None else text.find(asked.bare)
+    start = -1 if asked.plain_text_prefix is None else text.find(asked.plain_text_prefix)
     return _spaced(text[start:]) if start >= 0 else None
 
 
-def _text(value: object, asked: Asked) -> str:
-    if isinstance(value, Pairs):
+def _text(value: object, asked: Interaction) -> str:
+    if isinstance(value, JsonObject):
         members = [f"{json.dumps(key)}:{_text(each, asked)}" for key, each in value.members]
         return "{" + ",".join(members if asked.keys_in_order else sorted(members)) + "}"
     if isinstance(value, list):
@@ -108,7 +108,7 @@ class BeliefSet:
     missing_reason: str
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     summaries: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
-    look: Look | None = None
+    look: ScenePerception | None = None
 
     def combine(self, goals: BeliefSet) -> BeliefSet:
         """Return these scenes with other goals in them; a task needs both.
@@ -119,7 +119,7 @@ class BeliefSet:
         shared = [task_id for task_id in goals.beliefs if task_id in self.beliefs]
         return BeliefSet(
             {i: self.beliefs[i].with_goals(goals.beliefs[i]) for i in shared},
-            self.experiment.combined(goals.experiment),
+            self.experiment.combine(goals.experiment),
             f"{self.missing_reason}, or {goals.missing_reason}",
             {i: {**self.metadata.get(i, {}), **goals.metadata.get(i, {})} for i in shared},
             {
@@ -146,7 +146,7 @@ class BeliefSet:
 
     def mark(self, record: Record) -> Record:
         """The record of an answer to such a question."""
-        varied = (record.experiment or Experiment()).combined(self.experiment)
+        varied = (record.experiment or Experiment()).combine(self.experiment)
         summaries = _merged(record.summaries, self.summaries.get(record.task_id, {}))
         return replace(record, experiment=varied, summaries=summaries)
 
@@ -236,7 +236,7 @@ class SuiteResult:
     @property
     def _counted(self) -> Collection[Record]:
         """The records of the answers that count: those of all epochs where a task counts by their mean."""
-        averaged = declaration_of(self.suite.ability).of_epochs is not None
+        averaged = declaration_of(self.suite.ability).combine_epochs is not None
         return self.records_by_key().values() if averaged else self.records
 
     def records_by_key(self) -> dict[AnswerKey, Record]:
@@ -291,7 +291,7 @@ def score_answers(
         for epoch in range(1, obtained.epochs + 1)
         if obtained.epochs > 1
     ]
-    averaged = declaration_of(suite.ability).of_epochs
+    averaged = declaration_of(suite.ability).combine_epochs
     if of_epochs and averaged is not None:
         means = average_records([one.records for one in of_epochs], averaged)
         records = [replace(record, model=obtained.name) for record in means]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import NONE, NOTHING, ONE
+from eai.abilities.verdict import EMPTY_SHARE, FULL_SHARE, ZERO_SHARE
 from eai.base.grouping import group_pairs
 from eai.results.certainty import Case
 from eai.results.table import Estimate
@@ -292,19 +292,19 @@ def score_share(answer: AnswerLine) -> Share:
     if answer.success is not None:
         return Share(int(answer.success), 1)
     if answer.hits is None or answer.extras is None or answer.misses is None:
-        return NOTHING
+        return EMPTY_SHARE
     return Share(2 * answer.hits, 2 * answer.hits + answer.extras + answer.misses)
 
 
 def execution_share(answer: AnswerLine) -> Share:
     """The share that an answer with a plan or subgoals adds to the share of those that are carried out."""
-    return NOTHING if answer.success is None or answer.executable is None else Share(answer.executable, 1)
+    return EMPTY_SHARE if answer.success is None or answer.executable is None else Share(answer.executable, 1)
 
 
 def goal_share(answer: AnswerLine) -> Share:
     """The share that an answer with a plan or subgoals adds to the share of goals that are reached."""
     if answer.success is None:
-        return NOTHING
+        return EMPTY_SHARE
     met = (answer.state_met, answer.relation_met, answer.action_met)
     total = (answer.state_total, answer.relation_total, answer.action_total)
     return Share(sum(each or 0 for each in met), sum(each or 0 for each in total))
@@ -336,7 +336,7 @@ def shares_by_kind(
         kinds: the kind of each.
         asked: those to tell, in this order.
     """
-    of_it, of_others = ([make_case(line, share) for line in lines] for share in (ONE, NONE))
+    of_it, of_others = ([make_case(line, share) for line in lines] for share in (FULL_SHARE, ZERO_SHARE))
     for kind in asked:
         chosen = zip(kinds, of_it, of_others, strict=True)
         yield kind, Estimate.from_cases([case if found == kind else other for found, case, other in chosen])

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from eai.abilities.attempt_options import STUDY, AttemptOptions
-from eai.abilities.experiment import Experiment, StudyChoice, named_choice
+from eai.abilities.experiment import Experiment, StudyChoice, make_name_choice
 
 _AGENT = ("harness", "effort", "rules")
 
@@ -32,13 +32,13 @@ _STATED = (
 
 def older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Experiment:
     """Return the experiment with these names and attempts."""
-    study: dict[str, StudyChoice] = dict(attempts.experiment.study) if attempts.acts else {}
+    study: dict[str, StudyChoice] = dict(attempts.experiment.study) if attempts.uses_episodes else {}
     for option, (name, kind) in _OPTIONS.items():
         if option in names:
-            choice = named_choice(kind, option, names[option])
-            study[name] = study[name].combined(name, choice) if name in study else choice
+            choice = make_name_choice(kind, option, names[option])
+            study[name] = study[name].combine(name, choice) if name in study else choice
     places = enumerate(_ORDER)
-    ordered = {name: replace(study[name], place=place) for place, name in places if name in study}
+    ordered = {name: replace(study[name], label_position=place) for place, name in places if name in study}
     return Experiment(ordered, **{name: names[name] for name in _AGENT if name in names})
 
 

@@ -90,14 +90,14 @@ class Record:
     @property
     def study(self) -> dict[str, StudyChoice]:
         """The choice of its run in each study, with the summary of the answer."""
-        choices = {} if self.experiment is None else self.experiment.ordered
+        choices = {} if self.experiment is None else self.experiment.ordered_choices
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 
     def add_experiment(self, experiment: Experiment) -> Record:
         """Return the record as one of a run with these choices, which replace its own."""
         if experiment == Experiment():
             return self
-        return replace(self, experiment=(self.experiment or Experiment()).updated(experiment))
+        return replace(self, experiment=(self.experiment or Experiment()).replace_choices(experiment))
 
     def drop_explanations(self) -> Record:
         """The same record without words, also on its attempts."""

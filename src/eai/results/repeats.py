@@ -22,7 +22,7 @@ from eai.tasks.share import Share
 def find_success_metric(ability: Ability) -> str | None:
     """The metric that says whether an answer is right as a whole; None where none of the main ones does."""
     declared = declaration_of(ability)
-    return next((metric for metric in declared.main if metric in declared.yes_no), None)
+    return next((metric for metric in declared.overview_headings if metric in declared.yes_no_metrics), None)
 
 
 def pass_cases(epochs: Sequence[Cases]) -> dict[str, Cases]:

@@ -22,7 +22,7 @@ from typing_extensions import assert_never
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer, exception_text
-from eai.abilities.verdict import ErrorReport, Merit, PlanVerdict, Verdict, gain_of_conditions
+from eai.abilities.verdict import Credit, ErrorReport, PlanVerdict, Verdict, compute_condition_gain
 from eai.base.errors import EaiError, InputError, find_member
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import Suite, open_suite
@@ -52,7 +52,7 @@ class Shaping(str, Enum):
     """The gain in partial success, up to the error that ended the answer; for other answers ``progress``."""
 
 
-def worth(earned: Merit, shaping: Shaping) -> float:
+def worth(earned: Credit, shaping: Shaping) -> float:
     """The pay of an answer, by all that is paid for but repairs: those need its steps.
 
     Raises:
@@ -73,10 +73,10 @@ def worth(earned: Merit, shaping: Shaping) -> float:
             by_itself = earned.gain if earned.conditions is None else earned.conditions
         case _:
             assert_never(shaping)
-    return by_itself / (1 + earned.added)
+    return by_itself / (1 + earned.added_actions)
 
 
-def merit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Merit | None:
+def merit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Credit | None:
     """The merit of an answer, or None where there is nothing to earn.
 
     Nothing is to be earned in a task that is in no statistics, that asks for nothing, or all of whose goals
@@ -86,7 +86,7 @@ def merit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Merit | None:
         verdict: the verdict on the answer.
         at_start: for each goal of the task, in order, whether it is reached where nothing is done.
     """
-    return None if verdict.excluded is not None else verdict.merit(at_start)
+    return None if verdict.excluded is not None else verdict.credit(at_start)
 
 
 METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))
@@ -116,7 +116,7 @@ MAX_ANSWER_CHARACTERS = 10_000
 
 def is_paid(ability: Ability) -> bool:
     """Whether the verdicts on answers of an ability say what these have earned."""
-    return declaration_of(ability).verdict.merit is not Verdict.merit
+    return declaration_of(ability).verdict.credit is not Verdict.credit
 
 
 class Reward:
@@ -182,7 +182,7 @@ class Reward:
         earned = self._merit(task_id, verdict)
         return Grade(self._paid(task_id, text, earned), metrics_of(earned), verdict)
 
-    def _paid(self, task_id: str, text: str, earned: Merit | None) -> float | None:
+    def _paid(self, task_id: str, text: str, earned: Credit | None) -> float | None:
         """The reward of an answer with these merits."""
         if earned is None or self.shaping is not Shaping.REPAIR:
             return None if earned is None else worth(earned, self.shaping)
@@ -190,7 +190,7 @@ class Reward:
         if not isinstance(scorer, PlanScorer):
             raise InputError(f"the shaping repair is not known under {self.suite.protocol.value}")
         try:
-            return scorer.nearness(text if len(text) <= self.limit else "")
+            return scorer.closeness(text if len(text) <= self.limit else "")
         except EaiError:
             raise
         except Exception as error:
@@ -203,7 +203,7 @@ class Reward:
         too_long = ErrorReport(FaultKind.PARSING, None, f"it is longer than {self.limit:,} characters")
         return replace(self.suite.score(task_id, ""), error=too_long)
 
-    def _merit(self, task_id: str, verdict: Verdict) -> Merit | None:
+    def _merit(self, task_id: str, verdict: Verdict) -> Credit | None:
         if not self.suite.has_plans:
             return merit(verdict)
         earned = merit(verdict, self._at_start(task_id))
@@ -213,7 +213,7 @@ class Reward:
             return replace(earned, gain=0.0, success=False)
         if self.shaping is not Shaping.PARTIAL or verdict.partial is None:
             return earned
-        gained = gain_of_conditions(verdict.partial, self._met_at_start(task_id), earned.gain)
+        gained = compute_condition_gain(verdict.partial, self._met_at_start(task_id), earned.gain)
         return replace(earned, conditions=gained)
 
     def _reached_at_start(self, task_id: str) -> tuple[bool, ...]:
@@ -277,7 +277,7 @@ def _without_planner(suite: Suite) -> Suite:
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
-def metrics_of(earned: Merit | None) -> dict[str, float]:
+def metrics_of(earned: Credit | None) -> dict[str, float]:
     """The metrics of a grade; None stands for a task in which nothing is to be earned."""
     if earned is None:
         return dict.fromkeys(METRICS, 0.0)

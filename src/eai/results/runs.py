@@ -13,7 +13,7 @@ from urllib.parse import urlencode
 from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import Ability, Protocol, place_of
+from eai.abilities.protocol import Ability, Protocol, ability_rank
 from eai.base.errors import InputError
 from eai.base.files import files_below, read_content, write_whole
 from eai.base.grouping import group_pairs
@@ -67,12 +67,12 @@ class RunKey(NamedTuple):
         """The key that runs are sorted by; unknown domains come last."""
         known = registered()
         place = known.index(self.domain) if self.domain in known else len(known)
-        protocols = [*Protocol.known()]
+        protocols = [*Protocol.list_names()]
         return (
             protocols.index(self.protocol),
             place,
             self.domain,
-            place_of(self.ability),
+            ability_rank(self.ability),
             self.model,
             "" if self.experiment is None else self.experiment.label,
         )
@@ -119,7 +119,7 @@ def count_errors_as_paper(run: Run) -> Run:
         return run
 
     def as_counted(record: Record) -> Record:
-        options = AttemptOptions.of(record.experiment)
+        options = AttemptOptions.from_experiment(record.experiment)
         if options is None or not record.attempts:
             return record
         verdicts = [attempt.verdict for attempt in record.attempts]
@@ -201,7 +201,7 @@ def _log_beside(records: Path) -> LogSamples | None:
 
 def explorer_address(record: Record) -> str:
     """The part of an address that shows a record in the explorer of a report."""
-    made = declaration_of(record.ability).made_by(record.response)
+    made = declaration_of(record.ability).read_experiment(record.response)
     key = _key(record if made is None else record.add_experiment(made))
     run = f"{key.domain}/{key.ability.value}/{key.protocol.value}/{key.name}"
     return f"explorer.html#{urlencode({'run': run, 'task': record.task_id})}"

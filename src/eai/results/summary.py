@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias, cast
 
 from eai.abilities.attempt_options import AttemptOptions
-from eai.abilities.declaration import AnswerOutcome, declaration_of, the_four
+from eai.abilities.declaration import AnswerOutcome, declaration_of, load_paper_abilities
 from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
-from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.verdict import NONE, PlanVerdict, Shares, Verdict, of_all
-from eai.abilities.verdict import NOTHING as NO_SHARE
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
+from eai.abilities.verdict import EMPTY_SHARE as NO_SHARE
+from eai.abilities.verdict import ZERO_SHARE, PlanVerdict, Shares, Verdict, share_of_one
 from eai.base.grouping import group_pairs
 from eai.results.certainty import Case
 from eai.results.rate import NOTHING, Rate, rate_of, total
@@ -47,7 +47,9 @@ def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Sha
     """
     declared = declaration_of(ability)
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
-    void = dict.fromkeys((metric for verdict in scored for metric in declared.void(verdict)), NO_SHARE)
+    void = dict.fromkeys(
+        (metric for verdict in scored for metric in declared.missing_metrics(verdict)), NO_SHARE
+    )
     shares = map(declared.contributions, scored)
     return ({**share, **void} for share in shares) if void else shares
 
@@ -81,7 +83,7 @@ def share_of(records: Sequence[Record], counted: Sequence[bool]) -> Estimate:
     """The share of records that count."""
     cases = zip(records, counted, strict=True)
     return Estimate.from_cases(
-        [Case(record.task_id, name_of(record), of_all(counts)) for record, counts in cases]
+        [Case(record.task_id, name_of(record), share_of_one(counts)) for record, counts in cases]
     )
 
 
@@ -102,11 +104,11 @@ def average_weights(values: Mapping[AbilityMetric, float | None] | None = None) 
     """
     known = values or {}
     weights: dict[AbilityMetric, float] = {}
-    for ability, declared in the_four().items():
-        for metric in declared.averaged:
-            place = ability, declared.instead.get(metric, metric)
+    for ability, declared in load_paper_abilities().items():
+        for metric in declared.averaged_metrics:
+            place = ability, declared.replacements.get(metric, metric)
             place = place if known.get(place) is not None else (ability, metric)
-            weights[place] = 1 / (len(FOUR) * len(declared.averaged))
+            weights[place] = 1 / (len(PAPER_ABILITIES) * len(declared.averaged_metrics))
     return weights
 
 
@@ -140,7 +142,7 @@ def max_attempts(records: Sequence[Record]) -> int:
     """How many attempts the tasks of a run could have; 0 where answers were not carried out."""
     if not any(record.attempts for record in records):
         return 0
-    known = [AttemptOptions.of(record.experiment) for record in records]
+    known = [AttemptOptions.from_experiment(record.experiment) for record in records]
     return max([1 + options.replans for options in known if options is not None])
 
 
@@ -209,7 +211,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     what their tasks are like are in none of the breakdowns by task.
     """
     declared = declaration_of(ability)
-    metric = None if declared.of_epochs is None else find_success_metric(ability)
+    metric = None if declared.combine_epochs is None else find_success_metric(ability)
     outcomes: Counter[AnswerOutcome] = Counter()
     by_goals: dict[int, list[Case]] = {}
     by_length: dict[int, list[Case]] = {}
@@ -225,13 +227,13 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
             by_goals.setdefault(record.task.goals, []).append(success)
             if declared.has_plans and record.task.annotated_steps is not None:
                 by_length.setdefault(record.task.annotated_steps, []).append(success)
-        if declared.asked.of_operators:
+        if declared.interaction.uses_operator_tasks:
             _break_down_operators(cast("OperatorVerdict", record.verdict), by_action, by_predicate)
         for report, reached in goals_of(record):
             for name in report.predicates:
-                by_predicate.setdefault(name, []).append(of_all(reached))
+                by_predicate.setdefault(name, []).append(share_of_one(reached))
         for _, step in steps_of(record) if declared.has_plans else ():
-            by_action.setdefault(step.call.name, []).append(of_all(step.outcome == EXECUTED))
+            by_action.setdefault(step.call.name, []).append(share_of_one(step.outcome == EXECUTED))
     return Breakdown(
         {kind: outcomes[kind] for kind in AnswerOutcome if outcomes[kind]},
         _flow(outcomes) if declared.has_plans else None,
@@ -279,7 +281,7 @@ def _break_down_operators(
     for operator in verdict.operators:
         for side in (operator.precondition, operator.effect):
             wrong = (*side.additional, *side.missing)
-            found = [*((part, _TWICE) for part in side.matched), *((part, NONE) for part in wrong)]
+            found = [*((part, _TWICE) for part in side.matched), *((part, ZERO_SHARE) for part in wrong)]
             for part, share in found:
                 by_action.setdefault(operator.name, []).append(share)
                 for predicate in verdict.clauses[part].predicates:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import read_statement
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import NOTHING, PlanVerdict, Shares
+from eai.abilities.verdict import EMPTY_SHARE, PlanVerdict, Shares
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
 from eai.results.record import Record
@@ -118,7 +118,11 @@ def _has_plans(record: Record) -> bool:
 def _success(record: Record, shares: Shares) -> bool | None:
     """The yes or no that an answer adds to its ability's main table, be it one of several that differ."""
     declared = declaration_of(record.ability)
-    asked = (shares.get(metric, NOTHING) for metric in declared.main if metric in declared.yes_no)
+    asked = (
+        shares.get(metric, EMPTY_SHARE)
+        for metric in declared.overview_headings
+        if metric in declared.yes_no_metrics
+    )
     share = next((share for share in asked if share.denominator), None)
     if share is None:
         return None
@@ -128,7 +132,7 @@ def _success(record: Record, shares: Shares) -> bool | None:
 
 def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
     """The counts that an answer adds to precision and recall in its ability's main table."""
-    for metric in declaration_of(ability).main:
+    for metric in declaration_of(ability).overview_headings:
         part, dot, measure = metric.rpartition(".")
         if dot and measure == "f1" and shares:
             hits, said = shares[f"{part}.precision"]
@@ -184,7 +188,7 @@ def _atoms(record: Record, key: FirstColumns, book: TaskBook | None) -> Iterator
 
 
 def _clauses(record: Record, key: FirstColumns) -> Iterator[ClauseLine]:
-    if not declaration_of(record.ability).asked.of_operators:
+    if not declaration_of(record.ability).interaction.uses_operator_tasks:
         return
     from eai.abilities.transition_modeling.verdict import OTHER
 

@@ -71,14 +71,14 @@ class Totals:
         self.sizes.add(record.suite_size)
         if record.errata is not None:
             self.versions[record.errata.version] = None
-        if verdict.judge is not None:
-            self.judges[verdict.judge] += 1
-        if verdict.left_to is not None:
-            self.left[verdict.left_to] += 1
+        if verdict.planner_used is not None:
+            self.judges[verdict.planner_used] += 1
+        if verdict.second_planner_outcome is not None:
+            self.left[verdict.second_planner_outcome] += 1
         self._became({record.task_id: _fate(record)})
         if verdict.excluded is None:
             declared = declaration_of(record.ability)
-            self.void.update(declared.void(verdict))
+            self.void.update(declared.missing_metrics(verdict))
             add_up(self.sums, declared.contributions(verdict))
 
     def merge(self, later: Totals) -> None:

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.attempt_options import AttemptOptions
-from eai.abilities.feedback import Asker
+from eai.abilities.feedback import QuestionWriter
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.trial import Trial
@@ -89,7 +89,7 @@ class Conversation:
     @property
     def is_over(self) -> bool:
         """Whether there is nothing more to ask."""
-        return bool(self.asked) if self._trial is None else self._trial.over
+        return bool(self.asked) if self._trial is None else self._trial.is_over
 
     @property
     def question(self) -> Prompt:
@@ -106,7 +106,7 @@ class Conversation:
         """The actions executed in the world that the question is about, if it says how that is now."""
         if self._trial is None or self._trial.options.feedback == "none":
             return ()
-        return self._trial.done
+        return self._trial.executed_actions
 
     @property
     def attempts(self) -> tuple[Attempt, ...]:
@@ -117,7 +117,7 @@ class Conversation:
         """Take the answer to the question."""
         self.asked.append(self.question)
         if self._trial is not None:
-            self._trial.take(text)
+            self._trial.try_answer(text)
 
 
 def describe_attempts(attempts: Iterable[Attempt], answers: Iterable[Answer]) -> Iterator[Attempt]:
@@ -141,13 +141,15 @@ class Trials:
 
     suite: Suite
     options: AttemptOptions
-    asker: Asker
+    asker: QuestionWriter
     stated: Mapping[str, Task] = field(default_factory=dict)
 
     def start_conversation(self, task_id: str, epoch: int = 1) -> Conversation:
         """A task as it is put to a model."""
         trial = begin_trial(self.suite, self.options, task_id, epoch, self.stated.get(task_id))
-        return Conversation(partial(self.asker.question, trial), trial, partial(self.asker.about, trial))
+        return Conversation(
+            partial(self.asker.write_question, trial), trial, partial(self.asker.describe_scene, trial)
+        )
 
 
 def replay(
@@ -164,7 +166,7 @@ def replay(
     """
     trial = begin_trial(suite, options, task_id, epoch)
     for text in answers:
-        trial.take(text)
+        trial.try_answer(text)
     return tuple(trial.attempts)
 
 
@@ -206,7 +208,7 @@ def make_trial_record(
 def open_trials(
     suite: Suite,
     options: AttemptOptions,
-    asker: Asker,
+    asker: QuestionWriter,
     task_ids: Iterable[str],
     stated: Mapping[str, Task] | None = None,
 ) -> Trials:

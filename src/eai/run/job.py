@@ -13,7 +13,7 @@ from pydantic import Field
 from eai.abilities.answer_schema import Schema
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, SCENE_GRAPH, Ability
 from eai.agents.setting import AGENT
 from eai.base.errors import InputError, did_you_mean
 from eai.base.json_value import Json
@@ -46,7 +46,7 @@ MODELS = (
 
 _ONLY: Mapping[str, Collection[Ability]] = {
     "planner": (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION),
-    **dict.fromkeys(("lookup", "copy", "empty", "random"), (*FOUR, Ability.ACTION_SEQUENCING)),
+    **dict.fromkeys(("lookup", "copy", "empty", "random"), (*PAPER_ABILITIES, Ability.ACTION_SEQUENCING)),
     CAPTIONER: (SCENE_GRAPH,),
     **dict.fromkeys(EXPLORERS, ()),
 }

@@ -4,7 +4,7 @@ An ability that is asked of files has one task, which ``-T domain=FILE`` names t
 """
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import registered_abilities
+from eai.abilities.protocol import find_abilities
 from eai.benchmarks.registry import registered
 from eai.run import provider
 from eai.run.acting import player
@@ -13,8 +13,8 @@ from eai.run.tasks import register_suite_task
 
 TASKS = {
     f"{name}_{ability}".lstrip("_"): register_suite_task(name, ability)
-    for ability in registered_abilities()
-    for name in ([""] if declaration_of(ability).asked.written_by else registered())
+    for ability in find_abilities()
+    for name in ([""] if declaration_of(ability).interaction.task_command else registered())
 }
 """The tasks by name; registering them is what making them does."""
 

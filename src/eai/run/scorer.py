@@ -33,7 +33,7 @@ from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.abilities.experiment import RULES_SEPARATOR, Experiment
 from eai.abilities.explanation import Explanation, PartReport, StepReport
-from eai.abilities.protocol import Ability, Protocol, registered_abilities
+from eai.abilities.protocol import Ability, Protocol, find_abilities
 from eai.abilities.verdict import Verdict
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
@@ -111,10 +111,10 @@ def paper_metrics(ability: str) -> Metric:
     """
 
     def pooled(scores: list[SampleScore]) -> Value:
-        asked = Ability.named(ability)
+        asked = Ability.from_name(ability)
         ordered = sorted(scores, key=lambda score: int(_metadata(score)["epoch"]))
         by_task = group_pairs((str(score.sample_id), score) for score in ordered).values()
-        averaged = declaration_of(asked).of_epochs
+        averaged = declaration_of(asked).combine_epochs
         if averaged is None:
             verdicts = _verdicts([_chosen(of_task, asked) for of_task in by_task])
         else:
@@ -153,7 +153,7 @@ def _register(ability: Ability) -> Callable[..., Scorer]:
 EXPERIMENT = "experiment"
 """The field of a sample's metadata, and of a record, that has the experiment it is of."""
 
-SCORERS = {ability: _register(ability) for ability in registered_abilities()}
+SCORERS = {ability: _register(ability) for ability in find_abilities()}
 """The scorers by ability; the score of a sample has the ability's name."""
 
 
@@ -173,7 +173,7 @@ def _with_rules(stated: Experiment, record: Record) -> Experiment:
 
     The log may state further limits, such as one of tokens, that an episode does not name.
     """
-    own = declaration_of(record.ability).made_by(record.response) or record.experiment or Experiment()
+    own = declaration_of(record.ability).read_experiment(record.response) or record.experiment or Experiment()
     in_episode, in_log = (
         {*(rules or "").split(RULES_SEPARATOR)} - {""} for rules in (own.rules, stated.rules)
     )
@@ -199,7 +199,7 @@ def apply_experiment(record: Record, suite: Suite, about: Mapping[str, Any], epo
     experiment, task_id = _with_rules(stated, record), record.task_id
     if record.unanswered is not None:
         return replace(record, experiment=experiment)
-    options = AttemptOptions.of(experiment)
+    options = AttemptOptions.from_experiment(experiment)
     if options is not None:
         attempts = replay(suite, options, task_id, about[ANSWERS], epoch)
         record = make_trial_record(suite, options, record.model, task_id, attempts)
@@ -244,7 +244,7 @@ def make_score(record: Record, epoch: int, *, answered: bool) -> Score:
 @cache
 def _suite(benchmark: Benchmark, ability: Ability, protocol: str, planner: str, errata: str) -> Suite:
     source = Source(planner=planner_choice(planner), errata=errata_choice(errata))
-    return open_suite(benchmark, ability, Protocol.named(protocol), source=source)
+    return open_suite(benchmark, ability, Protocol.from_name(protocol), source=source)
 
 
 def _metadata(score: SampleScore) -> dict[str, Any]:
@@ -285,4 +285,4 @@ def _suite_of(score: SampleScore) -> Suite:
     benchmark, about = (score.sample_metadata or {})["domain"], _metadata(score)
     errata = ErrataChoice.CURRENT if about.get("errata") else ErrataChoice.NONE
     rules = (about["protocol"], PlannerChoice.NONE.value, errata.value)
-    return _suite(find_benchmark(benchmark), Ability.named(about["ability"]), *rules)
+    return _suite(find_benchmark(benchmark), Ability.from_name(about["ability"]), *rules)

@@ -18,7 +18,7 @@ from pydantic import BeforeValidator, Field, JsonValue, model_validator
 from typing_extensions import Self
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.agents.setting import STANDARD, Setting
 from eai.base.errors import InputError, did_you_mean
 from eai.base.files import write_whole
@@ -114,7 +114,8 @@ class _ChosenTasks(Options):
 
     domain: Texts = Field(default=(), description=f"A benchmark: {REFERENCES}. The paper's two if not given.")
     ability: Abilities = Field(
-        default=(), description=f"{', '.join(FOUR)}, which are all if none is given, or another one."
+        default=(),
+        description=f"{', '.join(PAPER_ABILITIES)}, which are all if none is given, or another one.",
     )
     ids: str = ""
     limit: int | None = Field(default=None, ge=1)

@@ -112,7 +112,7 @@ def build_task(
         dataset=MemoryDataset(samples, name=name),
         solver=solver,
         scorer=SCORERS[ability](benchmark.reference, *rules),
-        headline_metric=HeadlineMetric(metric=next(iter(declaration_of(ability).main))),
+        headline_metric=HeadlineMetric(metric=next(iter(declaration_of(ability).overview_headings))),
         name=name,
         metadata={"domain": benchmark.name, "ability": ability.value, **(metadata or {})},
     )
@@ -208,7 +208,7 @@ def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
     """
     combined = Experiment()
     for part in parts:
-        combined = combined.combined(part or Experiment())
+        combined = combined.combine(part or Experiment())
     return combined
 
 
@@ -338,7 +338,7 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     answered.sort(key=lambda sample: sample.epoch)
     responses = [Response(str(sample.id), episode_text(sample)) for sample in answered]
     model = to_file_name(log.eval.model)
-    if declaration_of(suite.ability).of_epochs is not None:
+    if declaration_of(suite.ability).combine_epochs is not None:
         epochs = group_pairs(zip([sample.epoch for sample in answered], responses, strict=True))
         first, *further = [ResponseFile(model, tuple(each)) for each in epochs.values()]
         return replace(first, further_epochs=tuple(further))
@@ -355,7 +355,7 @@ def read_experiment(path: Path, suite: Suite) -> Callable[[Record], Record] | No
     """
     samples = _read(path).samples or ()
     written = next((each.metadata[EXPERIMENT] for each in samples if EXPERIMENT in each.metadata), None)
-    if written is None or declaration_of(suite.ability).of_epochs is not None:
+    if written is None or declaration_of(suite.ability).combine_epochs is not None:
         return None
     by_task = group_pairs((str(sample.id), sample) for sample in samples if sample.output.choices)
     chosen = [_counted(sorted(each, key=lambda s: s.epoch), suite.ability) for each in by_task.values()]

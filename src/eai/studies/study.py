@@ -121,7 +121,7 @@ def metric_of(ability: Ability, chosen: str | None) -> str:
     """
     from eai.abilities.declaration import declaration_of
 
-    known = declaration_of(ability).main
+    known = declaration_of(ability).overview_headings
     if chosen is not None and chosen not in known:
         raise InputError(f"metric={chosen}: expected one of {', '.join(known)}")
     return chosen or next(iter(known))

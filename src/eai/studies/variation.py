@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from pydantic import SerializeAsAny
 
 from eai.abilities.attempt_options import AttemptOptions
-from eai.abilities.experiment import SEPARATOR, StudyChoice, named
-from eai.abilities.protocol import FOUR, Ability, place_of
+from eai.abilities.experiment import SEPARATOR, StudyChoice, name_label
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, ability_rank
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.tasks.options import Options
@@ -149,7 +149,7 @@ class Variation(Options):
         A study whose stage states its choice returns None (`BeliefSet.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
-        label = SEPARATOR.join([named(name, str(value)) for name, value in options.items()])
+        label = SEPARATOR.join([name_label(name, str(value)) for name, value in options.items()])
         return StudyChoice(label or study, options)
 
     @property
@@ -163,7 +163,7 @@ class Variation(Options):
         Raises:
             InputError: one that is named cannot be varied so.
         """
-        return sorted(set(named or FOUR), key=place_of)
+        return sorted(set(named or PAPER_ABILITIES), key=ability_rank)
 
     def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage | None:
         """The stage before the questions, if there is one.

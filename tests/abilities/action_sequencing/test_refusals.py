@@ -10,7 +10,7 @@ import eai
 from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, Reward, Shaping, Suite, Task, given, make_task
 from eai.abilities.notation.plans import QUESTION, reason_of, refusal
-from eai.abilities.repair import EFFORT
+from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
 from eai.agents.reference import staged
@@ -123,9 +123,9 @@ def test_who_declines_besides_a_plan_is_paid_for_the_last_alone() -> None:
     ]:
         opened = suite(**kind)
         assert {Reward(opened, shaping)("t", text) for shaping in Shaping} == {float(is_right)}
-        look_back = opened.scorer("t").assess(text).look_back
+        look_back = opened.scorer("t").assess(text).analyze_failure
         assert look_back is not None
-        repair = look_back(EFFORT).repair
+        repair = look_back(DEFAULT_EFFORT).repair
         assert repair is not None
         assert repair.distance == (0 if is_right else None)
 
@@ -139,9 +139,9 @@ def test_records_keep_it_and_no_repair_is_looked_for() -> None:
         assert ("refused" in values) == (text == NO)
         assert record.task is not None
         assert record.task.missing == (WHY,)
-        look_back = opened.scorer("t").assess(text).look_back
+        look_back = opened.scorer("t").assess(text).analyze_failure
         if look_back is not None and why is not None:
-            repair = look_back(EFFORT).repair
+            repair = look_back(DEFAULT_EFFORT).repair
             assert repair is not None
             assert repair.why_null in (None, why)
 

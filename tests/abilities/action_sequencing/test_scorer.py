@@ -126,8 +126,8 @@ def test_an_answer_that_never_ran_reaches_no_goal(text: str) -> None:
 
 
 def test_a_verdict_is_the_same_whatever_was_scored_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MOST_TRIED", 6)
-    monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MOST_KNOWN", 3)
+    monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MAX_CACHED_OUTCOMES", 6)
+    monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MAX_CACHED_STEPS", 3)
     often = ActionSequencing(TASK, toy.DOMAIN, JsonPlans())
     ways = [
         SUCCESS,

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from eai.abilities.notation.goal_lexicon import _StatedGoals, read_stated, write_goals
+from eai.abilities.notation.goal_lexicon import _StatedGoals, read_stated_goals, write_goals
 from eai.abilities.notation.goals import JsonGoals
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.registry import find_benchmark
@@ -21,7 +21,7 @@ TASK = make_task("1", "Tidy up.", toy.initial(), toy.lit(Constant("lamp")))
 
 
 def stated(text: str) -> _StatedGoals:
-    return read_stated(text, TASK, toy.DOMAIN, JsonGoals())
+    return read_stated_goals(text, TASK, toy.DOMAIN, JsonGoals())
 
 
 def texts(read: _StatedGoals) -> list[tuple[GoalKind, str]]:
@@ -77,7 +77,7 @@ class ByClass(JsonGoals):
 )
 def test_a_class_stands_for_other_objects_each_time(relations: list[list[str]], meant: list[str]) -> None:
     answer = json.dumps({"edge goals": relations})
-    read = read_stated(answer, TASK, toy.DOMAIN, ByClass())
+    read = read_stated_goals(answer, TASK, toy.DOMAIN, ByClass())
     assert [text for _, text in texts(read)] == meant
 
 
@@ -101,7 +101,7 @@ def test_gold_answers_state_goals_that_mean_something(
         benchmark = find_benchmark(name)
         for task in tasks.values():
             answer = benchmark.goals.join(write_goals(task, benchmark.domain, benchmark.goals))
-            read = read_stated(answer, task, benchmark.domain, benchmark.goals)
+            read = read_stated_goals(answer, task, benchmark.domain, benchmark.goals)
             assert (read.unreadable, read.unknown, read.left_out) == (None, (), ()), task.id
             assert read.goals == read.meaningful
 
@@ -111,7 +111,7 @@ def test_in_virtualhome_gold_answers_state_the_goals(virtualhome_tasks: VirtualH
     benchmark = find_benchmark("virtualhome")
     for task in virtualhome_tasks.values():
         answer = benchmark.goals.join(write_goals(task, benchmark.domain, benchmark.goals))
-        read = read_stated(answer, task, benchmark.domain, benchmark.goals)
+        read = read_stated_goals(answer, task, benchmark.domain, benchmark.goals)
         lasting = [{g for g in goals if g.kind is not GoalKind.ACTION} for goals in (read.goals, task.goals)]
         assert lasting[0] == lasting[1], task.id
         actions = [alternatives(goal)[0] for goal in task.goals_of(GoalKind.ACTION)]
@@ -130,5 +130,5 @@ def test_a_class_means_its_last_object_and_said_again_the_one_before(
     assert things[last].name == lights[-1]
     for times, meant in ((1, lights[1:]), (2, lights[::-1]), (5, lights[::-1])):
         answer = json.dumps({"node goals": [{"name": "light", "state": "ON"}] * times})
-        read = read_stated(answer, task, benchmark.domain, benchmark.goals)
+        read = read_stated_goals(answer, task, benchmark.domain, benchmark.goals)
         assert [formula_text(goal.formula) for goal in read.goals] == [f"ON({name})" for name in meant]

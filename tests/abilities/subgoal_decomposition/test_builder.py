@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.subgoal_decomposition.builder import MAX_LITERALS, _Extent
+from eai.abilities.subgoal_decomposition.builder import MAX_LITERALS, _QuantifierRange
 from eai.base.errors import InputError
 from eai.logic.formula import Formula
 from eai.logic.ltl import parse
@@ -14,7 +14,7 @@ from world import toy
 START = toy.initial()
 OBJECTS = len(START.scene.objects)
 TASK = Task("1", "Toy", "Tidy up.", START, (), (1, 2, 3))
-EXTENT = _Extent(TASK)
+EXTENT = _QuantifierRange(TASK)
 QUANTIFIERS = (
     "forall {0}. ({2})",
     "exists {0}. ({2})",
@@ -100,4 +100,4 @@ def test_an_exists_tries_the_objects_of_the_task() -> None:
     variable = next(iter([formula("exists x. (lit(x))")])).variable  # type: ignore[attr-defined]
     assert EXTENT.usable(variable) == [1, 2, 3]
     assert EXTENT.everything(variable) == tuple(range(OBJECTS))
-    assert _Extent(replace(TASK, relevant=())).usable(variable) == tuple(range(OBJECTS))
+    assert _QuantifierRange(replace(TASK, relevant=())).usable(variable) == tuple(range(OBJECTS))

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
-from eai.abilities.subgoal_decomposition.program import Found
+from eai.abilities.subgoal_decomposition.program import SubgoalPlans
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.logic.formula import And, Atom, Constant, Formula, Not
 from eai.planning.subgoal import GroundAtom
@@ -38,8 +38,8 @@ def plans(*literals: str, refinement: Refinement = REFINEMENT) -> list[str]:
     return written(refinement.plans(wanted, holds, SCENE, TASK.relevant)(TASK.initial))
 
 
-def written(found: Found) -> list[str]:
-    return ["too far"] * (found.refused is not None) + [
+def written(found: SubgoalPlans) -> list[str]:
+    return ["too far"] * (found.failed_check is not None) + [
         ", ".join(" ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in plan)
         for plan in found.plans
     ]
@@ -194,7 +194,9 @@ def test_of_what_holds_already_the_actions_are_told_that_say_they_are_not_needed
 ) -> None:
     refinement = Refinement(toy.DOMAIN.replace_operators(LAY, STEP, DIM))
     found = refinement.needless([literal(text) for text in literals], TASK.initial)
-    assert (None if found is None else written(Found([found]))) == (None if needless is None else [needless])
+    assert (None if found is None else written(SubgoalPlans([found]))) == (
+        None if needless is None else [needless]
+    )
 
 
 def test_the_effort_of_a_search_is_told() -> None:

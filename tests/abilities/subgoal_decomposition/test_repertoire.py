@@ -5,7 +5,12 @@ from __future__ import annotations
 import pytest
 
 import eai.world as w
-from eai.abilities.subgoal_decomposition.repertoire import Ground, Repertoire, distinguished, is_needless
+from eai.abilities.subgoal_decomposition.repertoire import (
+    CandidateAction,
+    Repertoire,
+    distinguished,
+    is_needless,
+)
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
 from eai.world.execution import execute
@@ -93,9 +98,9 @@ def state_after(*steps: str) -> State:
     return execute(toy.DOMAIN, toy.initial(), plan(*steps)).final
 
 
-def ground(text: str, state: State) -> Ground:
+def ground(text: str, state: State) -> CandidateAction:
     (action,) = plan(text)
-    return Ground.of(action, REPERTOIRE.known[action.operator], state)
+    return CandidateAction.of(action, REPERTOIRE.known[action.operator], state)
 
 
 @pytest.mark.parametrize(

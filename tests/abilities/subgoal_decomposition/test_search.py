@@ -8,8 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.virtualhome import flat
-from eai.abilities.subgoal_decomposition.program import Do, Found, Instruction, Require, Split
-from eai.abilities.subgoal_decomposition.search import ExplorationLimits, GoalProgress, Outcome, search
+from eai.abilities.subgoal_decomposition.program import Fork, Instruction, Perform, Require, SubgoalPlans
+from eai.abilities.subgoal_decomposition.search import (
+    ExplorationLimits,
+    ExplorationResult,
+    GoalProgress,
+    search,
+)
 from eai.base.errors import InputError
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.logic import semantics
@@ -43,9 +48,9 @@ def actions(plan: Plan) -> tuple[Action, ...]:
     return tuple(flat.action(step, SCENE) for step in plan)
 
 
-def do(*plans: Plan, subgoal: int, then: int, effort: int = 0) -> Do:
-    found = Found([actions(plan) for plan in plans], effort)
-    return Do(lambda state: found, subgoal, then)
+def do(*plans: Plan, subgoal: int, then: int, effort: int = 0) -> Perform:
+    found = SubgoalPlans([actions(plan) for plan in plans], effort)
+    return Perform(lambda state: found, subgoal, then)
 
 
 def program(subgoals: Sequence[Sequence[Plan]], effort: int = 0) -> list[Instruction]:
@@ -58,12 +63,12 @@ def program(subgoals: Sequence[Sequence[Plan]], effort: int = 0) -> list[Instruc
 
 def run(
     made: Sequence[Instruction], goal: str = "OPEN(fridge.10)", limits: ExplorationLimits | None = None
-) -> Outcome:
+) -> ExplorationResult:
     progress = GoalProgress(parse(goal), SCENE)
     return search(DOMAIN, START, made, progress, limits or ExplorationLimits(branches=10_000))
 
 
-def done(outcome: Outcome) -> list[str]:
+def done(outcome: ExplorationResult) -> list[str]:
     return [
         " ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)])
         for a in outcome.reported.trajectory.executed
@@ -133,19 +138,19 @@ def test_what_is_required_must_hold() -> None:
 
 def test_a_subgoal_takes_no_more_actions_than_it_may() -> None:
     one, two = (do(OPEN, subgoal=0, then=0), do(GO, subgoal=0, then=1))
-    within = run([None, one._replace(most=2), two._replace(most=2)])
+    within = run([None, one._replace(max_actions=2), two._replace(max_actions=2)])
     assert (done(within), within.reported.executed, within.reported.refined) == ([*GO, *OPEN], 2, 1)
-    beyond = run([None, one._replace(most=1), two._replace(most=1)])
+    beyond = run([None, one._replace(max_actions=1), two._replace(max_actions=1)])
     assert beyond.reported.failure is not None
     assert beyond.reported.failure.check.id == "too_many_actions"
-    at_once = run([None, do((*GO, *OPEN), subgoal=0, then=0)._replace(most=1)])
+    at_once = run([None, do((*GO, *OPEN), subgoal=0, then=0)._replace(max_actions=1)])
     assert (done(at_once), at_once.reported.errors) == ([], 1), "nothing of too long a plan is executed"
-    apart = run([None, one._replace(subgoal=1, most=1), two._replace(most=1)])
+    apart = run([None, one._replace(subgoal=1, max_actions=1), two._replace(max_actions=1)])
     assert (apart.success, apart.reported.refined) == (True, 2)
 
 
 def test_alternatives_are_all_followed() -> None:
-    made = [None, do(OPEN, subgoal=1, then=0), do(GO, subgoal=0, then=1), Split(lambda state: (1, 2), 0)]
+    made = [None, do(OPEN, subgoal=1, then=0), do(GO, subgoal=0, then=1), Fork(lambda state: (1, 2), 0)]
     outcome = run(made)
     assert outcome.success
     assert done(outcome) == [*GO, *OPEN]
@@ -215,7 +220,7 @@ def naive(subgoals: Sequence[Sequence[Plan]], goal: str) -> Reported:
         met = 0
         for state, action in zip(trajectory.states, trajectory.executed, strict=False):
             met = progress.advance(met, state, action)
-        (successful if progress.reached(met, trajectory.final) else unsuccessful).append(trajectory)
+        (successful if progress.is_reached(met, trajectory.final) else unsuccessful).append(trajectory)
     others = unsuccessful or [execute(DOMAIN, START, actions(branch)) for branch in failed]
     errors = [sum(step.fault is not None for step in t.steps) for t in successful or others]
     lengths = [0 if successful else -len(t.states) for t in successful or others]
@@ -267,7 +272,7 @@ def test_merging_changes_nothing_that_is_reported(subgoals: list[list[Plan]], go
 
 @pytest.mark.parametrize("few", [2, 5])
 def test_merging_starts_early_enough_to_be_tested(few: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eai.abilities.subgoal_decomposition.search._FEW", few)
+    monkeypatch.setattr("eai.abilities.subgoal_decomposition.search._MIN_BRANCHES_TO_MERGE", few)
     test_merging_changes_nothing_that_is_reported()
 
 
@@ -308,7 +313,7 @@ def assert_progress_agrees(formula: Formula, trajectory: Trajectory) -> None:
     met = 0
     for state, action in zip(trajectory.states, trajectory.executed, strict=False):
         met = progress.advance(met, state, action)
-    assert progress.reached(met, trajectory.final) == semantics.holds(formula, to_trace(trajectory))
+    assert progress.is_reached(met, trajectory.final) == semantics.holds(formula, to_trace(trajectory))
 
 
 @settings(deadline=None)
@@ -358,16 +363,16 @@ def test_progress_agrees_on_random_formulas_and_trajectories(
 
 def test_one_position_meets_one_part() -> None:
     progress = GoalProgress(parse("CLOSED(fridge.10) then CLOSED(fridge.10)"), PARTS_SCENE)
-    assert not progress.reached(0, PARTS_START)
-    assert progress.reached(progress.advance(0, PARTS_START, Action("STANDUP", ())), PARTS_START)
+    assert not progress.is_reached(0, PARTS_START)
+    assert progress.is_reached(progress.advance(0, PARTS_START, Action("STANDUP", ())), PARTS_START)
 
 
 def test_what_must_hold_at_the_end_is_asked_there() -> None:
     is_open = StateTest(parse("OPEN(fridge.10)"), PARTS_SCENE)
     progress = GoalProgress(parse("CLOSED(fridge.10)"), PARTS_SCENE, is_open)
-    assert not progress.reached(0, PARTS_START)
-    assert progress.reached(1, flat.state("OPEN fridge.10", over=PARTS_SCENE))
-    assert not progress.reached(1, PARTS_START)
+    assert not progress.is_reached(0, PARTS_START)
+    assert progress.is_reached(1, flat.state("OPEN fridge.10", over=PARTS_SCENE))
+    assert not progress.is_reached(1, PARTS_START)
 
 
 def test_a_goal_is_a_sequence_of_state_formulas() -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 import eai.world as w
-from eai.abilities.subgoal_decomposition.repertoire import Ground, Repertoire
+from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, Repertoire
 from eai.abilities.subgoal_decomposition.uniform_cost import (
+    MovementPath,
     Permitted,
     SearchGoal,
-    Way,
     _best_failed_attempt,
     _Movement,
     _UniformCostSearch,
@@ -44,11 +44,11 @@ ACTIONS = [
 
 def movement(allowed: int) -> tuple[_Movement, Effort]:
     known, effort = Repertoire(DOMAIN).known, Effort(allowed)
-    moves = [Ground.of(action, known[action.operator], SITTING) for action in ACTIONS]
+    moves = [CandidateAction.of(action, known[action.operator], SITTING) for action in ACTIONS]
     return _Movement(moves, effort), effort
 
 
-def written(way: Way) -> str:
+def written(way: MovementPath) -> str:
     return ", ".join(
         " ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in way.plan()
     )
@@ -105,7 +105,7 @@ def test_few_parts_are_tested_and_what_it_takes_is_counted(lamps: int) -> None:
         return before & ~touched | sum(1 << i for i in range(lamps) if touched >> i & state.has("lit", i + 2))
 
     press = [
-        Ground.of(Action("PRESS", (i + 2,)), KNOWN["PRESS"], start).for_parts(1 << i, everything)
+        CandidateAction.of(Action("PRESS", (i + 2,)), KNOWN["PRESS"], start).for_parts(1 << i, everything)
         for i in range(lamps)
     ]
     goal = SearchGoal(0, met, everything, lambda _: False, ())
@@ -113,6 +113,6 @@ def test_few_parts_are_tested_and_what_it_takes_is_counted(lamps: int) -> None:
     assert search.shortest(start) == []
     tested[0] = 0
     found = _best_failed_attempt([search])
-    assert found.refused is not None or found.plans
+    assert found.failed_check is not None or found.plans
     assert 0 < tested[0] <= MOST
     assert found.effort >= tested[0] // 32, "effort stands for tests, too"

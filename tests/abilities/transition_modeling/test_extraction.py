@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.answer_text import Reading
-from eai.abilities.transition_modeling.extraction import Memory, WrittenOperator, extract
+from eai.abilities.answer_text import ParsedAnswer
+from eai.abilities.transition_modeling.extraction import ResultCache, WrittenOperator, extract
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import TRUE
 from eai.pddl.check import Offence
@@ -25,8 +25,8 @@ def wrapped(text: str) -> str:
 
 
 def read(answer: str) -> tuple[list[WrittenOperator], tuple[str, ...]]:
-    found = extract(answer, Memory())
-    assert isinstance(found, Reading), found
+    found = extract(answer, ResultCache())
+    assert isinstance(found, ParsedAnswer), found
     return list(found.value.values()), found.repairs
 
 
@@ -59,7 +59,7 @@ def test_operators_are_found_and_repairs_are_named(answer: str, repairs: tuple[s
 
 @pytest.mark.parametrize("answer", ["", "No.", "{}", "[1]", '{"output": 3}', "(define (domain d))"])
 def test_an_answer_without_operators_or_output_is_unreadable(answer: str) -> None:
-    assert isinstance(extract(answer, Memory()), Unreadable)
+    assert isinstance(extract(answer, ResultCache()), Unreadable)
 
 
 def test_an_output_without_operators_is_empty() -> None:
@@ -85,7 +85,7 @@ def test_an_output_without_operators_is_empty() -> None:
 def test_an_operator_with_wrong_brackets_or_keywords_makes_an_answer_unreadable(
     broken: str, reason: str
 ) -> None:
-    answer = extract(wrapped(f"{OPEN} {broken} {SHUT}"), Memory())
+    answer = extract(wrapped(f"{OPEN} {broken} {SHUT}"), ResultCache())
     assert isinstance(answer, Unreadable)
     assert reason in answer.reason
 
@@ -101,7 +101,7 @@ def test_an_operator_with_wrong_brackets_or_keywords_makes_an_answer_unreadable(
     ],
 )
 def test_an_answer_that_is_cut_off_or_has_another_part_is_unreadable(answer: str) -> None:
-    assert isinstance(extract(answer, Memory()), Unreadable)
+    assert isinstance(extract(answer, ResultCache()), Unreadable)
 
 
 HEAD = "(:action open :parameters (?o)"
@@ -167,7 +167,7 @@ def test_one_side_that_cannot_be_read_leaves_the_other(text: str, lost: str, off
     ],
 )
 def test_an_operator_whose_parts_are_no_lists_is_unreadable(text: str) -> None:
-    assert isinstance(extract(wrapped(text), Memory()), Unreadable)
+    assert isinstance(extract(wrapped(text), ResultCache()), Unreadable)
 
 
 def test_an_operator_of_which_pddl_allows_no_side_has_no_meaning() -> None:
@@ -199,11 +199,11 @@ NAMES = ("open", "close")
 
 
 def test_results_are_found_once_until_they_are_forgotten() -> None:
-    memory: Memory[int, str] = Memory(limit=6)
+    memory: ResultCache[int, str] = ResultCache(limit=6)
     found: list[int] = []
 
     def recalled(key: int) -> str:
-        return memory.recall(key, size=key, find=lambda: str(found.append(key) or key))
+        return memory.get_or_compute(key, size=key, find=lambda: str(found.append(key) or key))
 
     assert [recalled(key) for key in (1, 5, 1, 3, 5, 1, 3)] == ["1", "5", "1", "3", "5", "1", "3"]
     assert found == [1, 5, 3, 5, 1, 3]  # 3 puts 1 and 5 out, 5 puts 3 out
@@ -211,6 +211,6 @@ def test_results_are_found_once_until_they_are_forgotten() -> None:
 
 
 def test_what_is_larger_than_the_memory_is_found_and_forgotten() -> None:
-    memory: Memory[str, int] = Memory(limit=2)
-    assert [memory.recall("long", 3, lambda: 7), memory.size] == [7, 0]
-    assert [memory.recall("a", 1, lambda: 8), memory.recall("a", 1, lambda: 9)] == [8, 8]
+    memory: ResultCache[str, int] = ResultCache(limit=2)
+    assert [memory.get_or_compute("long", 3, lambda: 7), memory.size] == [7, 0]
+    assert [memory.get_or_compute("a", 1, lambda: 8), memory.get_or_compute("a", 1, lambda: 9)] == [8, 8]

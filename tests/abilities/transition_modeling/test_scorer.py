@@ -7,8 +7,8 @@ from typing import TypeAlias
 
 import pytest
 
-from eai.abilities.transition_modeling.extraction import LIMIT, Memory
-from eai.abilities.transition_modeling.rules import PaperRules, Rules
+from eai.abilities.transition_modeling.extraction import MAX_CACHED_CHARACTERS, ResultCache
+from eai.abilities.transition_modeling.rules import MatchingRules, PaperRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict, clause_content
 from eai.abilities.verdict import ALL, Confusion, Verdict
@@ -58,7 +58,7 @@ def answer(*operators: OperatorText) -> str:
     return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
 
 
-MakeRules: TypeAlias = Callable[[PddlPlanner | None], Rules]
+MakeRules: TypeAlias = Callable[[PddlPlanner | None], MatchingRules]
 
 
 @pytest.fixture
@@ -343,14 +343,14 @@ def test_rules_remember_a_bounded_number_of_characters(rules_with: MakeRules) ->
     length = 100_000
     texts = [
         answer(OperatorText("open", "(?o)", f"({number:x<{length}} ?o)", "(not (shut ?o))"))
-        for number in range(LIMIT // length + 2)
+        for number in range(MAX_CACHED_CHARACTERS // length + 2)
     ]
     first = scorer.score(texts[0])
     for text in texts:
         scorer.score(text)
     memories = [getattr(rules, name) for name in rules.__dataclass_fields__]
-    sizes = [each.size for each in memories if isinstance(each, Memory)]
-    assert LIMIT - length - 1000 < max(sizes) <= LIMIT
+    sizes = [each.size for each in memories if isinstance(each, ResultCache)]
+    assert MAX_CACHED_CHARACTERS - length - 1000 < max(sizes) <= MAX_CACHED_CHARACTERS
     assert scorer.score(texts[0]) == first  # found out again
 
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.agents.game import Game
 from eai.agents.reference import staged
@@ -168,7 +168,7 @@ def test_what_is_on_no_known_floor_is_seen_from_anywhere(activities: TaskSet[Tas
 def test_prompts_of_plans_tell_the_conventions_unless_they_are_asked(activity_store: Store) -> None:
     library, task_id = Library("eai", source=Source(store=activity_store)), "clean_a_patio"
     told, silent = (
-        {ability: library.open(each, ability)[task_id].user for ability in FOUR[:3]}
+        {ability: library.open(each, ability)[task_id].user for ability in PAPER_ABILITIES[:3]}
         for each in (behavior_1k(), untold())
     )
     for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):

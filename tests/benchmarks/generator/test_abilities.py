@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.generator.worlds import HOUSEHOLDS, tasks
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.agents.environment import make
 from eai.benchmarks.benchmark import Benchmark
@@ -31,7 +31,7 @@ def made(like: str, folder: Path) -> Benchmark:
     return find_benchmark(str(file))
 
 
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_right_answers_are_right(like: str, ability: Ability, tmp_path: Path) -> None:
     benchmark = made(like, tmp_path)

@@ -12,7 +12,7 @@ import pytest
 import eai
 from benchmarks.generator.worlds import HOUSEHOLDS, generator
 from eai import given
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.agents import gold_agent
 from eai.agents.game import Game
@@ -106,7 +106,7 @@ def test_subgoals_are_asked_for_where_there_is_a_plan_as_they_cannot_say_that_th
     assert made.twin is not None
     lines = [written(task, "behavior", domain) for task in (made.task, made.twin.task)]
     (tmp_path / "tasks.jsonl").write_text("\n".join(lines), encoding="utf-8")
-    suites = [eai.open(f"{tmp_path}/", ability) for ability in FOUR[:3]]
+    suites = [eai.open(f"{tmp_path}/", ability) for ability in PAPER_ABILITIES[:3]]
     asked = {suite.ability: set(suite.task_ids) for suite in suites}
     both = {made.task.id, made.twin.task.id}
     assert asked[Ability.GOAL_INTERPRETATION] == asked[Ability.ACTION_SEQUENCING] == both

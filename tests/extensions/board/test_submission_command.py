@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from command_line import Command
-from eai.abilities.protocol import FOUR
+from eai.abilities.protocol import PAPER_ABILITIES
 from eai.base.store import Store
 
 
@@ -21,7 +21,7 @@ def test_an_incomplete_run_is_built_and_its_gaps_are_named(
     assert built.status == 2
     assert f"written to {archive}" in built.out
     lines = built.out.splitlines()
-    assert len(lines) == 1 + (2 * len(FOUR) - 1) + 6
+    assert len(lines) == 1 + (2 * len(PAPER_ABILITIES) - 1) + 6
     assert "behavior_action_sequencing_outputs.json: and 94 more (--json lists all)" in lines
     assert "virtualhome_goal_interpretation_outputs.json: is missing" in lines
     assert sum(line.startswith("behavior_action_sequencing_outputs.json: ") for line in lines) == 6

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from eai.abilities.verdict import of_all
+from eai.abilities.verdict import share_of_one
 from eai.extensions.contamination.study import Placed, matched
 from eai.results.certainty import Case, certainty_of_difference
 from eai.results.table import Estimate
@@ -15,7 +15,7 @@ from eai.results.table import Estimate
 def placed(which: str, *strata: tuple[str, int, int]) -> list[Placed]:
     """Tasks of strata: the name of each, how many succeed and how many do not, all of unlike names."""
     return [
-        (Case(f"{which}{stratum}{i}", f"{which}{stratum}{i}", of_all(i < right)), stratum)
+        (Case(f"{which}{stratum}{i}", f"{which}{stratum}{i}", share_of_one(i < right)), stratum)
         for stratum, right, wrong in strata
         for i in range(right + wrong)
     ]
@@ -52,7 +52,7 @@ def test_intervals_hold_the_truth_as_often_as_is_said() -> None:
         chances = {"a": 0.8, "b": 0.3}
         sets = [
             [
-                (Case(f"{w}{i}", f"{w}{i}", of_all(rng.random() < chances[s])), s)
+                (Case(f"{w}{i}", f"{w}{i}", share_of_one(rng.random() < chances[s])), s)
                 for i in range(80)
                 for s in ["a" if rng.random() < share else "b"]
             ]

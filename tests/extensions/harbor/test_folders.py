@@ -9,7 +9,7 @@ import pytest
 
 from boxes import lacking
 from by_path import ROOT
-from eai.abilities.protocol import FOUR
+from eai.abilities.protocol import PAPER_ABILITIES
 from eai.agents.worlds import opened
 from eai.base.errors import InputError
 from eai.base.files import parse_toml
@@ -160,7 +160,7 @@ def test_harbor_finds_nothing_wrong(
 
 
 @in_boxes
-@pytest.mark.parametrize("ability", first_of([*FOUR, "acting"]))
+@pytest.mark.parametrize("ability", first_of([*PAPER_ABILITIES, "acting"]))
 def test_the_solution_wins_and_nothing_does_not(ability: str, data_store: Store, tmp_path: Path) -> None:
     (folder,) = exported("virtualhome", ability, ["27_2"], tmp_path / "out")
     with Trial(folder, tmp_path / "idle", data_store) as trial:

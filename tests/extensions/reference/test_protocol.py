@@ -12,7 +12,7 @@ from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.trial import Trial
-from eai.abilities.verdict import Counted, PlanVerdict
+from eai.abilities.verdict import PlanVerdict, SummaryCounts
 from eai.base.errors import InputError
 from eai.benchmarks.protocols import preset_attempts
 from eai.benchmarks.suite import open_suite
@@ -35,8 +35,8 @@ def tried(experiment: AttemptOptions, *answers: str) -> tuple[list[Attempt], boo
     """The attempts, and whether the trial is over after them."""
     trial = (Trial if experiment.preset is None else EAI_1_0_5.trial)(scorer(), experiment)
     for text in answers:
-        trial.take(text)
-    return trial.attempts, trial.over
+        trial.try_answer(text)
+    return trial.attempts, trial.is_over
 
 
 def test_the_preset_is_an_experiment_of_its_own() -> None:
@@ -99,10 +99,10 @@ def test_one_relation_more_is_missed() -> None:
 
 
 def test_what_counts_in_summaries_misses_it_too() -> None:
-    counting = replace(REACHED, counted=Counted(True, ALL_THREE, {}))
+    counting = replace(REACHED, counted=SummaryCounts(True, ALL_THREE, {}))
     asked = as_asked(replace(PLAN, verdict=counting)).verdict
     assert isinstance(asked, PlanVerdict)
-    assert asked.counted == Counted(False, ALL_THREE._replace(relation=Share(3, 4)), {})
+    assert asked.counted == SummaryCounts(False, ALL_THREE._replace(relation=Share(3, 4)), {})
 
 
 @pytest.mark.parametrize(

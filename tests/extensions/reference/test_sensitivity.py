@@ -52,7 +52,7 @@ def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle,
         assert isinstance(scorer, TransitionModeling)
         made = record(
             row["id"],
-            scorer.unanswered(),
+            scorer.score_missing_answer(),
             ability=suite.ability,
             protocol=suite.protocol,
             response=row["llm_output"],

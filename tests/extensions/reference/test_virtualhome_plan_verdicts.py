@@ -23,7 +23,7 @@ from benchmarks.virtualhome.test_plans import (
     test_steps_that_were_not_executed_reach_no_action_goal,
     told,
 )
-from eai.abilities.verdict import Counted, PlanVerdict, Verdict
+from eai.abilities.verdict import PlanVerdict, SummaryCounts, Verdict
 from eai.extensions.reference.virtualhome_plans import (
     GOLD_TEST,
     NOT_ACCEPTED,
@@ -63,7 +63,7 @@ def score() -> Score:
     return score_as_reference
 
 
-def counted(text: str, task: Task | None = None) -> Counted | None:
+def counted(text: str, task: Task | None = None) -> SummaryCounts | None:
     """Return the counts of an answer in a summary, if they are not those of its verdict."""
     verdict = score_as_reference(text, task or make_task())
     assert isinstance(verdict, PlanVerdict)

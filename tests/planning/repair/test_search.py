@@ -51,7 +51,7 @@ def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
             continue
         plan = scorer.notation.read(text)
         assert not isinstance(plan, Unreadable)
-        steps = scorer.mender.steps(plan)
+        steps = scorer.repairer.read_steps(plan)
         found.append((scorer, tuple([step for step in steps if step is not None])))
     return found
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import eai
-from eai.abilities.repair import EFFORT, Edit, Repair, blame_of, repair_lines
+from eai.abilities.repair import DEFAULT_EFFORT, Edit, Repair, find_blame, repair_lines
 from eai.abilities.verdict import PlanVerdict
 from eai.results.batch import score_run
 from eai.results.codec import record_from_json, record_to_json
@@ -22,8 +22,8 @@ WALK = '{"WALK": ["washing_machine", 1001]}'
 
 def repair_of(plan: str) -> Repair:
     assessment = SUITE.scorer(TASK).assess(plan)
-    assert assessment.look_back is not None
-    verdict = assessment.look_back(EFFORT)
+    assert assessment.analyze_failure is not None
+    verdict = assessment.analyze_failure(DEFAULT_EFFORT)
     assert isinstance(verdict, PlanVerdict)
     assert verdict.repair is not None
     assert (verdict.repair.distance == 0) == bool(verdict.success)
@@ -38,14 +38,14 @@ def test_what_cannot_be_read_is_at_no_distance() -> None:
 
 def test_blame_needs_all_single_edits() -> None:
     before, after = Edit("insert", 1, "OPEN(door)"), Edit("insert", 3, "OPEN(door)")
-    assert blame_of([before, Edit("delete", 1, was="GO(hall)")]) == ("step", 1)
-    assert blame_of([after, before]) == ("interval", 1)
-    assert blame_of([after, Edit("delete", 1, was="GO(hall)")]) == ("several", None)
+    assert find_blame([before, Edit("delete", 1, was="GO(hall)")]) == ("step", 1)
+    assert find_blame([after, before]) == ("interval", 1)
+    assert find_blame([after, Edit("delete", 1, was="GO(hall)")]) == ("several", None)
 
 
 def test_records_and_tables_have_it(tmp_path: Path) -> None:
     answers = ResponseFile("m", (Response(TASK, WALK),))
-    (record,) = score_run(SUITE, answers, {}, ScoringOptions(look_back=EFFORT))
+    (record,) = score_run(SUITE, answers, {}, ScoringOptions(look_back=DEFAULT_EFFORT))
     assert record.verdict.repair is not None
     assert record_from_json(record_to_json(record)) == record
     write_records(tmp_path / "records.jsonl", [record])

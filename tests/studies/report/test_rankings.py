@@ -156,7 +156,7 @@ def test_a_run_that_leaves_tasks_out_is_last_without_rank_or_bold(
 
 def test_a_run_whose_missing_answers_count_as_failures_is_ranked_with_a_note() -> None:
     run = plans(10, "partial")
-    failures = [replace(r, unanswered="why", verdict=BAD.without_answer()) for r in run.records[5:]]
+    failures = [replace(r, unanswered="why", verdict=BAD.as_missing_answer()) for r in run.records[5:]]
     found = table("overview", [plans(4, "a"), replace(run, records=(*run.records[:5], *failures))])
     assert found is not None
     assert [(row.rank, row.model, str(row.coverage)) for row in found.rows] == [
@@ -252,7 +252,7 @@ def test_rows_say_which_planner_judged_where_that_is_not_the_same(
     assert notes == [[f"Planner that judged operators: {name}."] if name else [] for name in told]
 
 
-@pytest.mark.parametrize("protocol", list(Protocol.known()))
+@pytest.mark.parametrize("protocol", list(Protocol.list_names()))
 @pytest.mark.parametrize("with_paper", [False, True])
 def test_null_models_stand_below_every_table_and_compete_with_nobody(
     protocol: Protocol, with_paper: bool

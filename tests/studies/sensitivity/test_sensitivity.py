@@ -9,7 +9,7 @@ from typing import TypeAlias
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.rules import PaperRules, Replaced, Rules
+from eai.abilities.transition_modeling.rules import MatchingRules, PaperRules, ReplacedPart
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PddlPlanner, PlannerOutcome
@@ -39,7 +39,7 @@ def answer(*operators: OperatorText) -> str:
     return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
 
 
-MakeRules: TypeAlias = Callable[[PddlPlanner | None], Rules]
+MakeRules: TypeAlias = Callable[[PddlPlanner | None], MatchingRules]
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def rules_with() -> MakeRules:
     return PaperRules
 
 
-def tried(text: str, rules_with: MakeRules, replaced: Replaced = "operator") -> list[Trial]:
+def tried(text: str, rules_with: MakeRules, replaced: ReplacedPart = "operator") -> list[Trial]:
     scorer = TransitionModeling(TASK, rules_with(BuiltInPlanner()))
     return list(try_operators(scorer, scored(scorer, text), replaced))
 
@@ -91,7 +91,7 @@ OTHER_NAMES = OperatorText("open", "(?x)", "(shut ?x)", "(wide ?x)")
 def test_one_side_of_an_operator_is_tried_with_the_other_and_the_parameters_of_the_gold_one(
     rules_with: MakeRules, written: OperatorText, precondition: bool, effect: bool
 ) -> None:
-    parts: tuple[tuple[Replaced, bool], ...] = (("precondition", precondition), ("effect", effect))
+    parts: tuple[tuple[ReplacedPart, bool], ...] = (("precondition", precondition), ("effect", effect))
     for replaced, expected in parts:
         found = tried(answer(written, LIGHT), rules_with, replaced)
         assert {each.operator: each.outcome == S for each in found} == {"open": expected, "light": True}
@@ -100,7 +100,7 @@ def test_one_side_of_an_operator_is_tried_with_the_other_and_the_parameters_of_t
 def test_a_trial_says_what_is_wrong_with_what_is_tried() -> None:
     both = OperatorText("open", "(?o)", "(lit ?o)", "(and (wide ?o) (lit ?o))")
     wrong = ("precondition:missing:shut", "precondition:additional:lit", "effect:additional:lit")
-    parts: dict[Replaced, tuple[str, ...]] = {
+    parts: dict[ReplacedPart, tuple[str, ...]] = {
         "operator": wrong,
         "precondition": wrong[:2],
         "effect": wrong[2:],

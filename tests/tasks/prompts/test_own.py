@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.store import Store
 from eai.logic.formula import Constant, Exists, Occurs, Or, Variable
 from eai.tasks.prompts.own import Questions, render
@@ -63,7 +63,7 @@ def test_without_another_task_there_is_no_example() -> None:
     assert "example" not in render(alone, Templates())["1"].user
 
 
-SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in FOUR]
+SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in PAPER_ABILITIES]
 
 
 @pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)

@@ -10,7 +10,7 @@ from itertools import islice, product
 import pytest
 
 from by_path import TESTS
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.agents.game import Game
 from eai.agents.reference import staged
 from eai.agents.rules import TRAINING
@@ -129,7 +129,7 @@ def test_predicates_that_only_the_engine_sees_are_not_told() -> None:
         assert "holding" not in text.replace("the hand is full", "")
 
 
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_prompts_speak_of_the_domain_at_hand_alone(ability: Ability) -> None:
     folder = FOLDER / "courier"
     benchmark = find_benchmark(f"pddl:{folder / 'domain.pddl'},{folder}")

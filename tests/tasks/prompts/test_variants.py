@@ -9,7 +9,7 @@ from string import Template
 import pytest
 
 from agents.switches import SWITCHES
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.prompt_library import Library
@@ -23,7 +23,7 @@ PLACE = re.compile(r"\$(\w+)")
 SIDES = ("and", "or", "not", "exists", "forall", "when")
 
 
-@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("ability", PAPER_ABILITIES)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_a_wording_has_every_place_but_the_example(variant: PromptSet, ability: Ability) -> None:
     """What fills the places are the rules and facts; only an example may be left out."""
@@ -40,7 +40,7 @@ def test_a_question_states_what_the_plain_one_states(
 ) -> None:
     """Vocabulary, rules, objects, start and goals are word for word those of the other question."""
     source, benchmark = Source(data_store), find_benchmark(domain)
-    for ability in FOUR:
+    for ability in PAPER_ABILITIES:
         if ability is Ability.TRANSITION_MODELING:
             continue
         plain, other = (Library(name, None, source).open(benchmark, ability) for name in ("eai", variant))

@@ -1,1 +1,1 @@
-"""Action sequencing: an initial state and a goal are given, the answer is a plan (paper, section 3)."""
+"""Action sequencing: given an initial state and a goal, the model answers with a plan (paper, section 3)."""

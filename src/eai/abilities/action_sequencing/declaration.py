@@ -1,4 +1,4 @@
-"""Action sequencing as a registered ability: how it is asked, judged and counted."""
+"""Declaration of action sequencing: how a model is asked, and how plans are judged and counted."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     ENDING_FAULTS,
-    Asked,
-    AskedWorld,
-    Form,
+    AbilityWorld,
+    Interaction,
+    SchemaMaker,
+    count_additional_steps,
+    count_fault,
+    declare_plan_ability,
     goal_shares,
-    on_trajectories,
-    times,
-    times_additional,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import PlanVerdict, of_all
+from eai.abilities.verdict import PlanVerdict, share_of_one
 from eai.tasks.share import Share
 
 if TYPE_CHECKING:
@@ -26,25 +26,25 @@ if TYPE_CHECKING:
 
 
 def contributions(verdict: PlanVerdict) -> dict[str, Share]:
-    """The contributions of one plan to each rate; it counts as its verdict says, or as `Counted` does."""
+    """Return the contributions of one plan to each rate, by its verdict or its `SummaryCounts`."""
     counted = verdict.counted
     return {
-        "task_success": of_all(verdict.success if counted is None else counted.success),
-        "execution_success": of_all(verdict.executable),
-        **{name: of_all(times(verdict, kind)) for name, kind in ENDING_FAULTS.items()},
-        "additional_step": of_all(times_additional(verdict)),
+        "task_success": share_of_one(verdict.success if counted is None else counted.success),
+        "execution_success": share_of_one(verdict.executable),
+        **{name: share_of_one(count_fault(verdict, kind)) for name, kind in ENDING_FAULTS.items()},
+        "additional_step": share_of_one(count_additional_steps(verdict)),
         **goal_shares(verdict),
     }
 
 
-def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
-    """The maker of scorers, imported where it is needed, so that reports load no engine."""
+def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
+    """Return the maker of scorers. The import is delayed so that reports do not load the engine."""
     from eai.abilities.action_sequencing.scorer import ActionSequencing
 
     return partial(ActionSequencing, domain=world.domain, notation=world.plans)
 
 
-def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
+def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     """The names of a task's objects, and the form of a plan; none where an answer may be no plan."""
     if task is not None and task.missing is not None:
         return world.plans.words(task), lambda words: None
@@ -52,9 +52,9 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
     return words, lambda words: world.plans.schema(world.domain, words)
 
 
-ACTION_SEQUENCING = on_trajectories(
+ACTION_SEQUENCING = declare_plan_ability(
     Ability.ACTION_SEQUENCING,
-    Asked(_scorers, form=_form, keys_in_order=True, bare=None),
+    Interaction(_scorers, answer_form=_form, keys_in_order=True, plain_text_prefix=None),
     "Action sequencing",
     "actions",
     PlanVerdict,

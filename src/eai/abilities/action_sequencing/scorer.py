@@ -1,4 +1,4 @@
-"""Action sequencing: from the text of a plan to its verdict."""
+"""The scorer of action sequencing: from the text of a plan to its verdict."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.explanation import SLIPPED, Explanation, repair_notes
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
-from eai.abilities.notation.plans import QUESTION, CarryOut, Course, PlanNotation, reason_of, resolve
+from eai.abilities.notation.plans import QUESTION, Execution, PlanExecutor, PlanNotation, reason_of, resolve
 from eai.abilities.repair import Repair
 from eai.abilities.reports import goal_reports, step_reports
 from eai.abilities.scorer import Assessment, PlanScorer, error_report
@@ -24,13 +24,13 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 if TYPE_CHECKING:
-    from eai.abilities.mending import PlanMender
+    from eai.abilities.plan_repairer import PlanRepairer
 
-_MOST_KNOWN = 1000
-"""After so many different steps of a task their meanings are forgotten."""
+_MAX_CACHED_STEPS = 1000
+"""Maximum number of different steps of a task whose actions are cached."""
 
-_MOST_TRIED = 200
-"""After so many steps of a task's answers their outcomes are forgotten: a state takes up to 2 kB."""
+_MAX_CACHED_OUTCOMES = 200
+"""Maximum number of steps whose outcomes are cached for a task: a state takes up to 2 kB."""
 
 
 class _Declining(NamedTuple):
@@ -45,15 +45,15 @@ class _Declining(NamedTuple):
 class ActionSequencing(PlanScorer):
     """The scorer of the plans for one task.
 
-    Whole plans are tested before anything is executed: whether there is one, then all names, then all numbers
-    of objects. A plan succeeds if it is executed to its end and reaches all goals; one that never runs
-    reaches none.
+    The whole plan is tested before any step is executed: whether it can be read, then all names, then all
+    numbers of objects. A plan succeeds if it runs to its end and reaches all goals. A plan that never runs
+    reaches no goal.
 
     Args:
         task: the task.
-        domain: the world in which plans are executed.
-        notation: how plans are written.
-        goals: what tests the goals of the task; by default as `GoalTest` does.
+        domain: the domain in which plans are executed.
+        notation: the notation of plans.
+        goals: the test of the task's goals; by default `GoalTest`.
     """
 
     def __init__(
@@ -70,23 +70,23 @@ class ActionSequencing(PlanScorer):
         self._tried = 0
 
     def assess(self, text: str) -> Assessment:
-        """The verdict on a plan that is carried out from the initial state, where every action works."""
-        found = self.assess_course(text, self._execute)
-        mend = partial(self._mend, text, found.verdict)
-        return found._replace(look_back=mend) if self._is_plain else found
+        """Return the verdict on a plan that is executed from the initial state, where every action works."""
+        found = self.assess_execution(text, self._execute)
+        mend = partial(self._repair, text, found.verdict)
+        return found._replace(analyze_failure=mend) if self._is_plain else found
 
     @property
     def _is_plain(self) -> bool:
-        """Whether plans are carried out and goals tested as repairs take it."""
+        """Whether plans are executed and goals are tested in the way that repairs assume."""
         if self.domain.begin is not begin_as_declared:
             return False
         return type(self) is ActionSequencing and type(self.goals) is GoalTest
 
-    def nearness(self, text: str) -> float | None:
-        """How near a plan is to success (`PlanMender.nearness`); 0 if it cannot be read.
+    def closeness(self, text: str) -> float | None:
+        """Return the closeness of a plan to success (`PlanRepairer.closeness`); 0 if the plan cannot be read.
 
         Raises:
-            InputError: plans are carried out, or goals tested, as another protocol has it.
+            InputError: the protocol is not ``strict``.
         """
         if not self._is_plain:
             raise InputError("how near a plan is to success is known under the protocol strict only")
@@ -94,10 +94,12 @@ class ActionSequencing(PlanScorer):
         if declined is not None or self.task.missing:  # for which no edits make a plan
             return float(declined is not None and declined.is_right)
         plan = self.read(text)
-        return 0.0 if isinstance(plan, Unreadable) else self.mender.nearness(self.mender.steps(plan))
+        return (
+            0.0 if isinstance(plan, Unreadable) else self.repairer.closeness(self.repairer.read_steps(plan))
+        )
 
-    def _mend(self, text: str, verdict: Verdict, limit: int) -> Verdict:
-        """The verdict on a plan with the fewest edits that make it succeed."""
+    def _repair(self, text: str, verdict: Verdict, limit: int) -> Verdict:
+        """Return the verdict on a plan, with the fewest edits that make it succeed."""
         if verdict.excluded is not None or not isinstance(verdict, PlanVerdict):
             return verdict
         if verdict.declines and verdict.success:
@@ -105,29 +107,29 @@ class ActionSequencing(PlanScorer):
         plan = self.read(text)
         if verdict.declines or isinstance(plan, Unreadable):
             return replace(verdict, repair=Repair(why_null="unreadable"))
-        return replace(verdict, repair=self.mender.mend(plan, verdict, limit))
+        return replace(verdict, repair=self.repairer.repair(plan, verdict, limit))
 
     @cached_property
-    def mender(self) -> PlanMender:
-        """Tells the smallest repairs of answers."""
-        from eai.abilities.mending import PlanMender
+    def repairer(self) -> PlanRepairer:
+        """The finder of the smallest repairs of answers."""
+        from eai.abilities.plan_repairer import PlanRepairer
 
-        return PlanMender(self.task, self.domain, self.notation)
+        return PlanRepairer(self.task, self.domain, self.notation)
 
-    def assess_course(self, text: str, carry_out: CarryOut) -> Assessment:
-        """The verdict on a plan; its explanation executes also what an excluded task leaves out.
+    def assess_execution(self, text: str, carry_out: PlanExecutor) -> Assessment:
+        """Return the verdict on a plan. The explanation executes plans for excluded tasks as well.
 
         Args:
             text: the answer.
-            carry_out: how the plan is carried out; asked at most once for the verdict.
+            carry_out: executes the plan. It is called at most once for the verdict.
         """
         if self.excluded is None:
             return self._assess(text, carry_out)
         left_out = PlanVerdict(excluded=self.excluded)
         return Assessment(left_out, lambda: self._assess(text, carry_out).explain())
 
-    def _assess(self, text: str, carry_out: CarryOut) -> Assessment:
-        """The assessment as if the task were not excluded."""
+    def _assess(self, text: str, carry_out: PlanExecutor) -> Assessment:
+        """Return the assessment as if the task were not excluded."""
         declined = self._declining(text)
         if declined is not None:
             return self._declined(declined)
@@ -141,7 +143,10 @@ class ActionSequencing(PlanScorer):
         return self._run(plan, actions, carry_out)
 
     def read(self, text: str) -> WrittenPlan | Unreadable:
-        """Read the plan in an answer; a plan without steps is one only if all goals hold at the start."""
+        """Read the plan in an answer.
+
+        A plan without steps is readable only if all goals hold at the start.
+        """
         plan = self.notation.read(text, self.domain.arities)
         if isinstance(plan, Unreadable) or plan.steps or self._holds_at_start:
             return plan
@@ -152,8 +157,11 @@ class ActionSequencing(PlanScorer):
         return all(self._reached(self._execute(())))
 
     def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
-        """The plan as ground actions, or its first grammar error: of all names before of any arity."""
-        if len(self._known) > _MOST_KNOWN:
+        """Return the plan as ground actions, or its first grammar error.
+
+        Unknown names come before wrong arities.
+        """
+        if len(self._known) > _MAX_CACHED_STEPS:
             self._known = {}
         known = self._known  # of another thread's as well
         try:
@@ -168,13 +176,12 @@ class ActionSequencing(PlanScorer):
         return tuple([known[step] for step in plan.steps])
 
     def _resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
-        """The same, whatever is known."""
         return resolve(plan, self.domain, self.notation, self._object)
 
     def _declining(self, text: str) -> _Declining | None:
         """Its reason or question, if an answer gives no plan where the task allows that; else None."""
         missing, fits = self.task.missing, self.task.fits
-        if missing is not None and (reason := reason_of(self.notation.decoded(text))) is not None:
+        if missing is not None and (reason := reason_of(self.notation.decode_names(text))) is not None:
             why = f"missing: {', '.join(missing or ('nothing',))}"
             return _Declining(reason, bool(missing), f"said to be impossible: {reason}", why)
         if fits is not None and (question := reason_of(text, QUESTION)) is not None:
@@ -189,8 +196,7 @@ class ActionSequencing(PlanScorer):
         notes = (declined.said, declined.why)
         return Assessment(verdict, lambda: Explanation(notes, goals=goal_reports(self.task, reached)))
 
-    def _refuse(self, error: ErrorReport, plan: WrittenPlan, carry_out: CarryOut) -> Assessment:
-        """The assessment of an answer that cannot be run."""
+    def _refuse(self, error: ErrorReport, plan: WrittenPlan, carry_out: PlanExecutor) -> Assessment:
         step = f"step {error.step + 1}: " if error.step is not None else ""
         reason = f"{error.kind.value}: {step}{error.detail}"
         verdict = self._rejection(error, plan, carry_out)
@@ -201,28 +207,25 @@ class ActionSequencing(PlanScorer):
 
         return Assessment(verdict, explain)
 
-    def _rejection(self, error: ErrorReport, plan: WrittenPlan, carry_out: CarryOut) -> PlanVerdict:
-        """The verdict on an answer that cannot be run."""
+    def _rejection(self, error: ErrorReport, plan: WrittenPlan, carry_out: PlanExecutor) -> PlanVerdict:
         reached = self._reached_without_running(carry_out)
         return self._verdict(reached, plan, success=False, error=error)
 
-    def _execute(self, actions: tuple[Action, ...]) -> Course:
-        """The course of a plan from the initial state, where every action works."""
+    def _execute(self, actions: tuple[Action, ...]) -> Execution:
         episode = Episode(self.domain, self.task.initial, known_outcomes=self._outcomes)
         episode.run(actions)
         trajectory = episode.trajectory
         self._tried += len(trajectory.steps)
-        if self._tried > _MOST_TRIED:
+        if self._tried > _MAX_CACHED_OUTCOMES:
             self._outcomes, self._tried = {}, 0
-        return Course(trajectory)
+        return Execution(trajectory)
 
-    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: CarryOut) -> Assessment:
-        """The assessment of a plan that can be run, as written and as ground actions."""
+    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: PlanExecutor) -> Assessment:
         course = carry_out(actions)
         verdict = self._judge(course, plan)
         return Assessment(verdict, partial(self._explain, verdict, course))
 
-    def _judge(self, course: Course, plan: WrittenPlan) -> PlanVerdict:
+    def _judge(self, course: Execution, plan: WrittenPlan) -> PlanVerdict:
         reached = self._reached(course)
         trajectory, failure = course.trajectory, course.trajectory.failure
         error = None
@@ -239,7 +242,7 @@ class ActionSequencing(PlanScorer):
             success=success,
             error=error,
             additional_steps=additional,
-            partial=self.goals.partial(self._final(course), course.taken, reached),
+            partial=self.goals.partial(self._final(course), course.taken_actions, reached),
         )
 
     def _verdict(
@@ -253,7 +256,7 @@ class ActionSequencing(PlanScorer):
         refused: str | None = None,
         partial: Share | None = None,
     ) -> PlanVerdict:
-        """The verdict on an answer, by what it reaches of the goals; without `partial` it never ran."""
+        """Return the verdict by the goals that the answer reaches. Without `partial` it never ran."""
         return PlanVerdict(
             executable=error is None and refused is None,
             success=success,
@@ -267,36 +270,36 @@ class ActionSequencing(PlanScorer):
             refused=refused,
         )
 
-    def _explain(self, verdict: PlanVerdict, course: Course) -> Explanation:
+    def _explain(self, verdict: PlanVerdict, course: Execution) -> Explanation:
         return Explanation(
             self._notes(verdict.repairs),
             step_reports(self.task, self.domain, course.trajectory),
-            goal_reports(self.task, verdict.goals_satisfied, course.whole or course.trajectory),
+            goal_reports(self.task, verdict.goals_satisfied, course.whole_trajectory or course.trajectory),
         )
 
     def _notes(self, repairs: tuple[str, ...]) -> tuple[str, ...]:
-        """The remarks on an answer as a whole."""
         excluded = () if self.excluded is None else (f"excluded: {self.excluded}",)
         return (*repair_notes(repairs), *excluded)
 
-    def _reached(self, course: Course) -> tuple[bool, ...]:
-        """For each goal, in order, whether a plan that ran reaches it."""
-        return self.goals.reached(self._final(course), course.taken, course.whole or course.trajectory)
+    def _reached(self, course: Execution) -> tuple[bool, ...]:
+        """For each goal, in order, return whether an executed plan reaches it."""
+        return self.goals.reached(
+            self._final(course), course.taken_actions, course.whole_trajectory or course.trajectory
+        )
 
-    def _final(self, course: Course) -> State:
-        """The state in which a plan that ran leaves the world."""
+    def _final(self, course: Execution) -> State:
         return course.trajectory.final
 
-    def _reached_without_running(self, carry_out: CarryOut) -> tuple[bool, ...]:
-        """For each goal, in order, whether an answer that cannot be run reaches it."""
+    def _reached_without_running(self, carry_out: PlanExecutor) -> tuple[bool, ...]:
+        """For each goal, in order, return whether an answer that cannot be executed reaches it."""
         return self.goals.none_reached
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
-        """Whether a plan that ran succeeds."""
+        """Whether an executed plan succeeds."""
         return error is None and all(reached)
 
 
 def _is_plain(step: WrittenStep) -> bool:
-    """Whether a step names its objects by texts, or tuples of texts, equal only where they look alike."""
+    """Whether a step names its objects by texts or tuples of texts, so that equal steps look the same."""
     parts = [part for name in step.objects for part in (name if isinstance(name, tuple) else (name,))]
     return all(isinstance(part, str) for part in parts)

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     AbilityDeclaration,
+    AbilityWorld,
     AnswerOutcome,
-    Asked,
-    AskedWorld,
-    Form,
+    Interaction,
     MetricColumn,
+    SchemaMaker,
     counts_outcome,
     error_outcome,
     score_columns,
 )
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import ALL, NO_COUNTS, add, confusion_shares, of_all
+from eai.abilities.verdict import ALL, NO_COUNTS, add_confusions, confusion_shares, share_of_one
 from eai.tasks.share import Share
 from eai.tasks.task import GoalKind
 from eai.world.fault import FaultKind
@@ -46,14 +46,14 @@ def contributions(verdict: GoalVerdict) -> dict[str, Share]:
     """
     counts = verdict.counts or {}
     by_kind = {kind.value: counts.get(kind.value, NO_COUNTS) for kind in GoalKind}
-    whole = counts.get(ALL, add(by_kind.values()))
+    whole = counts.get(ALL, add_confusions(by_kind.values()))
     shares: dict[str, Share] = {}
     for name, confusion in {**by_kind, OVERALL: whole}.items():
         shares |= confusion_shares(name, confusion)
     unreadable = verdict.error is not None and verdict.error.kind is FaultKind.PARSING
     return {
         **shares,
-        "parsing": of_all(unreadable),
+        "parsing": share_of_one(unreadable),
         "ill_formed": Share(verdict.ill_formed, verdict.predicted),
         "hallucination": Share(len(verdict.hallucinated), verdict.predicted),
     }
@@ -62,17 +62,19 @@ def contributions(verdict: GoalVerdict) -> dict[str, Share]:
 def outcome(verdict: GoalVerdict) -> AnswerOutcome:
     """The outcome of an interpretation of goals."""
     flawless = not verdict.ill_formed and not verdict.hallucinated
-    return error_outcome(verdict) or counts_outcome(add((verdict.counts or {}).values()), enough=flawless)
+    return error_outcome(verdict) or counts_outcome(
+        add_confusions((verdict.counts or {}).values()), enough=flawless
+    )
 
 
-def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """The maker of scorers, imported where it is needed, so that reports load no engine."""
     from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 
     return partial(GoalInterpretation, domain=world.domain, notation=world.goals)
 
 
-def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
+def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     names = () if task is None else world.goals.names(task)
     relevant = () if task is None else task.relevant
     words = list(dict.fromkeys([names[i] for i in relevant]))
@@ -81,9 +83,9 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
 
 GOAL_INTERPRETATION = AbilityDeclaration(
     ability=Ability.GOAL_INTERPRETATION,
-    asked=Asked(_scorers, form=_form, lists_are_sets=True, bare=None),
+    interaction=Interaction(_scorers, answer_form=_form, lists_are_sets=True, plain_text_prefix=None),
     title="Goal interpretation",
-    short="goals",
+    short_title="goals",
     verdict=GoalVerdict,
     contributions=contributions,
     outcome=outcome,
@@ -93,7 +95,7 @@ GOAL_INTERPRETATION = AbilityDeclaration(
         MetricColumn("ill_formed", _GRAMMAR, "Ill-formed", False),
         MetricColumn("hallucination", _GRAMMAR, "Hallucination", False),
     ),
-    terminal=tuple(column.metric for column in _SCORES),
-    main={f"{OVERALL}.f1": "F1"},
-    averaged=(f"{OVERALL}.f1",),
+    terminal_metrics=tuple(column.metric for column in _SCORES),
+    overview_headings={f"{OVERALL}.f1": "F1"},
+    averaged_metrics=(f"{OVERALL}.f1",),
 )

@@ -19,7 +19,7 @@ from operator import or_
 from textwrap import shorten
 from typing import NamedTuple
 
-from eai.abilities.explanation import Explanation, GoalReport, names_in, repair_notes
+from eai.abilities.explanation import Explanation, GoalReport, find_names, repair_notes
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import Alternatives, GoalNotation, IllFormed, WrittenGoal, WrittenGoals
@@ -31,11 +31,11 @@ from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.relation import bits, first_bits
 
-_WIDTH = 100
+_MAX_ENTRY_CHARACTERS = 100
 """The most characters that are shown of an ill-formed entry."""
 
 
-class _Stated(NamedTuple):
+class _SortedGoals(NamedTuple):
     """The goals of an answer: how often each is stated that can be compared, and the others.
 
     Attributes:
@@ -68,7 +68,7 @@ class _GoldGoals:
         self.mask_of: dict[WrittenGoal, int] = {}
         self.of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
         self.goals = alternatives
-        self.best = [best_overlap(goal.options, self._number) for goal in alternatives]
+        self.best = [best_overlap(goal.options, self._number_of) for goal in alternatives]
 
     def chosen(self, said: int) -> list[int]:
         """Of each goal the option that shares most with what is said; 0 where there is none."""
@@ -83,16 +83,16 @@ class _GoldGoals:
         """The conditions of a set as texts."""
         return tuple([self._texts[number] for number in bits(mask)])
 
-    def _number(self, literal: Literal) -> int:
-        ground = self._lexicon.canonical(self._lexicon.grounded(literal))
+    def _number_of(self, literal: Literal) -> int:
+        ground = self._lexicon.canonicalize(self._lexicon.to_ground_goal(literal))
         number = self._numbers.get(ground)
         if number is None:
             number = self._numbers[ground] = len(self.stated)
-            stated = self._lexicon.canonical(self._lexicon.spelt(literal))
+            stated = self._lexicon.canonicalize(self._lexicon.to_answer_goal(literal))
             self.stated.append(stated)
             self._texts.append(str(stated))
             self.mask_of[stated] = self.mask_of.get(stated, 0) | 1 << number
-            self.of_kind[self._lexicon.kind(stated)] |= 1 << number
+            self.of_kind[self._lexicon.classify(stated)] |= 1 << number
         return number
 
 
@@ -112,32 +112,33 @@ class GoalInterpretation(Scorer):
             notes = (f"parsing: {goals.reason}",)
             nothing = WrittenGoals(())
             return Assessment(
-                self.unread(goals), lambda: replace(self._explain(nothing, self.judge(nothing)), notes=notes)
+                self.judge_unreadable(goals),
+                lambda: replace(self._explain(nothing, self.judge(nothing)), notes=notes),
             )
         verdict = self.judge(goals)
         return Assessment(verdict, partial(self._explain, goals, verdict))
 
-    def unread(self, goals: Unreadable) -> GoalVerdict:
+    def judge_unreadable(self, goals: Unreadable) -> GoalVerdict:
         """The verdict on an answer in which no goals can be read."""
         error = ErrorReport(FaultKind.PARSING, None, goals.reason)
         return replace(self.judge(WrittenGoals(())), error=error, spans=goals.spans)
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
         """The verdict on the goals of an answer."""
-        said, unknown, lacking = self._stated(goals)
+        said, unknown, lacking = self._sort_goals(goals)
         ill_formed = len(lacking) + len(dict.fromkeys(goals.ill_formed))
-        wanted, found = reduce(or_, self._chosen(said), 0), 0
+        wanted, found = reduce(or_, self._choose_options(said), 0), 0
         wrong: list[str] = []
         kinds: list[str] = []
         for goal, times in said.items():
             meant = self.gold.mask_of.get(goal, 0) & wanted
             asked = meant.bit_count()
             if times > 1:
-                times = min(times, max(1, asked, self.lexicon.instances(goal)))
+                times = min(times, max(1, asked, self.lexicon.count_instances(goal)))
             found |= meant if times >= asked else first_bits(meant, times)
             if times > asked:
                 wrong += [str(goal)] * (times - asked)
-                kinds += [self.lexicon.kind(goal)] * (times - asked)
+                kinds += [self.lexicon.classify(goal)] * (times - asked)
         missing = wanted & ~found
         return GoalVerdict(
             counts={
@@ -160,18 +161,18 @@ class GoalInterpretation(Scorer):
             missing=self.gold.as_texts(missing),
         )
 
-    def left_out(self, goals: WrittenGoals) -> Iterable[str]:
+    def describe_left_out(self, goals: WrittenGoals) -> Iterable[str]:
         """The parts of an answer that are neither right nor wrong, and why, in words."""
-        _, unknown, lacking = self._stated(goals)
-        entries = [(self.lexicon.kind(goal), str(goal)) for goal in lacking]
+        _, unknown, lacking = self._sort_goals(goals)
+        entries = [(self.lexicon.classify(goal), str(goal)) for goal in lacking]
         yield from ill_formed_texts([*entries, *goals.ill_formed])
         for goal, name in dict.fromkeys(unknown):
             yield f"left out as hallucination: {goal}, there is no {name}"
 
-    def reports(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
+    def report_goals(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
         """For each goal of the task whether an answer has it; a condition uses up one statement of it."""
-        left = self._stated(goals).known
-        options = self._chosen(left)
+        left = self._sort_goals(goals).known
+        options = self._choose_options(left)
         met = 0
         for number in bits(reduce(or_, options, 0)):
             condition = self.gold.stated[number]
@@ -183,61 +184,61 @@ class GoalInterpretation(Scorer):
         for goal, best, option in zip(self.gold.goals, self.gold.best, options, strict=True):
             text = goal.text or " and ".join(map(str, self.gold.conditions(option)))
             is_met = best(0) is not None and not option & ~met
-            reports.append(GoalReport(goal.kind, text, is_met, predicates=names_in(text)))
+            reports.append(GoalReport(goal.kind, text, is_met, predicates=find_names(text)))
         return tuple(reports)
 
     def _explain(self, goals: WrittenGoals, verdict: GoalVerdict) -> Explanation:
         reported = {*verdict.matched, *verdict.wrong, *verdict.missing}
-        notes = [*repair_notes(goals.repairs), *self.left_out(goals)]
+        notes = [*repair_notes(goals.repairs), *self.describe_left_out(goals)]
         for kind, (right, wrong, missed) in (verdict.counts or {}).items():
             if kind != ALL:
                 notes.append(f"{kind} goals: {right} right, {wrong} wrong, {missed} missed")
         if not self.gold.mask_of:
             notes.append("the task has no goals, so nothing that is stated is right")
         notes += wrong_goal_notes(verdict, {str(goal) for goal in self.gold.mask_of})
-        notes += self._lacking(goals)
+        notes += self._describe_partial_goals(goals)
         return Explanation(
             notes=tuple(notes),
-            goals=self.reports(goals),
+            goals=self.report_goals(goals),
             atoms={
                 text: goal.statement
-                for goal in (*self.gold.stated, *self.counted(goals))
+                for goal in (*self.gold.stated, *self.list_compared(goals))
                 if (text := str(goal)) in reported
             },
         )
 
-    def counted(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
+    def list_compared(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
         """The goals of an answer that are right or wrong."""
-        return self._stated(goals).known
+        return self._sort_goals(goals).known
 
-    def _lacking(self, goals: WrittenGoals) -> Iterator[str]:
+    def _describe_partial_goals(self, goals: WrittenGoals) -> Iterator[str]:
         """The conditions that are missed of goals of several that are stated in part."""
-        left = self._stated(goals).known
-        for option in self._chosen(left):
+        left = self._sort_goals(goals).known
+        for option in self._choose_options(left):
             missed = [str(condition) for condition in self.gold.conditions(option) if condition not in left]
             if 0 < len(missed) < option.bit_count():
                 yield f"missed of a goal that is stated in part: {', '.join(missed)}"
 
-    def _stated(self, goals: WrittenGoals) -> _Stated:
+    def _sort_goals(self, goals: WrittenGoals) -> _SortedGoals:
         """The goals of an answer, the well-formed ones in canonical form."""
         lexicon = self.lexicon
         known: dict[WrittenGoal, int] = {}
         ill_formed: dict[WrittenGoal, None] = {}
         for goal in goals.goals:
             if lexicon.is_well_formed(goal):
-                goal = lexicon.canonical(lexicon.with_answer_names(goal))
+                goal = lexicon.canonicalize(lexicon.use_answer_names(goal))
                 known[goal] = known.get(goal, 0) + 1
             else:
                 ill_formed[goal] = None
         unknown: list[tuple[WrittenGoal, str]] = []
         for goal in [*known]:
-            name = lexicon.first_unknown(goal)
+            name = lexicon.find_unknown_name(goal)
             if name is not None:
-                times = min(known.pop(goal), max(1, lexicon.instances(goal)))
+                times = min(known.pop(goal), max(1, lexicon.count_instances(goal)))
                 unknown += [(goal, name)] * times
-        return _Stated(known, tuple(unknown), tuple(ill_formed))
+        return _SortedGoals(known, tuple(unknown), tuple(ill_formed))
 
-    def _chosen(self, said: Iterable[WrittenGoal]) -> list[int]:
+    def _choose_options(self, said: Iterable[WrittenGoal]) -> list[int]:
         """Of each goal the option that an answer meets best."""
         mask_of = self.gold.mask_of
         return self.gold.chosen(reduce(or_, [mask_of.get(goal, 0) for goal in said], 0))
@@ -246,7 +247,7 @@ class GoalInterpretation(Scorer):
 def ill_formed_texts(entries: Iterable[IllFormed]) -> Iterator[str]:
     """The ill-formed entries, each once, long ones cut off."""
     for _, text in dict.fromkeys(entries):
-        yield f"left out as ill-formed: {shorten(text, _WIDTH, placeholder=' ...')}"
+        yield f"left out as ill-formed: {shorten(text, _MAX_ENTRY_CHARACTERS, placeholder=' ...')}"
 
 
 def wrong_goal_notes(verdict: GoalVerdict, options: Container[str] = ()) -> tuple[str, ...]:

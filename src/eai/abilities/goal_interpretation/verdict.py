@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Merit, Verdict, merit_of_parts
+from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Credit, Verdict, credit_parts
 from eai.base.json_value import Json
 from eai.world.fault import FaultKind
 
@@ -44,9 +44,9 @@ class GoalVerdict(Verdict):
         hallucinated = len(self.hallucinated)
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
-    def merit(self, at_start: Sequence[bool]) -> Merit | None:
+    def credit(self, at_start: Sequence[bool]) -> Credit | None:
         """By F1; goals that lack a part, or name what there is not, are wrong, and faults besides."""
         hallucinated = len(self.hallucinated)
         faults = +Counter({FaultKind.PARSING: self.ill_formed, FaultKind.HALLUCINATION: hallucinated})
         counts = (self.counts or {}).get(ALL, NO_COUNTS)
-        return merit_of_parts(counts, self.error, faults, strangers=hallucinated + self.ill_formed)
+        return credit_parts(counts, self.error, faults, meaningless=hallucinated + self.ill_formed)

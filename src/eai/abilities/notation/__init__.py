@@ -1,1 +1,1 @@
-"""How answers are written, as a benchmark has it: what the abilities read, and built-in models write."""
+"""Notations of answers, which a benchmark chooses: abilities read them, built-in models write them."""

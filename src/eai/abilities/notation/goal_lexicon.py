@@ -1,10 +1,9 @@
-"""The vocabulary of answers to a task, the goals of the task in it, and what goals of an answer mean there.
+"""The vocabulary of answers to a task, the task's goals in it, and the meaning of stated goals.
 
-Someone may take the goals of an answer to goal interpretation for the task's (`read_stated`). They are read
-as goal interpretation reads them, with one difference: where the notation has connectives and quantifiers,
-they are understood too, though no answer is compared with them. What is well-formed is asked for as it
-stands, be it right or wrong, and a name that means nothing stays in it as it was written. What is ill-formed
-is left out. An answer that cannot be read states no goals.
+The goals of an answer to goal interpretation can be used as the task's goals (`read_stated_goals`). They are
+read as goal interpretation reads them, and connectives and quantifiers are understood, too, if the notation
+has them. A well-formed goal is kept even if it is wrong, and an unknown name stays in it as written.
+Ill-formed goals are left out. An unreadable answer states no goals.
 """
 
 from __future__ import annotations
@@ -27,12 +26,12 @@ from eai.world.domain import Domain
 
 
 class GoalLexicon:
-    """The vocabulary of answers to a task, and how it is written.
+    """The vocabulary of answers to a task.
 
     Attributes:
-        words: the predicates, as spelt.
+        words: the predicates as answers spell them.
         actions: the actions.
-        objects: the names of objects, and of how many each is the name.
+        objects: names of objects, and the number of objects with each name.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
@@ -46,8 +45,8 @@ class GoalLexicon:
         self._spelling = {predicate: word for (word, _), predicate in reversed(tuple(words.items()))}
         self._arity = dict(self.words)
 
-    def kind(self, goal: WrittenGoal) -> GoalKind:
-        """State or relation: by the predicate where there is one, else by the number of objects."""
+    def classify(self, goal: WrittenGoal) -> GoalKind:
+        """Return the kind of a goal, by the arity of a known predicate or else by the number of objects."""
         if goal.is_action:
             return GoalKind.ACTION
         arity = len(goal.names)
@@ -56,17 +55,17 @@ class GoalLexicon:
         return GoalKind.STATE if arity < 2 else GoalKind.RELATION
 
     def is_well_formed(self, goal: WrittenGoal) -> bool:
-        """Whether it has as many objects as its predicate; one or two if there is no such predicate."""
+        """Whether a goal has as many objects as its predicate; one or two if the predicate is unknown."""
         if goal.is_action or (goal.predicate, len(goal.names)) in self.words:
             return True
         return goal.predicate not in self._arity and 0 < len(goal.names) < 3
 
     def has_predicate(self, goal: WrittenGoal) -> bool:
-        """Whether there is such a predicate, of however many objects."""
+        """Whether the predicate of a goal exists, with any number of objects."""
         return goal.is_action or goal.predicate in self._arity
 
-    def first_unknown(self, goal: WrittenGoal) -> str | None:
-        """The first name in a goal that means nothing: an object, else the predicate or action."""
+    def find_unknown_name(self, goal: WrittenGoal) -> str | None:
+        """Return the first unknown name in a goal (objects come before the predicate), or None."""
         for name in goal.names:
             if name not in self.objects:
                 return name
@@ -74,56 +73,56 @@ class GoalLexicon:
             return None if goal.predicate in self.actions else goal.predicate
         return None if goal.predicate in self._arity else goal.predicate
 
-    def instances(self, goal: WrittenGoal) -> int:
-        """Of how many different objects, or pairs of them, the goal can be said."""
+    def count_instances(self, goal: WrittenGoal) -> int:
+        """Return the number of different tuples of objects that the names of a goal can mean."""
         return prod([self.objects[name] for name in goal.names])
 
-    def canonical(self, goal: WrittenGoal) -> WrittenGoal:
-        """Return the goal in the one way to state it, of all ways that mean the same."""
+    def canonicalize(self, goal: WrittenGoal) -> WrittenGoal:
+        """Return the one form of all goals that mean the same."""
         if goal.predicate in self._symmetric:
             return goal._replace(names=tuple(sorted(goal.names)))
         return goal
 
-    def with_answer_names(self, goal: WrittenGoal) -> WrittenGoal:
-        """Return a goal of an answer in which no object is called as in the scene, as messages do."""
+    def use_answer_names(self, goal: WrittenGoal) -> WrittenGoal:
+        """Return a goal with the names of objects in answers instead of their names in the scene."""
         if all(name in self.objects for name in goal.names):
             return goal
         return goal._replace(names=tuple(map(self._answer_name, goal.names)))
 
     def _answer_name(self, name: str) -> str:
-        """Return the name that answers have for an object that is called as in the scene, as in messages."""
+        """Return the name in answers of an object that is named as in the scene."""
         in_scene = name if name in self._name_of else "_".join(name.rsplit(".", 1))
         return name if name in self.objects else self._name_of.get(in_scene, name)
 
-    def spelt(self, literal: Literal) -> WrittenGoal:
-        """A condition in the words of answers."""
-        ground = self.grounded(literal)
+    def to_answer_goal(self, literal: Literal) -> WrittenGoal:
+        """Return a condition in the words of answers."""
+        ground = self.to_ground_goal(literal)
         return ground._replace(names=tuple([self._name_of[name] for name in ground.names]))
 
-    def grounded(self, literal: Literal) -> WrittenGoal:
-        """A condition in the words of answers, said of objects by their full names."""
+    def to_ground_goal(self, literal: Literal) -> WrittenGoal:
+        """Return a condition with the predicates of answers and the objects' names in the scene."""
         positive = not isinstance(literal, Not)
         match literal.operand if isinstance(literal, Not) else literal:
             case Occurs(action, arguments):
-                return WrittenGoal(action, _names(arguments), positive, is_action=True)
+                return WrittenGoal(action, _object_names(arguments), positive, is_action=True)
             case Atom(predicate, arguments):
                 word = self._spelling.get(predicate, predicate)
-                return WrittenGoal(word, _names(arguments), positive)
+                return WrittenGoal(word, _object_names(arguments), positive)
             case other:
                 raise TypeError(f"{other} is no condition")
 
 
-def _names(arguments: tuple[Term, ...]) -> tuple[str, ...]:
+def _object_names(arguments: tuple[Term, ...]) -> tuple[str, ...]:
     return tuple([term.name for term in arguments if isinstance(term, Constant)])
 
 
 def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str, ...]:
-    """A right answer, in parts: the first option of each goal at the end."""
+    """Return the parts of a right answer: the first option of each goal about the end."""
     task = task.at_the_end
     lexicon = GoalLexicon(task, domain, notation)
     options = [next(choice_options(goal.options), ()) for goal in notation.alternatives(task)]
     conditions = dict.fromkeys(condition for option in options for condition in option)
-    return notation.write([lexicon.spelt(condition) for condition in conditions])
+    return notation.write([lexicon.to_answer_goal(condition) for condition in conditions])
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,11 +130,11 @@ class _StatedGoals:
     """The goals that an answer states, as goals of its task.
 
     Attributes:
-        goals: each once, in order.
-        meaningful: those of them all of whose names mean something, in order.
-        unknown: the names that mean nothing, each once: predicates, actions, objects.
+        goals: the stated goals, each once, in order.
+        meaningful: the goals without an unknown name, in order.
+        unknown: the unknown names, each once: predicates, actions, objects.
         left_out: the ill-formed entries of the answer, as texts.
-        unreadable: why no goals could be read; None if the answer could be.
+        unreadable: why the answer cannot be read; None if it can.
     """
 
     goals: tuple[Goal, ...]
@@ -145,9 +144,9 @@ class _StatedGoals:
     unreadable: str | None = None
 
 
-def read_stated(text: str, task: Task, domain: Domain, notation: GoalNotation) -> _StatedGoals:
-    """The goals that an answer to goal interpretation states for a task."""
-    meaning = _Meaning(task, domain, notation)
+def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotation) -> _StatedGoals:
+    """Return the goals that an answer to goal interpretation states for a task."""
+    meaning = _AnswerMeaning(task, domain, notation)
     read = notation.conditions(text, meaning.formula)
     if isinstance(read, Unreadable):
         return _StatedGoals((), unreadable=read.reason)
@@ -161,11 +160,11 @@ def read_stated(text: str, task: Task, domain: Domain, notation: GoalNotation) -
     )
 
 
-class _Meaning:
+class _AnswerMeaning:
     """The meaning of the words of an answer in a task.
 
-    A name that several objects share means the last of them, as in a plan of names alone. Said once more, a
-    goal is meant of the object before, as goal interpretation counts it.
+    A name that several objects share means the last of them, as in a plan that names no numbers. If a goal is
+    stated again, it means the object before, as goal interpretation counts it.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
@@ -178,7 +177,7 @@ class _Meaning:
         self._times: Counter[WrittenGoal] = Counter()
 
     def formula(self, said: WrittenGoal, variables: frozenset[str]) -> Formula | None:
-        """The meaning of a goal below quantifiers that bind these variables; None if it is ill-formed."""
+        """Return the meaning of a goal below quantifiers of some names, or None if the goal is ill-formed."""
         if not self._lexicon.is_well_formed(said):
             return None
         terms = tuple([to_term(name, variables) for name in self._objects(said, variables)])
@@ -188,7 +187,7 @@ class _Meaning:
         return atom if said.positive else ~atom
 
     def unknown(self, formula: Formula) -> Iterator[str]:
-        """The names in a formula that mean nothing."""
+        """Yield the unknown names in a formula."""
         for part in walk(formula):
             match part:
                 case Atom(name, terms) if self._vocabulary.arity(name) != len(terms):
@@ -198,7 +197,7 @@ class _Meaning:
         yield from (name for name in object_names(formula) if name not in self._known)
 
     def _objects(self, said: WrittenGoal, variables: frozenset[str]) -> tuple[str, ...]:
-        """The objects that a goal is meant of; what is no object's name stays."""
+        """Return the objects that a goal means. An unknown name is kept."""
         named = [[name] if name in variables else self._named.get(name, [name]) for name in said.names]
         first = tuple([things[0] for things in named])
         if len(first) > 2:  # of so many no other reading is tried

@@ -1,10 +1,10 @@
-"""How answers state goals: what is particular to a benchmark, and the form for all others.
+"""Notations of goals: how answers to goal interpretation state goals, in a benchmark or by default.
 
-A written goal is one as an answer states it, before anyone knows whether the names mean something.
+The names in a written goal need not mean anything.
 
-Answers are asked for literals, but some nest conditions as JSON lists, with the words of BDDL:
-``["forall", ["jar", "-", "jar"], ["not", ["open", "jar"]]]``. The parts of a connective may stand in a list
-of their own, and a variable may be its category alone.
+Prompts ask for literals. Some answers nest conditions as JSON lists with the words of BDDL: ``["forall",
+["jar", "-", "jar"], ["not", ["open", "jar"]]]``. The parts of a connective may stand in a list of their own,
+and a variable may be only its category.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.abilities.answer_schema import Schema, closed, either, listed, text
-from eai.abilities.answer_text import AnswerForm, Pairs, Reading, holds_strings, read_json
+from eai.abilities.answer_schema import Schema, list_schema, object_schema, text_schema, union_schema
+from eai.abilities.answer_text import AnswerForm, JsonObject, ParsedAnswer, holds_strings, read_json
 from eai.abilities.explanation import Statement
 from eai.abilities.verdict import Span, Unreadable
 from eai.logic.choice import Choice, ground
@@ -28,12 +28,17 @@ from eai.tasks.goal_text import formula_text
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 
-Literal: TypeAlias = Callable[[object, frozenset[str]], f.Formula | None]
-"""The meaning of an entry without connectives below quantifiers of variables; None if it is no literal."""
+LiteralReader: TypeAlias = Callable[[object, frozenset[str]], f.Formula | None]
+"""Returns the meaning of an entry without connectives, below quantifiers that bind some names.
+
+It returns None if the entry is not a literal.
+"""
 
 
-def read_nested(entry: object, literal: Literal, variables: frozenset[str] = frozenset()) -> f.Formula | None:
-    """The meaning of an entry; None if it, or a part of it, is no condition."""
+def read_nested(
+    entry: object, literal: LiteralReader, variables: frozenset[str] = frozenset()
+) -> f.Formula | None:
+    """Return the meaning of a nested entry, or None if a part of it is not a condition."""
 
     def read(part: object, *bound: f.Variable) -> f.Formula | None:
         return read_nested(part, literal, variables | {variable.name for variable in bound})
@@ -43,23 +48,23 @@ def read_nested(entry: object, literal: Literal, variables: frozenset[str] = fro
             negated = read(operand)
             return None if negated is None else f.Not(negated)
         case ["and" | "or" as word, [*_] as first, *others]:
-            parts = [read(part) for part in parts_of((first, *others))]
+            parts = [read(part) for part in unwrap_parts((first, *others))]
             known = tuple([part for part in parts if part is not None])
             return None if len(known) < len(parts) else f.And(known) if word == "and" else f.Or(known)
         case ["imply", premise, conclusion]:
             one, other = read(premise), read(conclusion)
             return None if one is None or other is None else f.Implies(one, other)
         case ["forall" | "exists" | "forn" | "forpairs" | "fornpairs" as word, *head, body]:
-            count = _count(head.pop(0)) if word in ("forn", "fornpairs") and head else None
-            bound = [variable for each in head if (variable := _variable(each)) is not None]
+            count = _read_count(head.pop(0)) if word in ("forn", "fornpairs") and head else None
+            bound = [variable for each in head if (variable := _read_variable(each)) is not None]
             inner = read(body, *bound)
-            return None if inner is None or len(bound) < len(head) else _quantified(word, count, bound, inner)
+            return None if inner is None or len(bound) < len(head) else _quantify(word, count, bound, inner)
         case _:
             return literal(entry, variables)
 
 
-def parts_of(parts: Sequence[object]) -> Sequence[object]:
-    """The parts of a connective, which may stand in a list of their own."""
+def unwrap_parts(parts: Sequence[object]) -> Sequence[object]:
+    """Return the parts of a connective, which may stand in a list of their own."""
     match parts:
         case [[[*_], *_] as inner]:
             return inner
@@ -67,7 +72,7 @@ def parts_of(parts: Sequence[object]) -> Sequence[object]:
             return parts
 
 
-def _quantified(
+def _quantify(
     word: str, count: int | None, variables: Sequence[f.Variable], body: f.Formula
 ) -> f.Formula | None:
     match word, count, variables:
@@ -85,7 +90,7 @@ def _quantified(
             return None
 
 
-def _variable(part: object) -> f.Variable | None:
+def _read_variable(part: object) -> f.Variable | None:
     match part:
         case str(category):
             return f.Variable(category, category)
@@ -95,7 +100,7 @@ def _variable(part: object) -> f.Variable | None:
             return None
 
 
-def _count(part: object) -> int | None:
+def _read_count(part: object) -> int | None:
     match part:
         case bool():
             return None
@@ -112,7 +117,7 @@ SECTIONS = {
     GoalKind.RELATION: "edge goals",
     GoalKind.ACTION: "action goals",
 }
-"""The keys under which an answer lists its goals."""
+"""Keys under which an answer lists its goals, by kind."""
 
 
 _SECTION_OF = {section: section for section in SECTIONS.values()}
@@ -123,8 +128,8 @@ class Sections(NamedTuple):
     """The sections of goals in an object.
 
     Attributes:
-        members: key and entries of each section, in order; a key of `SECTIONS` is spelt as there.
-        repairs: ``section_name`` if a key was spelt otherwise.
+        members: key and entries of each section, in order; a key of `SECTIONS` is spelled as there.
+        repairs: ``section_name`` if a key was spelled differently.
     """
 
     members: tuple[tuple[str, object], ...]
@@ -137,12 +142,12 @@ def sections_form(
     """Return the form of an object that states goals in sections.
 
     Args:
-        read: returns the sections if they are such goals, else None.
-        flaw: returns why a value is no such object, or None.
+        read: returns the sections if they state goals, else None.
+        flaw: returns why a value is not such an object, or None.
     """
 
     def sections(value: object) -> Sections | None:
-        if not isinstance(value, Pairs):
+        if not isinstance(value, JsonObject):
             return None
         members = [(_section_name(key), section) for key, section in value.members]
         is_respelt = any(name != key for (name, _), (key, _) in zip(members, value.members, strict=True))
@@ -164,18 +169,18 @@ _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""",
 
 
 def _section_name(key: str) -> str:
-    """Return the name of a section as prompts spell it, or the key as it is."""
+    """Return the name of a section as prompts spell it, or an unknown key as it is."""
     return _SECTION_OF.get(_NO_WORD.sub(" ", key).strip().lower(), key)
 
 
 class WrittenGoal(NamedTuple):
-    """A literal, or an action that is to be taken.
+    """A literal or an action that an answer states as a goal.
 
     Attributes:
-        predicate: the predicate or the action.
-        names: the objects.
-        positive: whether it is to hold or not to hold.
-        is_action: whether it is an action.
+        predicate: name of the predicate or the action.
+        names: names of the objects.
+        positive: whether the literal must be true; False if it must be false.
+        is_action: whether the goal is an action.
     """
 
     predicate: str
@@ -190,13 +195,13 @@ class WrittenGoal(NamedTuple):
 
     @property
     def statement(self) -> Statement:
-        """The same without the kind of goal; an action without objects has no place for any."""
+        """The goal as a statement without its kind. An action without objects has no arguments."""
         predicate, names, positive, is_action = self
         return Statement(predicate, None if is_action and not names else names, positive)
 
 
 IllFormed: TypeAlias = tuple[GoalKind | None, str]
-"""An entry that is no goal, as text, after the kind of its section, which is None if that has none."""
+"""An entry that is not a goal: the kind of its section, or None if the section has no kind, and its text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,10 +209,10 @@ class WrittenGoals:
     """The goals of an answer, in order.
 
     Attributes:
-        goals: the goals that are stated.
-        ill_formed: the entries that are no goals.
-        repairs: names of the repairs that reading them took.
-        spans: what became of the parts of the text.
+        goals: the stated goals.
+        ill_formed: the entries that are not goals.
+        repairs: names of the repairs that reading them needed.
+        spans: parts of the text and how each was treated.
     """
 
     goals: tuple[WrittenGoal, ...]
@@ -216,10 +221,10 @@ class WrittenGoals:
     spans: tuple[Span, ...] = field(default=(), compare=False)
 
     @classmethod
-    def of(
-        cls, entries: Sequence[WrittenGoal | IllFormed], reading: Reading[Sections] | None = None
+    def from_entries(
+        cls, entries: Sequence[WrittenGoal | IllFormed], reading: ParsedAnswer[Sections] | None = None
     ) -> WrittenGoals:
-        """Return the goals among the entries of an answer, and the entries that are no goals."""
+        """Return the goals among the entries of an answer, and the entries that are not goals."""
         goals = tuple([entry for entry in entries if isinstance(entry, WrittenGoal)])
         ill_formed = tuple([entry for entry in entries if not isinstance(entry, WrittenGoal)])
         if reading is None:
@@ -227,15 +232,15 @@ class WrittenGoals:
         return cls(goals, ill_formed, reading.repairs, reading.spans)
 
 
-Word: TypeAlias = tuple[str, int]
-"""A predicate as answers spell it, and of how many objects it is said."""
+SpelledPredicate: TypeAlias = tuple[str, int]
+"""A predicate as answers spell it, and its number of objects."""
 
-Meaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
-"""The meaning of a goal below quantifiers that bind variables of these names; None if it is ill-formed."""
+GoalMeaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
+"""Returns the meaning of a goal below quantifiers that bind some names, or None if the goal is ill-formed."""
 
 
-Conditions: TypeAlias = tuple[tuple[Formula, ...], tuple[str, ...]]
-"""The goals of an answer as formulas, in order, and as texts the entries that are none."""
+StatedConditions: TypeAlias = tuple[tuple[Formula, ...], tuple[str, ...]]
+"""The goals of an answer as formulas, in order, and the texts of the entries that are not goals."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,9 +248,9 @@ class Alternatives:
     """One goal of a task with all ways to meet it.
 
     Attributes:
-        kind: the kind of goal, for explanations.
+        kind: kind of the goal, for explanations.
         text: the goal, for explanations; None for the option that an answer is compared with.
-        options: conditions on the objects of the scene, by their names there.
+        options: conditions on the objects of the scene, by their names in the scene.
     """
 
     kind: str
@@ -254,10 +259,10 @@ class Alternatives:
 
 
 class GoalNotation(ABC):
-    """How answers to goal interpretation state goals.
+    """The notation of goals in answers to goal interpretation.
 
     Attributes:
-        symmetric: the predicates, as spelt, that hold both ways.
+        symmetric: predicates, as answers spell them, that hold in both directions.
         states_actions: whether answers may state actions as goals.
     """
 
@@ -266,10 +271,10 @@ class GoalNotation(ABC):
 
     @abstractmethod
     def read(self, text: str) -> WrittenGoals | Unreadable:
-        """The goals of an answer, or why there are none."""
+        """Return the goals of an answer, or why it cannot be read."""
 
-    def conditions(self, text: str, meaning: Meaning) -> Conditions | Unreadable:
-        """The goals of an answer as conditions on its task, or why there are none."""
+    def conditions(self, text: str, meaning: GoalMeaning) -> StatedConditions | Unreadable:
+        """Return the goals of an answer as conditions on its task, or why it cannot be read."""
         read = self.read(text)
         if isinstance(read, Unreadable):
             return read
@@ -280,16 +285,16 @@ class GoalNotation(ABC):
 
     @abstractmethod
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
-        """Each goal as a part of an answer."""
+        """Return each goal as a part of an answer."""
 
     @abstractmethod
     def join(self, parts: Iterable[str]) -> str:
-        """The parts as one answer."""
+        """Return the parts as one answer."""
 
-    def words(self, domain: Domain) -> Mapping[Word, str]:
-        """The predicates that goals may speak of: as spelt, and as the vocabulary names them.
+    def words(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
+        """Return the predicates of goals: their names in the vocabulary, by their spelling in answers.
 
-        Of two spellings of a predicate the first is that of its goals.
+        If a predicate has two spellings, the goals of tasks use the first one.
         """
         vocabulary = domain.vocabulary
         stored = [each for each in vocabulary.predicates if each.visible and not each.static]
@@ -297,23 +302,23 @@ class GoalNotation(ABC):
         return words | {(each.name, each.arity): each.name for each in vocabulary.derived}
 
     def names(self, task: Task) -> tuple[str, ...]:
-        """The name of each object of the scene; several may share one."""
+        """Return the name of each object in the scene. Several objects may share a name."""
         return tuple([thing.name for thing in task.scene.objects])
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
-        """The form of an answer, for providers that can enforce one; None if it is not known.
+        """Return the JSON schema of an answer for providers that can enforce it, or None if it is not known.
 
         Args:
-            domain: the predicates and the actions.
-            words: what objects may be called; None if any text will do.
+            domain: the domain of predicates and actions.
+            words: words for objects; None if any text is allowed.
         """
         return None
 
     def alternatives(self, task: Task) -> tuple[Alternatives, ...]:
-        """The goals that an answer is compared with: those of the task.
+        """Return the goals of the task, with which answers are compared.
 
         Raises:
-            InputError: a goal leaves no finite choice of conditions (see `choice.ground`).
+            InputError: a goal has infinitely many options (see `choice.ground`).
         """
         return tuple(
             Alternatives(
@@ -326,13 +331,13 @@ class GoalNotation(ABC):
 
 
 class JsonGoals(GoalNotation):
-    """An object of lists of ``["open", "jar"]``, ``["not", ["open", "jar"]]`` or names of actions.
+    """A notation of goals as JSON: ``["open", "jar"]``, ``["not", ["open", "jar"]]``, or names of actions.
 
-    It is found anywhere in the text; an object around it does not matter. What stands in the section of
-    actions is an action, and what stands in any other one is a literal.
+    The object of lists is found anywhere in the text, also inside another object. Entries in the section of
+    actions are actions; all other entries are literals.
 
     Args:
-        sections: the sections that are written.
+        sections: the kinds of goals that have a section.
     """
 
     def __init__(self, sections: Iterable[GoalKind] = GoalKind) -> None:
@@ -340,13 +345,13 @@ class JsonGoals(GoalNotation):
         self.states_actions = GoalKind.ACTION in self._kinds.values()
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
-        """The goals in an answer, or why there are none."""
+        """Return the goals in an answer, or why it cannot be read."""
         reading = read_json(text, _LISTS)
         if isinstance(reading, Unreadable):
             return reading
         entries = self._entries(reading.value)
-        goals = [self._goal(kind, entry) or (kind, str(entry)) for kind, entry in entries]
-        return WrittenGoals.of(goals, reading)
+        goals = [self._read_goal(kind, entry) or (kind, str(entry)) for kind, entry in entries]
+        return WrittenGoals.from_entries(goals, reading)
 
     def entries(self, text: str) -> list[tuple[GoalKind | None, object]] | Unreadable:
         """Return all entries of an answer with their kinds, states first, or why it cannot be read."""
@@ -354,68 +359,68 @@ class JsonGoals(GoalNotation):
         if isinstance(reading, Unreadable):
             return reading
         order: list[GoalKind | None] = [*GoalKind, None]
-        entries = [(kind, self._spelt(entry)) for kind, entry in self._entries(reading.value)]
+        entries = [(kind, self._respell(entry)) for kind, entry in self._entries(reading.value)]
         return sorted(entries, key=lambda entry: order.index(entry[0]))
 
     def _entries(self, sections: Sections) -> list[tuple[GoalKind | None, object]]:
         lists = [(self._kinds.get(key), part) for key, part in sections.members if isinstance(part, list)]
         return [(kind, entry) for kind, entries in lists for entry in entries]
 
-    def conditions(self, text: str, meaning: Meaning) -> Conditions | Unreadable:
-        """The goals of an answer as conditions on its task; they may be nested (`nested`)."""
+    def conditions(self, text: str, meaning: GoalMeaning) -> StatedConditions | Unreadable:
+        """Return the goals of an answer as conditions on its task. They may be nested (`read_nested`)."""
         entries = self.entries(text)
         if isinstance(entries, Unreadable):
             return entries
-        read = [(entry, self._condition(kind, entry, meaning)) for kind, entry in entries]
+        read = [(entry, self._read_condition(kind, entry, meaning)) for kind, entry in entries]
         formulas = tuple([formula for _, formula in read if formula is not None])
         return formulas, tuple([str(entry) for entry, formula in read if formula is None])
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
-        """Each goal as JSON."""
-        return tuple(json.dumps(_entry(goal)) for goal in goals)
+        """Return each goal as JSON."""
+        return tuple(json.dumps(_to_entry(goal)) for goal in goals)
 
     def join(self, parts: Iterable[str]) -> str:
-        """The goals in their sections: actions by themselves, literals by their number of objects."""
+        """Return the goals in their sections. Literals are sorted by their number of objects."""
         sections: dict[str, list[object]] = {key: [] for key in self._kinds}
         for entry in map(json.loads, parts):
-            sections[SECTIONS[_section(entry)]].append(entry)
+            sections[SECTIONS[_section_of(entry)]].append(entry)
         return json.dumps(sections)
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
-        """Literals as lists of words, and names of actions."""
+        """Return the schema of literals as lists of words, and of names of actions."""
         spelt = self.words(domain)
 
         def entry(kind: GoalKind) -> Schema:
             if kind is GoalKind.ACTION:
-                return text(domain.arities)
+                return text_schema(domain.arities)
             said = [word for word, arity in spelt if (arity < 2) == (kind is GoalKind.STATE)]
             literal = None if words is None else [*said, *words]
-            part = text() if literal is None else text(["not", *literal])
-            return listed(either([part, listed(text(literal))]))
+            part = text_schema() if literal is None else text_schema(["not", *literal])
+            return list_schema(union_schema([part, list_schema(text_schema(literal))]))
 
-        return closed({key: listed(entry(kind)) for key, kind in self._kinds.items()})
+        return object_schema({key: list_schema(entry(kind)) for key, kind in self._kinds.items()})
 
     def word(self, text: str) -> str:
-        """A word of an answer as all spellings of it come out."""
+        """Return the normal spelling of a word of an answer."""
         return text
 
-    def _spelt(self, value: object) -> object:
-        """A value with its words as all spellings of them come out; a variable may have a question mark."""
+    def _respell(self, value: object) -> object:
+        """Return a value with the normal spelling of its words. A variable may have a question mark."""
         if isinstance(value, list):
-            return [self._spelt(part) for part in value]
+            return [self._respell(part) for part in value]
         return self.word(value).lstrip("?") if isinstance(value, str) else value
 
-    def _condition(self, kind: GoalKind | None, entry: object, meaning: Meaning) -> Formula | None:
-        """The condition that an entry asks for, or None if it is no condition."""
+    def _read_condition(self, kind: GoalKind | None, entry: object, meaning: GoalMeaning) -> Formula | None:
+        """Return the condition that an entry states, or None if the entry is not a condition."""
 
         def literal(part: object, variables: frozenset[str]) -> Formula | None:
-            goal = self._goal(kind, part)
+            goal = self._read_goal(kind, part)
             return None if goal is None else meaning(goal, variables)
 
         return literal(entry, frozenset()) if kind is GoalKind.ACTION else read_nested(entry, literal)
 
-    def _goal(self, kind: GoalKind | None, entry: object) -> WrittenGoal | None:
-        """The goal that an entry states, or None if it is ill-formed."""
+    def _read_goal(self, kind: GoalKind | None, entry: object) -> WrittenGoal | None:
+        """Return the goal that an entry states, or None if the entry is ill-formed."""
         is_action = kind is GoalKind.ACTION
         if is_action and isinstance(entry, str):
             return WrittenGoal(self.word(entry), is_action=True)
@@ -423,37 +428,40 @@ class JsonGoals(GoalNotation):
             return None
         positive = is_action or not isinstance(entry[0], str) or self.word(entry[0]) != "not"
         literal = entry if positive else entry[1] if len(entry) == 2 else None
-        words = self._words(literal)
+        words = self._read_words(literal)
         return WrittenGoal(words[0], tuple(words[1:]), positive, is_action) if words else None
 
-    def _words(self, entry: object) -> list[str]:
-        """The words of a list; none if it is no list, or not one of words alone."""
+    def _read_words(self, entry: object) -> list[str]:
+        """Return the words of a list of words; an empty list for another entry."""
         if not isinstance(entry, list):
             return []
         words = [self.word(part) for part in entry if isinstance(part, str)]
         return words if len(words) == len(entry) else []
 
 
-def _lists(sections: Sections) -> Sections | None:
-    """Return sections that are lists; beside one of `SECTIONS` another member may be a plain remark."""
+def _check_lists(sections: Sections) -> Sections | None:
+    """Return the sections if they are lists.
+
+    Beside a section of `SECTIONS` other members may be plain remarks.
+    """
     has_section = any(key in _SECTION_OF for key, _ in sections.members)
     plain = [key for key, part in sections.members if not isinstance(part, list | None)]
     are_remarks = has_section and all(key not in _SECTION_OF for key in plain)
-    has_parts = any(isinstance(part, Pairs) for _, part in sections.members)
+    has_parts = any(isinstance(part, JsonObject) for _, part in sections.members)
     return sections if not has_parts and (are_remarks or not plain) else None
 
 
-_LISTS = sections_form(_lists, lambda value: None)
+_LISTS = sections_form(_check_lists, lambda value: None)
 
 
-def _entry(goal: WrittenGoal) -> object:
+def _to_entry(goal: WrittenGoal) -> object:
     if goal.is_action and not goal.names:
         return goal.predicate
     literal = [goal.predicate, *goal.names]
     return literal if goal.positive else ["not", literal]
 
 
-def _section(entry: object) -> GoalKind:
+def _section_of(entry: object) -> GoalKind:
     if not isinstance(entry, list):
         return GoalKind.ACTION
     literal = entry[1] if entry[0] == "not" else entry

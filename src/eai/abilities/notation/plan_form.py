@@ -1,7 +1,7 @@
 """Steps of plans in JSON: the forms that answers use, and signs of a step outside the plan.
 
 Prompts ask for ``{"action": "OPEN", "object": "jar_0"}`` or ``{"OPEN": ["jar_0"]}``. A step in the form that
-a benchmark does not ask for is read too, with the repair ``step_form``.
+the benchmark does not ask for is read with the repair ``step_form``.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
 
-from eai.abilities.answer_text import AnswerForm, Pairs, read_json
+from eai.abilities.answer_text import AnswerForm, JsonObject, read_json
 from eai.abilities.verdict import Span, Unreadable
 
 ACTION, OBJECT = "action", "object"
-"""Keys of a step that names its parts."""
+"""Key of the action in a step; `OBJECT` is the key of its objects."""
 
 _OBJECT_KEYS = (OBJECT, "objects", "args", "arguments", "parameters")
 _REMARK_KEYS = frozenset(
@@ -42,7 +42,7 @@ _LABEL = r"(?i:[\s*_>#-]|•|step\b|\d+[.):]|\d+\s*:|:)*"
 _KEY = r"""["'“‘]\s*action\s*["'”’]\s*:"""
 _ORDINARY = re.compile(r"\b(?:the|to|a|an|into|from|with|and|on|in|of|is|it)\b", re.IGNORECASE)
 _MAX_WORDS = 3
-"""Maximum number of words after an action's name in a line that is taken for a step."""
+"""Maximum number of words after the name of an action in a line that is taken for a step."""
 
 
 class WrittenStep(NamedTuple):
@@ -50,7 +50,7 @@ class WrittenStep(NamedTuple):
 
     Attributes:
         action: the action as written.
-        objects: what stands for each of its objects; the text of it is what messages call the object.
+        objects: the expression for each of its objects. Messages quote it.
     """
 
     action: str
@@ -59,12 +59,12 @@ class WrittenStep(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class WrittenPlan:
-    """The steps of an answer in order.
+    """The steps of an answer, in order.
 
     Attributes:
         steps: the steps.
-        repairs: names of the repairs that reading them took.
-        spans: what became of the parts of the text.
+        repairs: names of the repairs that reading them needed.
+        spans: parts of the text and how each was treated.
     """
 
     steps: tuple[WrittenStep, ...]
@@ -73,11 +73,11 @@ class WrittenPlan:
 
 
 class StepList(NamedTuple):
-    """Steps that a JSON value holds.
+    """The steps in a JSON value.
 
     Attributes:
         steps: the steps, in order.
-        repairs: names of the repairs that reading them took.
+        repairs: names of the repairs that reading them needed.
         is_piece: whether the value is one step, without a list around it.
     """
 
@@ -86,7 +86,7 @@ class StepList(NamedTuple):
     is_piece: bool = False
 
 
-def joined(parts: Iterable[StepList], *, is_piece: bool = False) -> StepList:
+def join_steps(parts: Iterable[StepList], *, is_piece: bool = False) -> StepList:
     """Return the steps of several values as one list."""
     listed = list(parts)
     repairs = dict.fromkeys([repair for part in listed for repair in part.repairs])
@@ -94,24 +94,24 @@ def joined(parts: Iterable[StepList], *, is_piece: bool = False) -> StepList:
 
 
 def plan_form(
-    wanted: str, read: Callable[[object], StepList | None], actions: Collection[str], wrapper: str
+    description: str, read: Callable[[object], StepList | None], actions: Collection[str], wrapper: str
 ) -> AnswerForm[StepList]:
     """Return the form of a plan in JSON: a value with steps, or a list of such values.
 
     Args:
-        wanted: the plan in words, after "there is no".
-        read: returns the steps of a value, or None; it is asked about the items of a list.
-        actions: the names of actions as answers write them; empty if they are not known.
-        wrapper: the key of an object around the plan that the question may ask for.
+        description: the plan in words, for messages that begin with "there is no".
+        read: returns the steps of a value, or None; it is called for each item of a list.
+        actions: names of actions in answers; empty if they are not known.
+        wrapper: key of an object around the plan that the question may ask for.
     """
-    part, line = _signs(frozenset(actions))
+    part, line = _compile_signs(frozenset(actions))
     return AnswerForm(
-        wanted,
-        lambda value: listed_steps(value, read) if isinstance(value, list) else read(value),
+        description,
+        lambda value: join_item_steps(value, read) if isinstance(value, list) else read(value),
         is_part=lambda text: part.search(text) is not None,
         is_line_of_answer=lambda text: line is not None and _is_step_line(line, text),
-        flaw=lambda value: _flaw_of_list(value, read),
-        join=joined,
+        flaw=lambda value: _find_list_flaw(value, read),
+        join=join_steps,
         is_piece=lambda steps: steps.is_piece,
         repairs_of=lambda steps: steps.repairs,
         is_certain=lambda steps: any(not actions or step.action in actions for step in steps.steps),
@@ -119,10 +119,10 @@ def plan_form(
     )
 
 
-def listed_steps(items: Iterable[object], read: Callable[[object], StepList | None]) -> StepList | None:
-    """Return the steps of several values as one list, or None if one of them is no step."""
+def join_item_steps(items: Iterable[object], read: Callable[[object], StepList | None]) -> StepList | None:
+    """Return the steps of several values as one list, or None if a value has no steps."""
     parts = [read(item) for item in items]
-    return None if None in parts else joined([part for part in parts if part is not None])
+    return None if None in parts else join_steps([part for part in parts if part is not None])
 
 
 def read_plan(text: str, form: AnswerForm[StepList]) -> WrittenPlan | Unreadable:
@@ -134,7 +134,7 @@ def read_plan(text: str, form: AnswerForm[StepList]) -> WrittenPlan | Unreadable
 
 
 @lru_cache(64)
-def _signs(actions: frozenset[str]) -> tuple[re.Pattern[str], re.Pattern[str] | None]:
+def _compile_signs(actions: frozenset[str]) -> tuple[re.Pattern[str], re.Pattern[str] | None]:
     """Return the patterns of a part of a plan and of the beginning of a line that is a step."""
     if not actions:
         return re.compile(_KEY), None
@@ -145,7 +145,7 @@ def _signs(actions: frozenset[str]) -> tuple[re.Pattern[str], re.Pattern[str] | 
 
 
 def _is_step_line(line: re.Pattern[str], text: str) -> bool:
-    """Whether a line is an action's name with what looks like its objects."""
+    """Whether a line is the name of an action followed by its likely objects."""
     if re.search(_KEY, text):
         return True
     found = line.match(text)
@@ -157,10 +157,10 @@ def _is_step_line(line: re.Pattern[str], text: str) -> bool:
     return 0 < len(rest.split()) <= _MAX_WORDS and _ORDINARY.search(rest) is None
 
 
-def labelled_step(value: Pairs) -> StepList | None:
-    """Return the step of an object that names its parts, or None if it is no such step.
+def read_labelled_step(value: JsonObject) -> StepList | None:
+    """Return the step in an object with keys for action and objects, or None if the object has another form.
 
-    Two objects of an action are separated by a comma or stand in a list; an empty text is no object.
+    Two objects of an action are separated by a comma or stand in a list. An empty text is no object.
     """
     members = value.members
     repairs: tuple[str, ...] = ()
@@ -176,14 +176,20 @@ def labelled_step(value: Pairs) -> StepList | None:
     if not isinstance(action, str):
         return None
     if isinstance(objects, str):
-        names = named(objects.split(",")) if "," in objects else (name,) if (name := objects.strip()) else ()
+        names = (
+            strip_names(objects.split(","))
+            if "," in objects
+            else (name,)
+            if (name := objects.strip())
+            else ()
+        )
         return StepList((WrittenStep(action, names),), repairs, is_piece=True)
     if not isinstance(objects, list):
         return None
-    return StepList((WrittenStep(action, named(map(str, objects))),), repairs, is_piece=True)
+    return StepList((WrittenStep(action, strip_names(map(str, objects))),), repairs, is_piece=True)
 
 
-def unknown_keys(step: Pairs) -> list[str]:
+def unknown_keys(step: JsonObject) -> list[str]:
     """Return the keys of an object that are neither parts of a step nor remarks on it."""
     return [
         key
@@ -192,54 +198,54 @@ def unknown_keys(step: Pairs) -> list[str]:
     ]
 
 
-def keyed_steps(value: Pairs, actions: Collection[str]) -> StepList | None:
-    """Return the steps of an object whose keys are actions, or None if a member is no step.
+def read_keyed_steps(value: JsonObject, actions: Collection[str]) -> StepList | None:
+    """Return the steps of an object whose keys are actions, or None if a member is not a step.
 
-    A member is a list of objects or, with the repair ``step_form``, the text of one object.
+    A member is a list of objects or, with the repair ``step_form``, the text of its objects.
 
     Args:
         value: the object.
-        actions: names of actions, of which one must be the key of a member with one object as text.
+        actions: names of the actions whose objects may be a text instead of a list.
     """
     steps: list[WrittenStep] = []
     repairs: tuple[str, ...] = ()
     for action, objects in value.members:
-        if isinstance(objects, list) and not any(isinstance(each, Pairs) for each in objects):
+        if isinstance(objects, list) and not any(isinstance(each, JsonObject) for each in objects):
             steps.append(WrittenStep(action, tuple(objects)))
         elif isinstance(objects, str) and action in actions:
-            steps.append(WrittenStep(action, named(objects.split(",")) if objects.strip() else ()))
+            steps.append(WrittenStep(action, strip_names(objects.split(",")) if objects.strip() else ()))
             repairs = (STEP_FORM,)
         else:
             return None
     return StepList(tuple(steps), repairs, is_piece=len(steps) == 1)
 
 
-def named(words: Iterable[str]) -> tuple[str, ...]:
+def strip_names(words: Iterable[str]) -> tuple[str, ...]:
     """Return words as names of objects, without the space around them."""
     return tuple(map(str.strip, words))
 
 
-def _flaw_of_list(value: object, step_of: Callable[[object], StepList | None]) -> str | None:
-    """Return the first item of a list of steps that is none, in words; None of any other value."""
-    if isinstance(value, Pairs):
-        lists = [member for _, member in value.members if isinstance(member, list | Pairs)]
+def _find_list_flaw(value: object, step_of: Callable[[object], StepList | None]) -> str | None:
+    """Return why the first bad item in a list of steps is not a step; None if there is no bad item."""
+    if isinstance(value, JsonObject):
+        lists = [member for _, member in value.members if isinstance(member, list | JsonObject)]
         return (
-            _flaw_of_list(lists[0], step_of)
+            _find_list_flaw(lists[0], step_of)
             if len(lists) == 1 and not step_of(value)
-            else _flaw(value, "the step")
+            else _describe_flaw(value, "the step")
         )
     if not isinstance(value, list) or not value:
         return None
     number, item = next(
         ((number, item) for number, item in enumerate(value, 1) if step_of(item) is None), (0, None)
     )
-    return _flaw(item, f"step {number}") if number else None
+    return _describe_flaw(item, f"step {number}") if number else None
 
 
-def _flaw(item: object, step: str) -> str:
-    members = dict(item.members) if isinstance(item, Pairs) else {}
+def _describe_flaw(item: object, step: str) -> str:
+    members = dict(item.members) if isinstance(item, JsonObject) else {}
     missing = [key for key in (ACTION, OBJECT) if key not in members]
     if missing:
         return f'{step} has no "{missing[0]}"'
-    unknown = unknown_keys(item) if isinstance(item, Pairs) else []
+    unknown = unknown_keys(item) if isinstance(item, JsonObject) else []
     return f'{step} has the unknown key "{unknown[0]}"' if unknown else f"{step} has another form"

@@ -1,7 +1,8 @@
-"""Plans as lines, as planners and text games write them: one step a line.
+"""Plans with one step a line, as planners and text games write them.
 
-Every line is a step, a comment, a number, or prose before or after the plan. A line that begins with the name
-of an action, stands between steps, or has an open bracket is never prose: the answer then cannot be read.
+Each line is a step, a comment, a number, or prose before or after the plan. A line is never prose if it
+begins with the name of an action, stands between steps, or has an unclosed bracket. Such a line makes the
+answer unreadable.
 """
 
 from __future__ import annotations
@@ -17,22 +18,22 @@ from eai.abilities.verdict import Span, SpanKind, Unreadable
 _COMMENT = re.compile(r";[^\n]*")
 _FENCE = "```"
 _LABEL = re.compile(r"(?:[*>-]\s+|(?i:step)\s*\d+\s*(?:[.:)]|$)|\d+\s*[.)](?!\d)\s*)\s*")
-"""A number or a sign of lists at the beginning of a line; a time as in ``0.000:`` belongs to the step."""
+"""Number or list sign at the beginning of a line. A time as in ``0.000:`` belongs to the step."""
 _FIRST_WORD = re.compile(r"""[\s"'`(\[{]*([^\s()\[\]{}"'`,:;]+)""")
 _MAX_QUOTED = 60
 """Maximum number of characters of a line that a message quotes."""
 
 
-class _Line(NamedTuple):
-    """A line that holds more than blanks and comments.
+class _PlanLine(NamedTuple):
+    """A line that is not blank and not only a comment.
 
     Attributes:
         start: position of its first character in the answer.
         end: position after its last character.
         text: its text without comments, its label and the space around it.
         block: number of code-fence marks before it; odd inside a fence.
-        has_label: whether it begins with a number or a sign of lists.
-        step: its step, if it is one.
+        has_label: whether it begins with a number or a list sign.
+        step: the step that it states, or None.
     """
 
     start: int
@@ -49,21 +50,21 @@ def read_lines(
     actions: Collection[str],
     looks_like_step: Callable[[str], bool],
 ) -> WrittenPlan | Unreadable | None:
-    """Read a plan of one step a line; None if no line is a step, unless all are comments.
+    """Read a plan with one step a line. Return None if no line is a step and some line is not a comment.
 
     A text of comments alone is a plan without steps. If several code fences hold plans, the last one counts.
 
     Args:
         text: the answer.
         step_of: returns the step of a line, or None.
-        actions: the names of actions.
-        looks_like_step: whether a line that is no step may be meant as one.
+        actions: names of actions.
+        looks_like_step: whether a line that is not a step may be meant as one.
     """
     thoughts = thoughts_in(text)
     spans = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in thoughts]
     repairs = dict.fromkeys(["reasoning"] if thoughts else [])
     body = without(thoughts, text)
-    lines = list(_lines(body, step_of))
+    lines = list(_split_lines(body, step_of))
     steps = [line for line in lines if line.step is not None]
     if not steps:
         return WrittenPlan((), tuple(repairs), tuple(spans)) if not lines and _COMMENT.search(body) else None
@@ -74,7 +75,7 @@ def read_lines(
         if line not in plan and (block == 0 or line.block == block or line.block % 2 == 0):
             is_between = plan[0].start < line.start < plan[-1].start
             if line.text and (is_between or _is_part(line, names) or looks_like_step(line.text)):
-                return _unreadable(body, line, spans)
+                return _report_line(body, line, spans)
             repairs["prose" if line.text else "numbered"] = None
         spans.append(Span(line.start, line.end, SpanKind.READ if line in plan else SpanKind.PROSE))
     repairs |= dict.fromkeys(["code_fence"] if block else [])
@@ -83,8 +84,8 @@ def read_lines(
     return WrittenPlan(taken, tuple(repairs), tuple(sorted(spans)))
 
 
-def _lines(text: str, step_of: Callable[[str], WrittenStep | None]) -> Iterator[_Line]:
-    """Yield the lines of a text that hold more than blanks, comments and fence marks."""
+def _split_lines(text: str, step_of: Callable[[str], WrittenStep | None]) -> Iterator[_PlanLine]:
+    """Yield the lines of a text that contain more than blanks, comments and fence marks."""
     position = block = 0
     for whole in text.splitlines(keepends=True):
         line = _COMMENT.sub("", whole).rstrip()
@@ -98,18 +99,18 @@ def _lines(text: str, step_of: Callable[[str], WrittenStep | None]) -> Iterator[
             rest = words if label is None else words[label.end() :]
             if label is not None:
                 step = step_of(rest) if rest else None
-            yield _Line(start, start + len(words), rest, block, label is not None, step)
+            yield _PlanLine(start, start + len(words), rest, block, label is not None, step)
         position += len(whole)
 
 
-def _is_part(line: _Line, names: Collection[str]) -> bool:
-    """Whether a line begins with the name of an action, or has a bracket without a partner."""
+def _is_part(line: _PlanLine, names: Collection[str]) -> bool:
+    """Whether a line begins with the name of an action, or has an unclosed bracket."""
     word = _FIRST_WORD.match(line.text)
     is_named = word is not None and word[1].casefold() in names
     return line.step is not None or is_named or line.text.count("(") != line.text.count(")")
 
 
-def _unreadable(text: str, line: _Line, spans: Sequence[Span]) -> Unreadable:
+def _report_line(text: str, line: _PlanLine, spans: Sequence[Span]) -> Unreadable:
     number = text.count("\n", 0, line.start) + 1
     quoted = line.text if len(line.text) <= _MAX_QUOTED else f"{line.text[: _MAX_QUOTED - 3]}..."
     reason = f"line {number} is no step of a plan, and looks like one: {quoted!r}"

@@ -1,7 +1,7 @@
-"""How plans are written as answers, as a benchmark's prompts ask for them, and what they mean in a task.
+"""Notations of plans: how a benchmark's answers write plans, and what the names in them mean.
 
-A written plan has names before anyone knows whether they mean something; `resolve` finds what they mean:
-ground actions. A `Course` is what became of a plan in a world that may have a past, and may fail it.
+The names in a written plan need not mean anything. `resolve` translates it into ground actions. An
+`Execution` is the outcome of a plan in a world that may have a history, and in which actions may slip.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.answer_schema import Schema, closed, either, listed, text
-from eai.abilities.answer_text import ANY_VALUE, MAX_LENGTH, AnswerForm, Pairs, Reading, read_json
+from eai.abilities.answer_schema import Schema, list_schema, object_schema, text_schema, union_schema
+from eai.abilities.answer_text import ANY_VALUE, MAX_LENGTH, AnswerForm, JsonObject, ParsedAnswer, read_json
 from eai.abilities.notation.plan_form import (
     STEP_FORM,
     StepList,
     WrittenPlan,
     WrittenStep,
-    keyed_steps,
-    labelled_step,
     plan_form,
+    read_keyed_steps,
+    read_labelled_step,
     read_plan,
 )
 from eai.abilities.notation.plan_lines import read_lines
@@ -36,25 +36,27 @@ from eai.world.execution import Trajectory
 from eai.world.fault import FaultKind
 from eai.world.state import Scene
 
-ObjectOf: TypeAlias = Callable[[object], int | None]
-"""The index of the object that something written stands for, or None."""
+ObjectLookup: TypeAlias = Callable[[object], int | None]
+"""Returns the index of the object that an expression of an answer means, or None."""
 
 
 def resolve(
     plan: WrittenPlan,
     domain: Domain,
     notation: PlanNotation,
-    object_of: ObjectOf,
-    stranger: str = "there is no",
+    object_of: ObjectLookup,
+    unknown_prefix: str = "there is no",
 ) -> tuple[Action, ...] | ErrorReport:
-    """A written plan as ground actions, or its first grammar error: of all names before of any arity.
+    """Return a written plan as ground actions, or its first grammar error.
+
+    Unknown names come before wrong arities.
 
     Args:
         plan: the plan.
-        domain: whose operators are named.
-        notation: what operators are called.
-        object_of: what objects are called.
-        stranger: what there is to say of what stands for no object, before its name.
+        domain: the domain of the operators.
+        notation: the notation with the names of operators.
+        object_of: returns the object of a name.
+        unknown_prefix: words of the message before a name that means no object.
     """
     arities, operator_of = domain.arities, notation.operator
     actions = []
@@ -67,7 +69,7 @@ def resolve(
         objects = tuple([index for index in map(object_of, names) if index is not None])
         if len(objects) != len(names):
             name = next(name for name in names if object_of(name) is None)
-            detail = f"{word}: {stranger} {name}"
+            detail = f"{word}: {unknown_prefix} {name}"
             return ErrorReport(FaultKind.HALLUCINATION, number, detail, "unknown_object", (str(name),))
         if misapplied is None and len(objects) != arity:
             detail = f"{describe_arity(operator, arity, 'object')}, not {len(objects)}"
@@ -76,29 +78,29 @@ def resolve(
     return misapplied or tuple(actions)
 
 
-class Course(NamedTuple):
-    """The outcome of a plan that was carried out.
+class Execution(NamedTuple):
+    """The outcome of an executed plan.
 
     Attributes:
-        trajectory: of this plan alone, from the state in which it began.
-        before: the actions that were executed earlier in the same world, by name.
-        slipped: whether a slip ended it.
-        whole: all that has happened in this world, where it did not begin with this plan.
+        trajectory: the trajectory of this plan alone, from the state in which it began.
+        earlier_actions: names of the actions that were executed before in this world.
+        slipped: whether a slip ended the plan.
+        whole_trajectory: the trajectory since the beginning of this world; None if the plan began it.
     """
 
     trajectory: Trajectory
-    before: tuple[str, ...] = ()
+    earlier_actions: tuple[str, ...] = ()
     slipped: bool = False
-    whole: Trajectory | None = None
+    whole_trajectory: Trajectory | None = None
 
     @property
-    def taken(self) -> list[str]:
-        """All actions that were executed in this world, by name."""
-        return [*self.before, *[action.operator for action in self.trajectory.executed]]
+    def taken_actions(self) -> list[str]:
+        """Names of all actions that were executed in this world."""
+        return [*self.earlier_actions, *[action.operator for action in self.trajectory.executed]]
 
 
-CarryOut: TypeAlias = Callable[[tuple[Action, ...]], Course]
-"""How plans are carried out; one of no steps begins and ends where the world is."""
+PlanExecutor: TypeAlias = Callable[[tuple[Action, ...]], Execution]
+"""Executes a plan. An empty plan begins and ends in the present state."""
 
 
 IMPOSSIBLE, QUESTION = "impossible", "ask"
@@ -109,78 +111,77 @@ _STEP = re.compile(r"(?:[\d.]+\s*:\s*)?\(\s*([^\s()][^()]*)\)\s*(?:\[[\d.]*\])?"
 
 
 class PlanNotation(ABC):
-    """Reads plans from answers and writes them, and knows what operators and objects are called there."""
+    """Reads and writes plans, and knows the names of operators and objects in answers."""
 
     @abstractmethod
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        """Read the plan in an answer, or say why the answer cannot be read as a whole.
+        """Read the plan in an answer, or return why the whole answer cannot be read.
 
         Args:
             text: the answer.
-            actions: the names of actions in answers, by which a step outside the plan is noticed; empty if
-                they are not known.
+            actions: names of actions in answers, by which a step outside the plan is noticed; empty if they
+                are not known.
         """
 
     def operator(self, word: str) -> str:
-        """The name of the operator that a word means, if there is one of this name."""
+        """Return the name of the operator that a word means. An unknown word is returned as it is."""
         return word
 
     @abstractmethod
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """The names of objects in answers to a task.
-
-        Returns a function from what stands for an object in a written step to its index, or None where it
-        stands for none.
-        """
+        """Return a function from the expression for an object in a step to its index, or to None."""
 
     @abstractmethod
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
-        """A plan as the parts of an answer, one a step."""
+        """Return a plan as the parts of an answer, one for each step."""
 
     @abstractmethod
     def join(self, parts: Iterable[str]) -> str:
-        """The parts as one answer."""
+        """Return the parts as one answer."""
 
-    def encoded(self, text: str) -> str:
-        """A text with the declared names in the words of answers."""
+    def encode_names(self, text: str) -> str:
+        """Replace declared names in a text by the words of answers."""
         return text
 
-    def decoded(self, text: str) -> str:
-        """A text in the words of answers with the declared names."""
+    def decode_names(self, text: str) -> str:
+        """Replace the words of answers in a text by declared names."""
         return text
 
     def command(self, operator: str, names: Sequence[str]) -> str:
-        """An action on objects of these names as one line of an agent, such as ``OPEN(jar_0)``."""
+        """Return an action on named objects as the command of an agent, such as ``OPEN(jar_0)``."""
         return f"{operator}({', '.join(names)})"
 
     def words(self, task: Task) -> tuple[str, ...]:
-        """The words for objects in questions about a task, each once; none if they are not known."""
+        """Return the words for objects in questions about a task, each once; nothing if they are unknown."""
         return ()
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
-        """The form of an answer, for providers that can enforce one; None if it is not known.
+        """Return the JSON schema of an answer for providers that can enforce it, or None if it is not known.
 
         Args:
-            domain: the actions.
-            words: what objects may be called; None if any text will do.
+            domain: the domain of the actions.
+            words: words for objects; None if any text is allowed.
         """
         return None
 
 
 class JsonPlans(PlanNotation):
-    """The default notation: a list of steps, each an action with its object, by the names that a task has.
+    """The default notation: a list of steps, each an action with its objects, by the names of the task.
 
-    ``[{"action": "OPEN", "object": "jar_0"}]``: two objects are separated by a comma or stand in a list, an
-    empty text is no object.
-    Repairs are those of `eai.abilities.answer_text`, and ``step_form`` for a step ``{"OPEN": ["jar_0"]}``.
+    ``[{"action": "OPEN", "object": "jar_0"}]``: two objects are separated by a comma or stand in a list. An
+    empty text is no object. Repairs are those of `eai.abilities.answer_text`, and ``step_form`` for a step
+    ``{"OPEN": ["jar_0"]}``.
     """
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         """Read the plan in an answer. A plan without steps is an empty list."""
-        return read_plan(text, _form(frozenset(actions)))
+        return read_plan(text, _plan_form(frozenset(actions)))
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """Return the lookup of names of the scene; ``jar.0`` means ``jar_0``, as subgoals spell it."""
+        """Return the lookup of objects by their names in the scene.
+
+        ``jar.0`` means ``jar_0``, as in subgoals.
+        """
         index = task.scene.index
 
         def object_of(word: object) -> int | None:
@@ -191,29 +192,35 @@ class JsonPlans(PlanNotation):
         return object_of
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
-        """Each step as ``{"action": "OPEN", "object": "jar_0"}``."""
-        return tuple([_written(action, scene) for action in plan])
+        """Return each step as ``{"action": "OPEN", "object": "jar_0"}``."""
+        return tuple([_write_step(action, scene) for action in plan])
 
     def join(self, parts: Iterable[str]) -> str:
-        """A list of the steps."""
+        """Return a JSON list of the steps."""
         return "[" + ", ".join(parts) + "]"
 
     def words(self, task: Task) -> tuple[str, ...]:
-        """The names of the objects."""
+        """Return the names of the objects that matter to the task."""
         return tuple([task.scene.objects[index].name for index in task.relevant])
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
-        """An object around the list, as a list alone cannot be enforced."""
+        """Return the schema of an object that holds the list, since providers cannot enforce a list alone."""
         names = group_pairs((operator.arity, operator.name) for operator in domain.operators)
-        steps = [closed({"action": text(names[n]), "object": _objects(n, words)}) for n in sorted(names)]
-        return closed({"plan": listed(either(steps))})
+        steps = [
+            object_schema({"action": text_schema(names[n]), "object": _objects_schema(n, words)})
+            for n in sorted(names)
+        ]
+        return object_schema({"plan": list_schema(union_schema(steps))})
 
 
 class PddlPlans(JsonPlans):
-    """JSON plans, or lines as planners write them, in which names have any case.
+    """A notation that reads JSON plans, and plans with one step a line as planners write them.
 
-    ``(pick ball1 rooma left) ; cost 1``: comments, the time before a step and its duration in brackets are
-    passed over, and so are numbers before a step. A line between steps that is no step cannot be read.
+    Names have any case.
+
+    A line is ``(pick ball1 rooma left) ; cost 1``. Comments, the time before a step, its duration in brackets
+    and numbers before a step are ignored. A line between steps that is not a step makes the answer
+    unreadable.
     """
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
@@ -224,21 +231,21 @@ class PddlPlans(JsonPlans):
         return super().read(text, actions) if plan is None else plan
 
     def looks_like_step(self, line: str) -> bool:
-        """Whether a line that cannot be read as a step looks like one, whatever its first word is."""
+        """Whether a line that cannot be read looks like a step, even if no action has its first word."""
         return False
 
     def step(self, line: str) -> WrittenStep | None:
-        """The step that a line is, without remarks and the space around it; None if it is none."""
+        """Return the step of a stripped line without remarks, or None if the line is not a step."""
         step = _STEP.fullmatch(line)
         words = [] if step is None else step[1].split()
         return WrittenStep(words[0], tuple(words[1:])) if words else None
 
     def operator(self, word: str) -> str:
-        """Names are in small letters."""
+        """Return a name in small letters."""
         return word.lower()
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """The names of the scene, in any case."""
+        """Return the lookup of objects by their names in the scene, in any case."""
         index = {name.lower(): i for name, i in task.scene.index.items()}
         return lambda name: index.get(str(name).lower())
 
@@ -254,36 +261,36 @@ def reason_of(text: str, how: str = IMPOSSIBLE) -> str | None:
     None if the last JSON value of the answer is not an object with this one member.
     """
     reading = read_json(text, ANY_VALUE)
-    value = reading.value if isinstance(reading, Reading) else None
-    members = value.members if isinstance(value, Pairs) else ()
+    value = reading.value if isinstance(reading, ParsedAnswer) else None
+    members = value.members if isinstance(value, JsonObject) else ()
     reasons = [reason for name, reason in members if name == how and isinstance(reason, str)]
     return reasons[0] if len(members) == 1 and reasons else None
 
 
 @lru_cache(64)
-def _form(actions: frozenset[str]) -> AnswerForm[StepList]:
+def _plan_form(actions: frozenset[str]) -> AnswerForm[StepList]:
     def step_of(value: object) -> StepList | None:
-        if not isinstance(value, Pairs):
+        if not isinstance(value, JsonObject):
             return None
-        step = labelled_step(value)
+        step = read_labelled_step(value)
         if step is None and value.members and all(name in actions for name, _ in value.members):
-            step = keyed_steps(value, actions)
+            step = read_keyed_steps(value, actions)
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         return step
 
     return plan_form("list of steps with an action and an object", step_of, actions, "plan")
 
 
-def _objects(number: int, words: Sequence[str] | None) -> Schema:
+def _objects_schema(number: int, words: Sequence[str] | None) -> Schema:
     """So many objects as one text."""
     if number == 0:
-        return text([""])
+        return text_schema([""])
     if number == 1 or words is None:
-        return text(words)
+        return text_schema(words)
     one = "(" + "|".join(_SPECIAL.sub(r"\\\g<0>", word) for word in words) + ")"
-    return {**text(), "pattern": f"^{', ?'.join([one] * number)}$"}
+    return {**text_schema(), "pattern": f"^{', ?'.join([one] * number)}$"}
 
 
-def _written(action: Action, scene: Scene) -> str:
+def _write_step(action: Action, scene: Scene) -> str:
     names = ", ".join([scene.objects[i].name for i in action.arguments])
     return json.dumps({"action": action.operator, "object": names})

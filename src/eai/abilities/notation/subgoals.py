@@ -1,4 +1,7 @@
-"""How subgoals are read, written and meant: what a benchmark may say of itself, and a default."""
+"""Notations of subgoals: how they are read and written, and what they mean.
+
+A benchmark may replace the default.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,8 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from eai.abilities.answer_schema import Schema, closed, listed, text
-from eai.abilities.answer_text import AnswerForm, Pairs, holds_strings, read_json
+from eai.abilities.answer_schema import Schema, list_schema, object_schema, text_schema
+from eai.abilities.answer_text import AnswerForm, JsonObject, holds_strings, read_json
 from eai.abilities.verdict import Span, Unreadable
 from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl import spell_names
@@ -26,17 +29,17 @@ from eai.world.state import Fact, Scene, State, compare_states
 _TOKEN = re.compile(r"[\w\-]+(?:\.\d+)?|[^\w\s]")
 _NAME = re.compile(r"\w")
 _WORDS = frozenset({"and", "or", "not", "then", "until", "implies", "next", "eventually", "always"})
-"""The marks between formulas and in front of them."""
+"""Connectives and operators of formulas."""
 
 _OUTPUT = "output"
-"""The key of the subgoals in an answer."""
+"""Key of the subgoals in an answer."""
 
 _FORMULA_LINE = re.compile(
     rf"""\W*(?:{_OUTPUT}["']\s*:.*|(?:not\s+)?[\w.]+\([\w.,\s-]*\)(?:\s*(?:and|or)\b.*)?)\W*"""
 )
 
 _NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
-"""The marks beside an object or a variable, and beside no formula."""
+"""Marks that stand beside an object or a variable, but never beside a formula."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +48,8 @@ class WrittenSubgoals:
 
     Attributes:
         subgoals: the formulas as texts, in order.
-        repairs: names of the repairs that reading them took.
-        spans: what became of the parts of the text.
+        repairs: names of the repairs that reading them needed.
+        spans: parts of the text and how each was treated.
     """
 
     subgoals: tuple[str, ...]
@@ -55,10 +58,11 @@ class WrittenSubgoals:
 
 
 class SubgoalNotation:
-    """Reads subgoals from answers and writes them, and knows what is called what in them.
+    """Reads and writes subgoals, and knows the names in them.
 
-    This is the default, for any declared domain: an object with the key ``output``, a list of formulas, with
-    the names that the domain declares (`spelt`) and those of the scene's objects or of their classes.
+    This default serves any declared domain. An answer is an object with the key ``output``, a list of
+    formulas. They use the names that the domain declares (`spelt`), and the names of objects in the scene or
+    of their classes.
 
     Args:
         domain: the domain.
@@ -68,21 +72,21 @@ class SubgoalNotation:
         self.domain = domain
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
-        """The vocabulary of subgoals about a scene."""
+        """Return the vocabulary of subgoals about a scene."""
         return declared_lexicon(self.domain, scene)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
-        """The subgoals in an answer, or why there are none."""
+        """Return the subgoals in an answer, or why it cannot be read."""
         alone = [p.name for p in self.domain.vocabulary.predicates if p.arity == 0]
         alone += [operator.name for operator in self.domain.operators if operator.arity == 0]
         return read_output(text, frozenset(spell_names(alone)))
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
-        """The subgoals that stand for a plan: for each action what it makes true about its objects.
+        """Return the subgoals of a plan: for each action the facts about its objects that it makes true.
 
-        Where subgoals can say nothing of the kind it is what the action makes false about them, or else the
-        action by its name, which also stands for one about nothing but the agent. An action that subgoals
-        have no name for is then left out, and so is what cannot be carried out.
+        If subgoals cannot state these facts, the facts that the action makes false are used, or else the
+        action's name. An action about the agent alone is written by its name. Actions without a name in
+        subgoals and impossible actions are left out.
         """
         lexicon = self.lexicon(task.scene)
         subgoals: list[str] = []
@@ -92,15 +96,15 @@ class SubgoalNotation:
                 continue
             after = attempt(self.domain, History(state), action)
             if isinstance(after, State):
-                formula = self._standing_for(action, state, after, lexicon)
+                formula = self._write_subgoal(action, state, after, lexicon)
                 subgoals += [] if formula is None else [print_ltl(formula)]
                 state = after
         return tuple(subgoals)
 
-    def _standing_for(
+    def _write_subgoal(
         self, action: Action, before: State, after: State, lexicon: FormulaLexicon
     ) -> Formula | None:
-        """The subgoal for an action that leads from a state to another, if there is one."""
+        """Return the subgoal for an action between two states, or None if subgoals cannot state it."""
         about = {*action.arguments} - {before.scene.agent}
         named = lexicon.names_action(action.operator)
         if about or not named:
@@ -112,16 +116,16 @@ class SubgoalNotation:
                 for fact in facts:
                     if not about or not about.isdisjoint(fact.arguments):
                         own.setdefault((fact.predicate, frozenset(fact.arguments)), fact)
-                written = [self._written(fact, truth, before, after, lexicon) for fact in own.values()]
+                written = [self._write_change(fact, truth, before, after, lexicon) for fact in own.values()]
                 literals = tuple([literal for literal in written if literal is not None])
                 if literals:
                     return literals[0] if len(literals) == 1 else And(literals)
         return lexicon.write_action(action) if named else None
 
-    def _written(
+    def _write_change(
         self, fact: Fact, truth: bool, before: State, after: State, lexicon: FormulaLexicon
     ) -> Formula | None:
-        """A change of a fact as subgoals say it: by its predicate, or by one that changes with it."""
+        """Return a changed fact as a subgoal: by its predicate, or by a predicate that changes with it."""
         stored = self.domain.vocabulary.find_stored(fact.predicate)
         if stored is None or not stored.visible or len({*fact.arguments}) < len(fact.arguments):
             return None
@@ -133,25 +137,28 @@ class SubgoalNotation:
         return None
 
     def join(self, parts: Iterable[str]) -> str:
-        """The subgoals as one answer."""
+        """Return the subgoals as one answer."""
         return json.dumps({"output": list(parts)})
 
     def schema(self) -> Schema:
-        """The form of an answer, for providers that can enforce one. A formula may be any text."""
-        return closed({"output": listed(text())})
+        """Return the JSON schema of an answer for providers that can enforce it.
+
+        A formula may be any text.
+        """
+        return object_schema({"output": list_schema(text_schema())})
 
 
 def read_output(
     text: str, without_arguments: Collection[str], others: Collection[str] = ()
 ) -> WrittenSubgoals | Unreadable:
-    """Read the formulas in the list ``output`` of the object in an answer, or say why they cannot be read.
+    """Read the formulas in the list ``output`` of an answer's object, or return why they cannot be read.
 
-    Empty texts in the list are passed over. Names without objects need no brackets, alone or beside others;
-    that is the repair ``brackets``.
+    Empty texts in the list are ignored. Names without objects need no brackets; adding them is the repair
+    ``brackets``.
 
     Args:
         text: the answer.
-        without_arguments: the names that take no objects.
+        without_arguments: names that take no objects.
         others: other keys of the object that may hold lists.
     """
     reading = read_json(text, _output_form(frozenset(others)))
@@ -160,7 +167,7 @@ def read_output(
     repairs = dict.fromkeys(reading.repairs)
     subgoals: list[str] = []
     for subgoal in filter(None, map(str.strip, reading.value)):
-        spelt_out = _with_brackets(subgoal, without_arguments) if without_arguments else subgoal
+        spelt_out = _add_brackets(subgoal, without_arguments) if without_arguments else subgoal
         repairs |= {} if spelt_out == subgoal else {"brackets": None}
         subgoals.append(spelt_out)
     return WrittenSubgoals(tuple(subgoals), tuple(repairs), reading.spans)
@@ -169,15 +176,17 @@ def read_output(
 @lru_cache(16)
 def _output_form(others: frozenset[str]) -> AnswerForm[list[str]]:
     def flaw(value: object) -> str | None:
-        if not isinstance(value, Pairs):
+        if not isinstance(value, JsonObject):
             return None
-        if value.repeated is not None:
-            return f'the key "{value.repeated}" occurs twice'
-        unknown = [key for key, part in value.members if isinstance(part, list | Pairs) and key not in others]
+        if value.repeated_key is not None:
+            return f'the key "{value.repeated_key}" occurs twice'
+        unknown = [
+            key for key, part in value.members if isinstance(part, list | JsonObject) and key not in others
+        ]
         return next((f'the key "{key}" is not known' for key in unknown if key != _OUTPUT), None)
 
     def output(value: object) -> list[str] | None:
-        if flaw(value) is not None or not isinstance(value, Pairs):
+        if flaw(value) is not None or not isinstance(value, JsonObject):
             return None
         entries = dict(value.members).get(_OUTPUT)
         texts = [entry for entry in entries if isinstance(entry, str)] if isinstance(entries, list) else []
@@ -188,12 +197,12 @@ def _output_form(others: frozenset[str]) -> AnswerForm[list[str]]:
 
 
 def _is_formula(line: str) -> bool:
-    """Whether a line outside the object is a formula or a key, and nothing else."""
+    """Whether a line outside the object is only a formula or a key."""
     return _FORMULA_LINE.fullmatch(line) is not None
 
 
-def _with_brackets(text: str, without_arguments: Collection[str]) -> str:
-    """A text where names that take no objects have brackets; as it is where it has no formula at all."""
+def _add_brackets(text: str, without_arguments: Collection[str]) -> str:
+    """Add brackets to names that take no objects. A text that contains no formula is returned as it is."""
     tokens = [match[0] for match in _TOKEN.finditer(text)]
     if "(" not in tokens and any(t not in _WORDS and t not in without_arguments for t in tokens):
         return text

@@ -22,18 +22,18 @@ import eai.logic.formula as f
 from eai.abilities.notation.subgoals import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS,
-    Compiled,
-    Do,
-    Found,
+    CompiledAnswer,
+    Fork,
     Instruction,
-    Offence,
-    Plans,
+    MisusedName,
+    Perform,
     Program,
-    Rejected,
+    RejectedAnswer,
     Require,
-    Split,
-    offending,
-    unparseable,
+    SubgoalPlanner,
+    SubgoalPlans,
+    reject_names,
+    reject_unparseable,
 )
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.repertoire import Holds
@@ -59,7 +59,7 @@ MAX_LITERALS = 100_000
 TOO_MUCH = f"it comes down to more than {MAX_LITERALS:,} literals"
 
 
-class _Extent:
+class _QuantifierRange:
     """The range of the quantifiers of subgoals, and how much that makes.
 
     Args:
@@ -94,7 +94,7 @@ class _Extent:
                 number = self._size(first) * self._size(second) * self.literals(body)
             case _:
                 number = sum(map(self.literals, children(formula))) or 1
-        return _few(number)
+        return _check_limit(number)
 
     def _size(self, variable: f.Variable) -> int:
         return max(1, self._scene.category(variable.category).bit_count())
@@ -108,39 +108,41 @@ class _Extent:
             InputError: there are more than `MAX_LITERALS`, or a test looks at more.
         """
         self.literals(formula)
-        return _few(self._choices(formula) * max(1, self._longest(formula)))
+        return _check_limit(
+            self._count_alternatives(formula) * max(1, self._max_alternative_literals(formula))
+        )
 
-    def _choices(self, formula: f.Formula) -> int:
+    def _count_alternatives(self, formula: f.Formula) -> int:
         """How many alternatives there are, counted no further than is allowed."""
         match formula:
             case f.And(parts):
-                choices = prod(map(self._choices, parts))
+                choices = prod(map(self._count_alternatives, parts))
             case f.Or(parts):
-                choices = sum(map(self._choices, parts))
+                choices = sum(map(self._count_alternatives, parts))
             case f.Exists(variable, body):
-                choices = len(self.usable(variable)) * self._choices(body)
+                choices = len(self.usable(variable)) * self._count_alternatives(body)
             case f.ForAll(variable, body):
-                choices = self._choices(body) ** len(self.everything(variable))
+                choices = self._count_alternatives(body) ** len(self.everything(variable))
             case _:
                 choices = 1
         return min(choices, MAX_LITERALS + 1)
 
-    def _longest(self, formula: f.Formula) -> int:
+    def _max_alternative_literals(self, formula: f.Formula) -> int:
         """How many literals one alternative has at most."""
         match formula:
             case f.And(parts):
-                return sum(map(self._longest, parts))
+                return sum(map(self._max_alternative_literals, parts))
             case f.Or(parts):
-                return max(map(self._longest, parts), default=0)
+                return max(map(self._max_alternative_literals, parts), default=0)
             case f.Exists(_, body):
-                return self._longest(body)
+                return self._max_alternative_literals(body)
             case f.ForAll(variable, body):
-                return len(self.everything(variable)) * self._longest(body)
+                return len(self.everything(variable)) * self._max_alternative_literals(body)
             case _:
                 return 1
 
 
-def _few(number: int) -> int:
+def _check_limit(number: int) -> int:
     if number > MAX_LITERALS:
         raise InputError(TOO_MUCH)
     return number
@@ -149,33 +151,33 @@ def _few(number: int) -> int:
 MAX_INSTRUCTIONS = 20_000
 """The longest program; alternatives multiply where names or variables stand for several objects."""
 
-_TESTED_AT_ONCE = 100
+_LITERALS_PER_ACTION = 100
 """How many literals of a formula are tested in the time in which an action is applied."""
 
-_MOST_LITERALS = 100
+_MAX_EXCLUSION_LITERALS = 100
 """How many literals a subgoal may have, over all alternatives, to be known to exclude each other."""
 
-_REMEMBERED = 32
+_MAX_CACHED_SUBGOALS = 32
 """How many subgoals of a task are remembered."""
 
-_STATES = 16
+_MAX_CACHED_STATES = 16
 """For how many states it is remembered what was done for one of them: those of all branches of a search."""
 
 
-class _Why(NamedTuple):
+class _FailureReason(NamedTuple):
     """Why a subgoal does not hold: the id of the check, and in words."""
 
     id: str
     words: str
 
 
-_BY_NOTHING = _Why("no_action_brings_it_about", "no action brings it about")
-_EXCLUDED = _Why("parts_exclude_each_other", "its parts exclude each other")
-_NOT_DONE = _Why("not_brought_about", "nothing that is done for it brings it about")
+_BY_NOTHING = _FailureReason("no_action_brings_it_about", "no action brings it about")
+_EXCLUDED = _FailureReason("parts_exclude_each_other", "its parts exclude each other")
+_NOT_DONE = _FailureReason("not_brought_about", "nothing that is done for it brings it about")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Required:
+class _Requirement:
     """A condition that must hold, as a test; the check that says what is wrong if not; what the test costs.
 
     It is equal to itself alone: what all alternatives have in common is not hashed for each of them.
@@ -191,8 +193,8 @@ class _Required:
 class Programs:
     """Makes the programs of answers to one task.
 
-    What the last `_REMEMBERED` subgoals ask for, and what was done for each in the last few states, is
-    remembered: answers to one task begin alike, and neither depends on the rest of the answer.
+    The conditions and plans of the last `_MAX_CACHED_SUBGOALS` subgoals are cached. Answers to one task begin
+    alike, and a subgoal does not depend on the rest of the answer.
 
     Args:
         task: the task.
@@ -208,36 +210,36 @@ class Programs:
         self.lexicon = lexicon
         self._refinement = refinement
         self._distinguished = distinguished
-        self.extent = _Extent(task)
+        self.extent = _QuantifierRange(task)
         self.brings_about = refinement.brings_about
         self._exclusion = cache(lambda: refinement.exclusion_rules().exclusion_from(task.initial))
-        self.required = lru_cache(_REMEMBERED)(self._required)
-        self.needless = lru_cache(_REMEMBERED)(self._needless)
-        self.plans = lru_cache(_REMEMBERED)(self._plans)
-        self.plans_to_take = lru_cache(_REMEMBERED)(self._plans_to_take)
+        self.required = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_requirement)
+        self.needless = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_needless_planner)
+        self.plans = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner)
+        self.plans_to_take = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_action_planner)
 
-    def compile(self, written: WrittenSubgoals | Unreadable) -> Compiled | Rejected:
+    def compile(self, written: WrittenSubgoals | Unreadable) -> CompiledAnswer | RejectedAnswer:
         """An answer whose subgoals are each a text of its own, each read by itself."""
         if isinstance(written, Unreadable):
-            return replace(unparseable(written.reason), spans=written.spans)
+            return replace(reject_unparseable(written.reason), spans=written.spans)
         return replace(self._compile(written), spans=written.spans)
 
-    def _compile(self, written: WrittenSubgoals) -> Compiled | Rejected:
+    def _compile(self, written: WrittenSubgoals) -> CompiledAnswer | RejectedAnswer:
         formulas: list[f.Formula] = []
-        offences: list[Offence] = []
+        offences: list[MisusedName] = []
         for number, subgoal in enumerate(written.subgoals):
             try:
                 formula, misuses = read_formula(subgoal, self.lexicon.signature)
             except ParseError as error:
-                return unparseable(str(error), written.repairs, number)
+                return reject_unparseable(str(error), written.repairs, number)
             formulas.append(formula)
             offences += [(number, misuse) for misuse in misuses]
         if offences:
-            return offending(offences, written.repairs)
+            return reject_names(offences, written.repairs)
         try:
-            return Compiled(tuple(formulas), self.program(formulas), written.repairs)
+            return CompiledAnswer(tuple(formulas), self.program(formulas), written.repairs)
         except InputError as error:
-            return unparseable(str(error), written.repairs)
+            return reject_unparseable(str(error), written.repairs)
 
     def program(self, subgoals: Sequence[f.Formula]) -> Program:
         """The program that carries out subgoals one after the other.
@@ -246,52 +248,52 @@ class Programs:
             InputError: a subgoal is not a combination of states and actions that can be carried out one after
                 the other, or comes down to too much.
         """
-        builder = _Builder(self)
+        builder = _ProgramBuilder(self)
         start = 0
         for number in reversed(range(len(subgoals))):
             start = builder.subgoal(negation_normal(builder.with_classes(subgoals[number])), number, start)
         return builder.program[: start + 1]
 
-    def _plans_to_take(self, action: Action) -> Plans:
+    def _make_action_planner(self, action: Action) -> SubgoalPlanner:
         """The instruction to take an action."""
         plans = self._refinement.plans_to_take(action, self.task.scene, self.task.relevant)
-        return lru_cache(_STATES)(plans)
+        return lru_cache(_MAX_CACHED_STATES)(plans)
 
-    def _required(
-        self, formula: f.Formula, why: _Why, alternatives: tuple[tuple[GroundAtom, ...], ...] = ()
-    ) -> _Required:
+    def _make_requirement(
+        self, formula: f.Formula, why: _FailureReason, alternatives: tuple[tuple[GroundAtom, ...], ...] = ()
+    ) -> _Requirement:
         if self.lexicon.is_unobserved(formula):
-            raise _impossible(formula)
+            raise _not_executable(formula)
         meaning = self.lexicon.meaning(formula)
 
-        def check(why: _Why) -> Check:
+        def check(why: _FailureReason) -> Check:
             reason = f"{print_ltl(formula)} does not hold, and {why.words}"
             return Check(meaning, FaultKind.MISSING_STEP, reason, id=why.id)
 
         def refused() -> Check | None:
             sizes = [*map(len, alternatives)]
-            if min(sizes, default=0) < 2 or sum(sizes) > _MOST_LITERALS:
+            if min(sizes, default=0) < 2 or sum(sizes) > _MAX_EXCLUSION_LITERALS:
                 return None
             return check(_EXCLUDED) if all(map(self._exclusion().excludes, alternatives)) else None
 
-        effort = self.extent.literals(formula) // _TESTED_AT_ONCE
-        return _Required(StateTest(meaning, self.task.scene), check(why), effort, cache(refused))
+        effort = self.extent.literals(formula) // _LITERALS_PER_ACTION
+        return _Requirement(StateTest(meaning, self.task.scene), check(why), effort, cache(refused))
 
-    def _needless(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> Plans:
+    def _make_needless_planner(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> SubgoalPlanner:
         """The actions that say of themselves that they are not needed, where one of the alternatives holds.
 
         Of several that hold, those of the one with the fewest.
         """
-        effort = sum(map(len, alternatives)) // _TESTED_AT_ONCE
+        effort = sum(map(len, alternatives)) // _LITERALS_PER_ACTION
 
-        def plans(state: State) -> Found:
+        def plans(state: State) -> SubgoalPlans:
             held = [self._refinement.needless(each, state) for each in alternatives]
             fewest = min([plan for plan in held if plan is not None], key=len, default=())
-            return Found((fewest,) if fewest else (), effort)
+            return SubgoalPlans((fewest,) if fewest else (), effort)
 
-        return lru_cache(_STATES)(plans)
+        return lru_cache(_MAX_CACHED_STATES)(plans)
 
-    def _plans(self, literals: tuple[GroundAtom, ...], required: _Required) -> Plans:
+    def _make_planner(self, literals: tuple[GroundAtom, ...], required: _Requirement) -> SubgoalPlanner:
         """The ways to bring literals about that fulfil what is required; none where no state does."""
         made = cache(
             lambda: self._refinement.plans(
@@ -304,15 +306,15 @@ class Programs:
             )
         )
 
-        def plans(state: State) -> Found:
+        def plans(state: State) -> SubgoalPlans:
             found = made()(state)
             refused = required.refused() if found.has_failed else None
-            return found if refused is None else Found((), found.effort, refused)
+            return found if refused is None else SubgoalPlans((), found.effort, refused)
 
-        return lru_cache(_STATES)(plans)
+        return lru_cache(_MAX_CACHED_STATES)(plans)
 
 
-class _Builder:
+class _ProgramBuilder:
     """Makes instructions from the end of a plan to its beginning."""
 
     def __init__(self, programs: Programs) -> None:
@@ -341,67 +343,67 @@ class _Builder:
         Negations stand at its leaves only.
         """
         if _speaks_of_states(formula):
-            return self._state(formula, number, then)
+            return self._add_condition(formula, number, then)
         match formula:
             case f.Occurs():
                 action = self._lexicon.action(formula)
-                return self._add(Do(self._programs.plans_to_take(action), number, then, MAX_ACTIONS))
+                return self._add(Perform(self._programs.plans_to_take(action), number, then, MAX_ACTIONS))
             case f.Then(parts):
                 for part in reversed(parts):
                     then = self.subgoal(part, number, then)
                 return then
             case f.And(parts):
-                return self._together(parts, number, then)
+                return self._add_together(parts, number, then)
             case f.Or(parts):
-                return self._any(parts, number, then)
+                return self._add_alternatives(parts, number, then)
             case f.Exists(variable, body):
                 instances = self._instances(variable, body, self._extent.usable(variable))
-                return self._any(list(instances), number, then)
+                return self._add_alternatives(list(instances), number, then)
             case _:
-                raise _impossible(formula)
+                raise _not_executable(formula)
 
-    def _together(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
+    def _add_together(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
         """Actions in their order, before or after what shall hold when all is done."""
         states = [part for part in parts if _speaks_of_states(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
         if not states:
             return self.subgoal(actions, number, then)
         held = f.And(tuple(states))
-        tested = self._add(_requirement(self._programs.required(held, _NOT_DONE), number, then))
-        before = self._state(held, number, self.subgoal(actions, number, tested), is_all=False)
-        after = self.subgoal(actions, number, self._state(held, number, then, is_all=False))
-        return self._split([before, after], number)
+        tested = self._add(_require(self._programs.required(held, _NOT_DONE), number, then))
+        before = self._add_condition(held, number, self.subgoal(actions, number, tested), is_all=False)
+        after = self.subgoal(actions, number, self._add_condition(held, number, then, is_all=False))
+        return self._fork([before, after], number)
 
-    def _any(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
+    def _add_alternatives(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
         """Several ways to continue, the first of them first."""
-        return self._split([self.subgoal(each, number, then) for each in reversed(parts)], number)
+        return self._fork([self.subgoal(each, number, then) for each in reversed(parts)], number)
 
-    def _state(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
+    def _add_condition(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
         """A condition that shall hold at one moment: brought about by one of its alternatives, and tested.
 
         Where it holds already, by whichever alternative, nothing is done; if it is all that the subgoal says,
         the subgoal may be an additional step.
         """
-        observed = self._observed(formula)
+        observed = self._drop_unobserved(formula)
         self._extent.to_be_done(observed)
         alternatives = tuple(dict.fromkeys(self._alternatives(observed)))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
         required = self._programs.required(observed, why, alternatives)
-        tested = self._add(_requirement(required, number, then))
+        tested = self._add(_require(required, number, then))
         entries = [
-            self._add(Do(self._programs.plans(each, required), number, tested, MAX_ACTIONS))
+            self._add(Perform(self._programs.plans(each, required), number, tested, MAX_ACTIONS))
             if each
             else tested
             for each in reversed(alternatives)
         ]
-        to_do = self._split(entries, number)
+        to_do = self._fork(entries, number)
         if to_do == tested:
             return tested
         needless = self._programs.needless(alternatives)
-        held = self._add(Do(needless, number, then)) if is_all else then
+        held = self._add(Perform(needless, number, then)) if is_all else then
         ways = (to_do,), (held,)
-        return self._add(Split(lambda state: ways[required.holds(state)], number, 1 + required.effort))
+        return self._add(Fork(lambda state: ways[required.holds(state)], number, 1 + required.effort))
 
     def _alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
         """The literals to bring about, all of one alternative; nothing for what is only tested."""
@@ -422,13 +424,13 @@ class _Builder:
                 literal = self._lexicon.literal(formula)
                 yield () if literal is None else (literal,)
 
-    def _observed(self, formula: f.Formula) -> f.Formula:
+    def _drop_unobserved(self, formula: f.Formula) -> f.Formula:
         """A formula where that of which the domain knows nothing is taken to be so."""
         match formula:
             case f.And(parts) | f.Or(parts):
-                return type(formula)(tuple([self._observed(part) for part in parts]))
+                return type(formula)(tuple([self._drop_unobserved(part) for part in parts]))
             case f.Exists(variable, body) | f.ForAll(variable, body):
-                return type(formula)(variable, self._observed(body))
+                return type(formula)(variable, self._drop_unobserved(body))
             case f.Atom() | f.Not(f.Atom()) if self._lexicon.is_unobserved(formula):
                 return f.TRUE
             case _:
@@ -441,8 +443,8 @@ class _Builder:
         for index in indices:
             yield substitute(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
-    def _split(self, entries: Sequence[int], number: int) -> int:
-        return entries[0] if len(entries) == 1 else self._add(Split(lambda state: entries, number))
+    def _fork(self, entries: Sequence[int], number: int) -> int:
+        return entries[0] if len(entries) == 1 else self._add(Fork(lambda state: entries, number))
 
     def _add(self, instruction: Instruction) -> int:
         if len(self.program) >= MAX_INSTRUCTIONS:
@@ -451,7 +453,7 @@ class _Builder:
         return len(self.program) - 1
 
 
-def _requirement(required: _Required, number: int, then: int) -> Require:
+def _require(required: _Requirement, number: int, then: int) -> Require:
     return Require(required.holds, required.check, number, then, 1 + required.effort)
 
 
@@ -460,5 +462,5 @@ def _speaks_of_states(formula: f.Formula) -> bool:
     return is_state_formula(formula) and not any(isinstance(part, f.Occurs) for part in walk(formula))
 
 
-def _impossible(formula: f.Formula) -> InputError:
+def _not_executable(formula: f.Formula) -> InputError:
     return InputError(f"{print_ltl(formula)}: there is no way to carry this out")

@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     COLUMNS,
-    Asked,
-    AskedWorld,
-    Form,
+    AbilityWorld,
+    Interaction,
     MetricColumn,
+    SchemaMaker,
+    count_additional_steps,
+    count_fault,
+    declare_plan_ability,
     goal_shares,
-    on_trajectories,
-    times,
-    times_additional,
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
-from eai.abilities.verdict import of_all
+from eai.abilities.verdict import share_of_one
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
@@ -44,20 +44,20 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
     wrong_arity = verdict.error is not None and verdict.error.kind is FaultKind.ARGUMENT_NUMBER
     unknown = category is SubgoalCategory.HALLUCINATION and not wrong_arity
     return {
-        "task_success": of_all(category is SubgoalCategory.CORRECT),
-        "execution_success": of_all(category in _EXECUTED),
-        "parsing": of_all(category is SubgoalCategory.NOT_PARSEABLE),
-        "hallucination": of_all(unknown),
-        "argument_number": of_all(wrong_arity),
-        **{kind.value: of_all(times(verdict, kind)) for kind in _RUNTIME_FAULTS},
-        "additional_step": of_all(times_additional(verdict)),
-        "goal_unreachable": of_all(category is SubgoalCategory.GOAL_UNREACHABLE),
+        "task_success": share_of_one(category is SubgoalCategory.CORRECT),
+        "execution_success": share_of_one(category in _EXECUTED),
+        "parsing": share_of_one(category is SubgoalCategory.NOT_PARSEABLE),
+        "hallucination": share_of_one(unknown),
+        "argument_number": share_of_one(wrong_arity),
+        **{kind.value: share_of_one(count_fault(verdict, kind)) for kind in _RUNTIME_FAULTS},
+        "additional_step": share_of_one(count_additional_steps(verdict)),
+        "goal_unreachable": share_of_one(category is SubgoalCategory.GOAL_UNREACHABLE),
         "granularity": Share(verdict.added_actions or 0, verdict.refined or 0),
         **goal_shares(verdict),
     }
 
 
-def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """The maker of scorers, imported where it is needed, so that reports load no search."""
     from eai.abilities.subgoal_decomposition.refinement import Refinement
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
@@ -68,7 +68,7 @@ def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
     )
 
 
-def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
+def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     from eai.abilities.notation.subgoals import SubgoalNotation
 
     subgoals = world.subgoals or SubgoalNotation(world.domain)
@@ -76,9 +76,9 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
 
 
 SUBGOAL_DECOMPOSITION = replace(
-    on_trajectories(
+    declare_plan_ability(
         Ability.SUBGOAL_DECOMPOSITION,
-        Asked(_scorers, form=_form, bare=None),
+        Interaction(_scorers, answer_form=_form, plain_text_prefix=None),
         "Subgoal decomposition",
         "subgoals",
         SubgoalVerdict,

@@ -15,7 +15,7 @@ from eai.world.fault import FaultKind
 from eai.world.operator import Check
 from eai.world.state import State
 
-Plan: TypeAlias = Sequence[Action]
+ActionSequence: TypeAlias = Sequence[Action]
 
 MAX_ACTIONS = 2
 """How many actions carry out one subgoal at most, movement included."""
@@ -30,7 +30,7 @@ TOO_FAR = Check(
 """The offence of a subgoal that takes more actions than it may."""
 
 
-class Found(NamedTuple):
+class SubgoalPlans(NamedTuple):
     """The actions to take for a subgoal in a state.
 
     Attributes:
@@ -40,26 +40,26 @@ class Found(NamedTuple):
         has_failed: whether nothing brings it about, and not for the kind of its objects.
     """
 
-    plans: Sequence[Plan]
+    plans: Sequence[ActionSequence]
     effort: int = 0
-    refused: Check | None = None
+    failed_check: Check | None = None
     has_failed: bool = False
 
 
-Plans: TypeAlias = Callable[[State], Found]
+SubgoalPlanner: TypeAlias = Callable[[State], SubgoalPlans]
 """The actions to take for a subgoal in a state."""
 
 
-class Do(NamedTuple):
+class Perform(NamedTuple):
     """Carry out a subgoal by one of the plans for it in the state at hand; if there is none, do nothing.
 
     No more than ``most`` actions are executed for one subgoal, if that is given.
     """
 
-    plans: Plans
+    plans: SubgoalPlanner
     subgoal: int
     then: int
-    most: int | None = None
+    max_actions: int | None = None
 
 
 class Require(NamedTuple):
@@ -72,7 +72,7 @@ class Require(NamedTuple):
     effort: int = 1
 
 
-class Split(NamedTuple):
+class Fork(NamedTuple):
     """Continue a subgoal in each of the ways that are open in a state, those with greater numbers first.
 
     ``effort`` is what it costs to find them.
@@ -83,7 +83,7 @@ class Split(NamedTuple):
     effort: int = 0
 
 
-Instruction: TypeAlias = Do | Require | Split | None
+Instruction: TypeAlias = Perform | Require | Fork | None
 """The next thing to do; None where all subgoals are carried out."""
 
 Program: TypeAlias = Sequence[Instruction]
@@ -91,7 +91,7 @@ Program: TypeAlias = Sequence[Instruction]
 
 
 @dataclass(frozen=True, slots=True)
-class Compiled:
+class CompiledAnswer:
     """An answer that can be carried out: its subgoals, their program, and how its text was read."""
 
     subgoals: tuple[Formula, ...]
@@ -100,35 +100,37 @@ class Compiled:
     spans: tuple[Span, ...] = ()
 
 
-Offence: TypeAlias = tuple[int, Misuse]
+MisusedName: TypeAlias = tuple[int, Misuse]
 """The number of a subgoal, from 0, and a name in it that is not allowed."""
 
 
 @dataclass(frozen=True, slots=True)
-class Rejected:
+class RejectedAnswer:
     """An answer that cannot be carried out: why, what is wrong with its names, and how its text was read."""
 
     category: SubgoalCategory
     error: ErrorReport
     repairs: tuple[str, ...] = ()
-    offences: tuple[Offence, ...] = ()
+    misused_names: tuple[MisusedName, ...] = ()
     spans: tuple[Span, ...] = ()
 
 
-def unparseable(reason: str, repairs: tuple[str, ...] = (), subgoal: int | None = None) -> Rejected:
+def reject_unparseable(
+    reason: str, repairs: tuple[str, ...] = (), subgoal: int | None = None
+) -> RejectedAnswer:
     """The rejection of what no plan can be made of, for the sake of this subgoal if it is one."""
     error = ErrorReport(FaultKind.PARSING, subgoal, reason)
-    return Rejected(SubgoalCategory.NOT_PARSEABLE, error, repairs)
+    return RejectedAnswer(SubgoalCategory.NOT_PARSEABLE, error, repairs)
 
 
 _PRECEDENCE = ("unknown_predicate", "wrong_arity", "unknown_object")
 
 
-def offending(offences: Sequence[Offence], repairs: tuple[str, ...]) -> Rejected:
+def reject_names(offences: Sequence[MisusedName], repairs: tuple[str, ...]) -> RejectedAnswer:
     """The rejection for names that are not allowed: unknown predicates first, then numbers of objects."""
     subgoal, worst = min(offences, key=lambda offence: _PRECEDENCE.index(offence[1].kind))
     wrong_number = worst.kind == "wrong_arity"
     kind = FaultKind.ARGUMENT_NUMBER if wrong_number else FaultKind.HALLUCINATION
     objects = (worst.name,) if worst.kind == "unknown_object" else ()
     error = ErrorReport(kind, subgoal, worst.detail, worst.kind, objects)
-    return Rejected(SubgoalCategory.HALLUCINATION, error, repairs, tuple(offences))
+    return RejectedAnswer(SubgoalCategory.HALLUCINATION, error, repairs, tuple(offences))

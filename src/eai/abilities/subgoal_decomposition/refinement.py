@@ -17,10 +17,10 @@ from itertools import islice, permutations, product
 from operator import or_
 from typing import NamedTuple
 
-from eai.abilities.subgoal_decomposition.program import Found, Plan, Plans
+from eai.abilities.subgoal_decomposition.program import ActionSequence, SubgoalPlanner, SubgoalPlans
 from eai.abilities.subgoal_decomposition.repertoire import (
     MAX_LISTED,
-    Ground,
+    CandidateAction,
     Holds,
     Repertoire,
     is_needless,
@@ -34,11 +34,11 @@ from eai.world.domain import Domain
 from eai.world.operator import Operator, Role
 from eai.world.state import Scene, State
 
-_MOST_TESTS = 200_000
+_MAX_TESTED_LITERALS = 200_000
 """How many literals one search may test; of a subgoal with very many fewer actions are applied."""
 
 
-class _Need(NamedTuple):
+class _SearchNeeds(NamedTuple):
     """The means of a search.
 
     Attributes:
@@ -57,7 +57,7 @@ class _Need(NamedTuple):
     touched: Mapping[str, int]
     named: Sequence[int]
     objects: Sequence[int]
-    grounds: dict[Action, Ground]
+    grounds: dict[Action, CandidateAction]
     wider: Callable[[State], Mapping[Action, int]] | None = None
 
     def touched_by(self, operators: Iterable[str]) -> int:
@@ -96,7 +96,7 @@ class Refinement:
         distinguished: Collection[str] = (),
         *,
         test_effort: int = 0,
-    ) -> Plans:
+    ) -> SubgoalPlanner:
         """The actions in a state that make a subgoal hold, where it does not yet.
 
         Where it cannot be made to hold, it is what comes nearest, and then the action that fails, to be
@@ -127,13 +127,13 @@ class Refinement:
                     found |= part
             return found
 
-        def plans(state: State) -> Found:
+        def plans(state: State) -> SubgoalPlans:
             goal = SearchGoal(met(state, everything, 0), met, everything, holds, distinguished, test_effort)
-            return self._search(goal, _Need(state, wanted, touched, named, objects, {}, wider))
+            return self._search(goal, _SearchNeeds(state, wanted, touched, named, objects, {}, wider))
 
         return plans
 
-    def needless(self, literals: Sequence[GroundAtom], state: State) -> Plan | None:
+    def needless(self, literals: Sequence[GroundAtom], state: State) -> ActionSequence | None:
         """The actions that would bring literals about and say themselves that they are not needed.
 
         That is for each literal the first that does, as its object is as it makes it; None if one of the
@@ -150,23 +150,23 @@ class Refinement:
                 covered |= parts
         return tuple(found)
 
-    def plans_to_take(self, action: Action, scene: Scene, objects: Sequence[int]) -> Plans:
+    def plans_to_take(self, action: Action, scene: Scene, objects: Sequence[int]) -> SubgoalPlanner:
         """An action, after the shortest sequence that makes it possible; the attempt where there is none."""
         goal = SearchGoal(0, lambda _, touched, __: touched, 1, lambda _: True, ())
         named = named_in([action.arguments], scene)
 
-        def plans(state: State) -> Found:
+        def plans(state: State) -> SubgoalPlans:
             if self._is_needless(action, state):
-                return Found(((action,),))
-            return self._search(goal, _Need(state, {action: 1}, {}, named, objects, {}))
+                return SubgoalPlans(((action,),))
+            return self._search(goal, _SearchNeeds(state, {action: 1}, {}, named, objects, {}))
 
         return plans
 
-    def _search(self, goal: SearchGoal, need: _Need) -> Found:
-        budget = min(self._budget * goal.size, _MOST_TESTS // goal.size)
-        return find_plans(goal, self._permitted(need), need.state, budget)
+    def _search(self, goal: SearchGoal, need: _SearchNeeds) -> SubgoalPlans:
+        budget = min(self._budget * goal.size, _MAX_TESTED_LITERALS // goal.size)
+        return find_plans(goal, self._permitted_sets(need), need.state, budget)
 
-    def _permitted(self, need: _Need) -> Iterator[Permitted]:
+    def _permitted_sets(self, need: _SearchNeeds) -> Iterator[Permitted]:
         """The permitted actions, widened step by step.
 
         First what is about nothing but the objects that are named; then releasing any object; then going to
@@ -174,35 +174,41 @@ class Refinement:
         none of these depends on where it is, that is only by means of any tool; where it does not, as in most
         of PDDL, it is by whatever fits.
         """
-        helping, movement = self._repertoire.serving(_operators(need.wanted))
-        moves, changes = self._split(need.wanted, need)
+        helping, movement = self._repertoire.serving(_operator_names(need.wanted))
+        moves, changes = self._split_movement(need.wanted, need)
         handled = any(self._role(action) is not Role.RELEASES for action in need.wanted)
-        takes = self._grounded(self._about(helping, Role.TAKES, need.named if handled else ()), need)
+        takes = self._to_candidates(
+            self._actions_of_role(helping, Role.TAKES, need.named if handled else ()), need
+        )
         touched = need.touched_by(movement)
-        moving = self._grounded(self._moves(movement, need.named), need)
+        moving = self._to_candidates(self._moves(movement, need.named), need)
         yield Permitted(changes, takes, moves, moving, touched)
-        releases = self._grounded(self._about(helping, Role.RELEASES, need.objects), need)
+        releases = self._to_candidates(self._actions_of_role(helping, Role.RELEASES, need.objects), need)
         if releases:
             yield Permitted(changes, [*takes, *releases], moves, moving, touched)
         wider = need.wanted if need.wider is None else need.wider(need.state)
-        _, movement = self._repertoire.serving(_operators(wider))
+        _, movement = self._repertoire.serving(_operator_names(wider))
         if self._repertoire.movement and not movement:
             tools = self._repertoire.with_tools
             wider = {a: p for a, p in wider.items() if a in need.wanted or a.operator in tools}
         if movement or not wider.keys() <= need.wanted.keys():
-            moves, changes = self._split(wider, need)
+            moves, changes = self._split_movement(wider, need)
             touched = need.touched_by(movement)
-            moving = self._grounded(self._moves(movement, need.objects), need)
+            moving = self._to_candidates(self._moves(movement, need.objects), need)
             yield Permitted(changes, [*takes, *releases], moves, moving, touched)
 
-    def _split(self, wanted: Mapping[Action, int], need: _Need) -> tuple[list[Ground], list[Ground]]:
+    def _split_movement(
+        self, wanted: Mapping[Action, int], need: _SearchNeeds
+    ) -> tuple[list[CandidateAction], list[CandidateAction]]:
         """The movement that is wanted for where it leads, and all else that is wanted."""
         leading = need.wider is not None
         moves = {a: p for a, p in wanted.items() if leading and self._role(a) is Role.MOVEMENT}
         changes = {action: parts for action, parts in wanted.items() if action not in moves}
-        return self._grounded(moves, need), self._grounded(changes, need)
+        return self._to_candidates(moves, need), self._to_candidates(changes, need)
 
-    def _about(self, operators: Iterable[Operator], role: Role, objects: Sequence[int]) -> dict[Action, int]:
+    def _actions_of_role(
+        self, operators: Iterable[Operator], role: Role, objects: Sequence[int]
+    ) -> dict[Action, int]:
         """The actions by operators of a role about different objects; they are for no part."""
         return {
             Action(o.name, arguments): 0
@@ -221,13 +227,13 @@ class Refinement:
             )
         }
 
-    def _grounded(self, actions: Mapping[Action, int], need: _Need) -> list[Ground]:
+    def _to_candidates(self, actions: Mapping[Action, int], need: _SearchNeeds) -> list[CandidateAction]:
         grounds = []
         for action, parts in actions.items():
             ground = need.grounds.get(action)
             if ground is None:
                 known = self._repertoire.known[action.operator]
-                ground = need.grounds[action] = Ground.of(action, known, need.state)
+                ground = need.grounds[action] = CandidateAction.of(action, known, need.state)
             touched = need.touched.get(action.operator, 0) | parts
             grounds.append(ground.for_parts(parts, touched))
         return grounds
@@ -239,5 +245,5 @@ class Refinement:
         return self._repertoire.known[action.operator].role
 
 
-def _operators(actions: Iterable[Action]) -> frozenset[str]:
+def _operator_names(actions: Iterable[Action]) -> frozenset[str]:
     return frozenset([action.operator for action in actions])

@@ -44,9 +44,9 @@ Holds: TypeAlias = Callable[[State], bool]
 """Whether something holds in a state."""
 
 _AGENT = 0
-"""The number of the agent in a `_Way`; the objects of the literal are numbered from 1."""
+"""The number of the agent in a `_OperatorPattern`; the objects of the literal are numbered from 1."""
 
-_MOST_WAYS = 10_000
+_MAX_FITTING_ACTIONS = 10_000
 """How many actions by one operator are thought of where a literal leaves open what they are about."""
 
 
@@ -54,7 +54,7 @@ MAX_LISTED = 100_000
 """Maximum number of actions by one operator that a search may take."""
 
 
-class _Kind(Enum):
+class _CheckKind(Enum):
     """Checks of an operator by what can change whether they hold.
 
     No action can; some can, but it is the same for all objects and wherever the agent is; or anything can.
@@ -65,7 +65,7 @@ class _Kind(Enum):
     REST = "rest"
 
 
-class _Known(NamedTuple):
+class _OperatorInfo(NamedTuple):
     """An operator as a search has to know it.
 
     Attributes:
@@ -90,7 +90,7 @@ class _Known(NamedTuple):
     unmoved: Truth
 
 
-_Way: TypeAlias = tuple[str, tuple[int | None, ...]]
+_OperatorPattern: TypeAlias = tuple[str, tuple[int | None, ...]]
 """How an operator, by name, may bring a literal about; None is an argument that the literal leaves open."""
 
 
@@ -115,22 +115,22 @@ class Repertoire:
             name: self._checks[name] | self._sources([f for effect in effects for f in effect.conditions])
             for name, effects in self._effects.items()
         }
-        self.movement = _without_doubles([o for o in domain.operators if role_of(o) is Role.MOVEMENT])
+        self.movement = _drop_duplicates([o for o in domain.operators if role_of(o) is Role.MOVEMENT])
         self.with_tools = frozenset(
-            [o.name for o in domain.operators if role_of(o) is not Role.MOVEMENT and self._tools(o)]
+            [o.name for o in domain.operators if role_of(o) is not Role.MOVEMENT and self._find_tools(o)]
         )
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
         self._changed = frozenset[str]().union(*self._writes.values())
-        self.known = {operator.name: self._known(operator) for operator in domain.operators}
+        self.known = {operator.name: self._inspect(operator) for operator in domain.operators}
         self.writers = cache(self._writers)
         self.serving = cache(self._serving)
-        self._ways_of = cache(self._find_ways)
+        self._cached_patterns = cache(self._find_patterns)
         self._compiled = cache(self._compile)
         self._taking = cache(
             lambda name: Achiever(make_operator_schema(self.known[name].operator.operator), domain.vocabulary)
         )
 
-    def _tools(self, operator: Operator) -> set[Variable]:
+    def _find_tools(self, operator: Operator) -> set[Variable]:
         """The parameters that no effect changes anything of."""
         return {*operator.parameters}.difference(
             *[each.atom.arguments for each in self._effects[operator.name]]
@@ -181,11 +181,11 @@ class Repertoire:
         """
         wanted: dict[Action, int] = {}
         for i, literal in enumerate(literals):
-            for action in self._ways_about(literal, scene, others, fitting):
+            for action in self._actions_for(literal, scene, others, fitting):
                 wanted[action] = wanted.get(action, 0) | 1 << i
         return wanted
 
-    def _ways_about(
+    def _actions_for(
         self, literal: GroundAtom, scene: Scene, others: Sequence[int], fitting: State | None
     ) -> Iterable[Action]:
         """The actions that may bring a literal about."""
@@ -195,17 +195,17 @@ class Repertoire:
         values = (agent, *named)
         shape = literal._replace(arguments=tuple([values.index(i) for i in literal.arguments]))
         found: dict[Action, None] = {}
-        for operator, numbers in self._ways_of(shape):
+        for operator, numbers in self._cached_patterns(shape):
             given = [None if number is None else values[number] for number in numbers]
             if fitting is None:
-                ways = [*islice(_different(given, objects), MAX_LISTED)]
+                ways = [*islice(_fill_arguments(given, objects), MAX_LISTED)]
             else:
-                ways = self._fitting(operator, given, objects, fitting)
+                ways = self._find_fitting(operator, given, objects, fitting)
             found |= {Action(operator, arguments): None for arguments in ways if agent not in arguments}
         moving = [action for action in found if self.known[action.operator].role is Role.MOVEMENT]
         return moving if moving and agent in literal.arguments else found
 
-    def _fitting(
+    def _find_fitting(
         self, operator: str, given: Sequence[int | None], objects: Sequence[int], state: State
     ) -> list[tuple[int, ...]]:
         """The arguments, some of them given, with which what no action changes is as an operator asks."""
@@ -214,15 +214,15 @@ class Repertoire:
         usable = mask_of(objects)
         partial, effort = taken.partial(state.scene, scope, fixed=True), Effort(Limits().bindings)
         found = complete_bindings(state, partial, usable, effort)
-        return [taken.arguments(binding) for binding in islice(found, _MOST_WAYS)]
+        return [taken.arguments(binding) for binding in islice(found, _MAX_FITTING_ACTIONS)]
 
-    def _find_ways(self, shape: GroundAtom) -> Sequence[_Way]:
+    def _find_patterns(self, shape: GroundAtom) -> Sequence[_OperatorPattern]:
         """The ways to bring about a literal of numbered objects."""
         changes = changes_for(shape, self._domain.vocabulary, _number_named)
-        found: dict[_Way, None] = {}
+        found: dict[_OperatorPattern, None] = {}
         for operator in self.writers(shape.predicate):
             for effect, change in product(self._effects[operator.name], changes):
-                scope = _scope(effect, change)
+                scope = _match_effect(effect, change)
                 if scope is not None:
                     found[operator.name, tuple([scope.get(p.name) for p in operator.parameters])] = None
         return tuple(found)
@@ -235,31 +235,35 @@ class Repertoire:
         operators = self._domain.operators
         asking = [operator for operator in operators if operator.name in names]
         hands = [o for o in operators if self.known[o.name].role in (Role.TAKES, Role.RELEASES)]
-        helping = self._closure(asking, hands, self._asks)
-        movement = self._closure([*asking, *helping], self.movement, self._checks)
+        helping = self._find_supporting(asking, hands, self._asks)
+        movement = self._find_supporting([*asking, *helping], self.movement, self._checks)
         return helping, [o.name for o in self.movement if o in movement or o.name in names]
 
-    def _known(self, operator: Operator) -> _Known:
+    def _inspect(self, operator: Operator) -> _OperatorInfo:
         compiled = self._domain.compiled[operator.name]
         tried = [condition for each in operator.tries for condition in each.conditions]
         asked = [*([check.condition] for check in operator.checks), tried]
         moved = [not self._moved.isdisjoint(self._sources(formulas)) for formulas in asked]
         needed = [check.fault is not FaultKind.ADDITIONAL_STEP for check in operator.checks]
         mended = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
-        kinds = [self._kind(check, can) for check, can in zip(operator.checks, moved, strict=False)]
+        kinds = [self._classify(check, can) for check, can in zip(operator.checks, moved, strict=False)]
         checks = list(zip(compiled.checks, kinds, strict=True))
-        fixed, common, rest = [conjunction([c.holds for c, k in checks if k is kind]) for kind in _Kind]
+        fixed, common, rest = [conjunction([c.holds for c, k in checks if k is kind]) for kind in _CheckKind]
         rest = compiled.is_possible if operator.tries else rest
         kept = zip(compiled.checks, kinds, mended, strict=False)
-        unmoved = conjunction([check.holds for check, kind, can in kept if kind is _Kind.REST and not can])
-        return _Known(compiled, role_of(operator), tuple(moved), tuple(mended), fixed, common, rest, unmoved)
+        unmoved = conjunction(
+            [check.holds for check, kind, can in kept if kind is _CheckKind.REST and not can]
+        )
+        return _OperatorInfo(
+            compiled, role_of(operator), tuple(moved), tuple(mended), fixed, common, rest, unmoved
+        )
 
-    def _kind(self, check: Check, moved: bool) -> _Kind:
+    def _classify(self, check: Check, moved: bool) -> _CheckKind:
         if self._changed.isdisjoint(self._sources([check.condition])):
-            return _Kind.FIXED
-        return _Kind.REST if moved or free_variables(check.condition) else _Kind.COMMON
+            return _CheckKind.FIXED
+        return _CheckKind.REST if moved or free_variables(check.condition) else _CheckKind.COMMON
 
-    def _closure(
+    def _find_supporting(
         self,
         operators: Iterable[Operator],
         candidates: Sequence[Operator],
@@ -279,7 +283,7 @@ class Repertoire:
         return frozenset(find_stored_predicates(predicates_of(*formulas), self._domain.vocabulary))
 
 
-def _different(given: Sequence[int | None], objects: Sequence[int]) -> Iterator[tuple[int, ...]]:
+def _fill_arguments(given: Sequence[int | None], objects: Sequence[int]) -> Iterator[tuple[int, ...]]:
     """Yield all tuples of different arguments, in the order of the objects; some arguments are given."""
     if not given:
         yield ()
@@ -288,7 +292,7 @@ def _different(given: Sequence[int | None], objects: Sequence[int]) -> Iterator[
     for index in objects if first is None else (first,):
         if index not in rest:
             others = [each for each in objects if each != index]
-            yield from ((index, *after) for after in _different(rest, others))
+            yield from ((index, *after) for after in _fill_arguments(rest, others))
 
 
 def named_in(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...]:
@@ -296,7 +300,7 @@ def named_in(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...
     return tuple(dict.fromkeys([i for each in arguments for i in each if i != scene.agent]))
 
 
-def _scope(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
+def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
     """The parameters' objects where an effect makes a change; None if it does not."""
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
@@ -304,11 +308,11 @@ def _scope(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
 
 
 def _number_named(constant: Constant) -> int | None:
-    """Return the number of the object that a constant names in a `_Way`, or None for any object."""
+    """Return the number of the object that a constant in a `_OperatorPattern` names, or None."""
     return _AGENT if constant == AGENT else None
 
 
-def _without_doubles(operators: Iterable[Operator]) -> list[Operator]:
+def _drop_duplicates(operators: Iterable[Operator]) -> list[Operator]:
     """Of operators that check and do the same the first."""
     kept: dict[object, Operator] = {}
     for operator in operators:
@@ -322,7 +326,7 @@ def _deciding_conditions(operator: Operator) -> Iterator[Formula]:
         yield from [check.condition for check in checks]
 
 
-class Ground(NamedTuple):
+class CandidateAction(NamedTuple):
     """An action that may be taken.
 
     Attributes:
@@ -336,7 +340,7 @@ class Ground(NamedTuple):
     """
 
     action: Action
-    known: _Known
+    known: _OperatorInfo
     binding: FrameBinding
     possible: dict[State, bool]
     results: dict[State, State]
@@ -344,13 +348,15 @@ class Ground(NamedTuple):
     touched: int = 0
 
     @classmethod
-    def of(cls, action: Action, known: _Known, state: State) -> Ground:
+    def of(cls, action: Action, known: _OperatorInfo, state: State) -> CandidateAction:
         """An action of an operator, for a new search."""
         return cls(action, known, known.operator.bind(state, action.arguments), {}, {})
 
-    def for_parts(self, parts: int, touched: int) -> Ground:
+    def for_parts(self, parts: int, touched: int) -> CandidateAction:
         """The action as one for some parts, that can change others."""
-        return Ground(self.action, self.known, self.binding, self.possible, self.results, parts, touched)
+        return CandidateAction(
+            self.action, self.known, self.binding, self.possible, self.results, parts, touched
+        )
 
     @property
     def is_achiever(self) -> bool:

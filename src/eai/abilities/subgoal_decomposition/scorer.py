@@ -13,13 +13,13 @@ from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.reports import goal_reports, part_reports, step_reports
 from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.subgoal_decomposition.builder import Programs
-from eai.abilities.subgoal_decomposition.program import Compiled, Rejected
+from eai.abilities.subgoal_decomposition.program import CompiledAnswer, RejectedAnswer
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.search import (
     Branch,
     ExplorationLimits,
+    ExplorationResult,
     GoalProgress,
-    Outcome,
     search,
 )
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
@@ -36,7 +36,7 @@ from eai.world.fault import FaultKind
 from eai.world.state import Scene
 
 
-def category_of(outcome: Outcome) -> SubgoalCategory:
+def category_of(outcome: ExplorationResult) -> SubgoalCategory:
     """The category of an answer that could be carried out."""
     if outcome.success:
         return SubgoalCategory.CORRECT
@@ -101,7 +101,7 @@ class SubgoalDecomposition(Scorer):
             return assessment
         return Assessment(SubgoalVerdict(excluded=self.excluded), assessment.explain)
 
-    def compile(self, text: str) -> Compiled | Rejected:
+    def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
         """The answer as a program for the search, or what is wrong with it."""
         return self._programs.compile(self.notation.read(text))
 
@@ -113,10 +113,10 @@ class SubgoalDecomposition(Scorer):
     def _assess(self, text: str) -> Assessment:
         """The assessment as if the task were not excluded."""
         compiled = self.compile(text)
-        if isinstance(compiled, Rejected):
+        if isinstance(compiled, RejectedAnswer):
             return self._refuse(compiled, compiled.repairs)
         outcome = self._carry_out(compiled)
-        if isinstance(outcome, Rejected):
+        if isinstance(outcome, RejectedAnswer):
             return self._refuse(outcome, compiled.repairs)
         return Assessment(self._judge(compiled, outcome), partial(self._explain, compiled, outcome))
 
@@ -131,11 +131,11 @@ class SubgoalDecomposition(Scorer):
         on_course = self.goals.all_over_time if self.goals.watches else None
         return GoalProgress(self.temporal_goal or actions, self.task.scene, self.goals.all_lasting, on_course)
 
-    def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
+    def _carry_out(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         return search(self.domain, self.task.initial, compiled.program, self._goal, self._limits)
 
-    def _judge(self, compiled: Compiled, outcome: Outcome) -> SubgoalVerdict:
-        branch, best = outcome.reported, self._with_most_goals(outcome)
+    def _judge(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
+        branch, best = outcome.reported, self._find_best_branch(outcome)
         reached = self._reached(best)
         kinds = tuple([fault.kind for fault in branch.faults])
         return SubgoalVerdict(
@@ -157,12 +157,12 @@ class SubgoalDecomposition(Scorer):
             added_actions=len(executed(branch)) - branch.refined,
         )
 
-    def _refuse(self, rejected: Rejected, repairs: tuple[str, ...]) -> Assessment:
+    def _refuse(self, rejected: RejectedAnswer, repairs: tuple[str, ...]) -> Assessment:
         """The assessment of an answer that cannot be carried out, with the repairs made until then."""
         verdict = self._rejection(rejected)
         return Assessment(verdict, partial(self._explain_refusal, verdict, rejected, repairs))
 
-    def _rejection(self, rejected: Rejected) -> SubgoalVerdict:
+    def _rejection(self, rejected: RejectedAnswer) -> SubgoalVerdict:
         reached = self._reached_without_running()
         return SubgoalVerdict(
             executable=False,
@@ -175,10 +175,10 @@ class SubgoalDecomposition(Scorer):
             spans=rejected.spans,
             goals_satisfied=reached,
             partial=self.goals.none_met,
-            offences=tuple(dict.fromkeys([misuse.kind for _, misuse in rejected.offences])),
+            offences=tuple(dict.fromkeys([misuse.kind for _, misuse in rejected.misused_names])),
         )
 
-    def _with_most_goals(self, outcome: Outcome) -> Branch:
+    def _find_best_branch(self, outcome: ExplorationResult) -> Branch:
         """Of the ways to carry out the subgoals the one in which most goals are reached.
 
         It is the reported one if none reaches more. The paper takes the maximum over all sequences of actions
@@ -187,7 +187,7 @@ class SubgoalDecomposition(Scorer):
         """
         return max(self._ways(outcome), key=lambda branch: sum(self._reached(branch)))
 
-    def _most_conditions(self, outcome: Outcome) -> Share:
+    def _most_conditions(self, outcome: ExplorationResult) -> Share:
         """Return the greatest partial success of all ways to carry out the subgoals."""
         best = Share(0, 0)
         for branch in self._ways(outcome):
@@ -201,7 +201,7 @@ class SubgoalDecomposition(Scorer):
                 break
         return best
 
-    def _ways(self, outcome: Outcome) -> tuple[Branch, ...]:
+    def _ways(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
         """The ways to carry out the subgoals whose goals count, first the reported one."""
         return (outcome.reported, *outcome.ended)
 
@@ -214,8 +214,8 @@ class SubgoalDecomposition(Scorer):
         """For each goal, in order, whether an answer that is not carried out reaches it."""
         return self.goals.none_reached
 
-    def _explain(self, compiled: Compiled, outcome: Outcome) -> Explanation:
-        branch, best = outcome.reported, self._with_most_goals(outcome)
+    def _explain(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> Explanation:
+        branch, best = outcome.reported, self._find_best_branch(outcome)
         notes = [category_of(outcome).value, *repair_notes(compiled.repairs)]
         notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end != "complete":
@@ -240,9 +240,11 @@ class SubgoalDecomposition(Scorer):
         )
 
     def _explain_refusal(
-        self, verdict: SubgoalVerdict, rejected: Rejected, repairs: Sequence[str]
+        self, verdict: SubgoalVerdict, rejected: RejectedAnswer, repairs: Sequence[str]
     ) -> Explanation:
-        wrong = [f"subgoal {n + 1}, {misuse.primitive}: {misuse.detail}" for n, misuse in rejected.offences]
+        wrong = [
+            f"subgoal {n + 1}, {misuse.primitive}: {misuse.detail}" for n, misuse in rejected.misused_names
+        ]
         if not wrong:
             error = rejected.error
             wrong = [error.detail if error.step is None else f"subgoal {error.step + 1}: {error.detail}"]

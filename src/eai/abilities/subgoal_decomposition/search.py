@@ -26,12 +26,12 @@ from typing_extensions import assert_never
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.program import (
     TOO_FAR,
-    Do,
+    ActionSequence,
+    Fork,
     Instruction,
-    Plan,
+    Perform,
     Program,
     Require,
-    Split,
 )
 from eai.base.errors import InputError
 from eai.logic.rewriting import rewrite
@@ -47,7 +47,7 @@ from eai.world.operator import Check
 from eai.world.state import Scene, State
 
 
-class _Part:
+class _GoalPart:
     """One part of a goal: a formula on a state and the action taken there."""
 
     __slots__ = ("_actions", "_formula", "_scene", "_test")
@@ -67,11 +67,11 @@ class _Part:
     def _compile(self, name: str | None) -> StateTest:
         """The part where an action of this name, or none that it mentions, is taken."""
         formula = self._formula
-        at_action = rewrite(formula, lambda leaf, _: _with_action(leaf, name)) if self._actions else formula
+        at_action = rewrite(formula, lambda leaf, _: _fix_action(leaf, name)) if self._actions else formula
         return StateTest(at_action, self._scene)
 
 
-def _with_action(leaf: f.Leaf, name: str | None) -> f.Formula:
+def _fix_action(leaf: f.Leaf, name: str | None) -> f.Formula:
     """A leaf where the action of this name is taken: its occurrence becomes equality of the objects."""
     if not isinstance(leaf, f.Occurs):
         return leaf
@@ -110,7 +110,7 @@ class GoalProgress:
         for part in parts:
             if not is_state_formula(part):
                 raise InputError("a goal must be a sequence of state formulas, 'f then g then ...'")
-        self._parts = tuple(_Part(part, scene) for part in parts)
+        self._parts = tuple(_GoalPart(part, scene) for part in parts)
         self._at_end = at_end
         self.on_course = on_course
         self.actions = frozenset([e.action for part in parts for e in walk(part) if isinstance(e, f.Occurs)])
@@ -121,22 +121,22 @@ class GoalProgress:
             return met + 1
         return met
 
-    def reached(self, met: int, final: State) -> bool:
+    def is_reached(self, met: int, final: State) -> bool:
         """Whether the goal is reached where a trajectory ends; its last state may meet the last part."""
         missing = len(self._parts) - met
         met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final, None))
         return met_by_now and (self._at_end is None or self._at_end(final))
 
 
-_FEW = 5
+_MIN_BRANCHES_TO_MERGE = 5
 """With fewer branches than this it is cheaper to explore twins than to look for them."""
 
 
-class _Tried(NamedTuple):
+class _TriedSteps(NamedTuple):
     """A step, and those that were tried before it, which are shared by all branches that begin with them."""
 
     step: Step
-    before: _Tried | None
+    before: _TriedSteps | None
 
 
 class Branch(NamedTuple):
@@ -154,7 +154,7 @@ class Branch(NamedTuple):
     """
 
     past: History
-    tried: _Tried | None = None
+    tried: _TriedSteps | None = None
     errors: int = 0
     met: int = 0
     subgoal: int = 0
@@ -162,7 +162,7 @@ class Branch(NamedTuple):
     executed: int = 0
     refined: int = 0
 
-    def executed_for(self, subgoal: int) -> int:
+    def count_executed(self, subgoal: int) -> int:
         """How many actions have been executed for a subgoal, if it is the last one."""
         return self.executed if self.subgoal == subgoal else 0
 
@@ -194,42 +194,42 @@ class Branch(NamedTuple):
         return (*faults, self.failure)
 
 
-def _errors(branch: Branch) -> int:
+def _rank_success(branch: Branch) -> int:
     """The rank of a branch that may succeed: the fewest errors first."""
     return branch.errors
 
 
-def _errors_and_length(branch: Branch) -> tuple[int, int]:
+def _rank_failure(branch: Branch) -> tuple[int, int]:
     """The rank of a branch that does not reach the goal: of the fewest errors the longest first."""
     return branch.errors, -branch.past.number
 
 
-def _without_twins(branches: list[Branch], subgoal: int, *, with_pasts: bool) -> list[Branch]:
+def _merge_branches(branches: list[Branch], subgoal: int, *, with_pasts: bool) -> list[Branch]:
     """Of branches with the same future those to report if they succeed, and if they fail; in order.
 
     They continue with the subgoal of a number. ``with_pasts``: it matters to the goal which way they came.
     """
-    if len(branches) < _FEW:
+    if len(branches) < _MIN_BRANCHES_TO_MERGE:
         return branches
     twins: dict[object, list[Branch]] = {}
     for branch in branches:
         way = branch.trajectory.executed if with_pasts else ()
-        key = (branch.state, branch.met, branch.executed_for(subgoal), way)
+        key = (branch.state, branch.met, branch.count_executed(subgoal), way)
         twins.setdefault(key, []).append(branch)
-    best = [(min(each, key=_errors), min(each, key=_errors_and_length)) for each in twins.values()]
+    best = [(min(each, key=_rank_success), min(each, key=_rank_failure)) for each in twins.values()]
     kept = {id(branch) for pair in best for branch in pair}
     return [branch for branch in branches if id(branch) in kept]
 
 
-_LOOKED_AT_ONCE = 16
+_PAST_STATES_PER_ACTION = 16
 """How many states of the past are looked at in the time in which an action is applied."""
 
 
-_NONE = -1
+_NO_SUBGOAL = -1
 """The number of no subgoal."""
 
 
-def _refused(branch: Branch, subgoal: int, check: Check, earlier: int | None = None) -> Branch:
+def _end_branch(branch: Branch, subgoal: int, check: Check, earlier: int | None = None) -> Branch:
     """The branch that ends at a subgoal for which no action is taken, be it that it held earlier."""
     kind = check.fault if earlier is None else FaultKind.WRONG_ORDER
     fault = Fault(kind, check, earlier)
@@ -257,7 +257,7 @@ ExplorationEnd: TypeAlias = Literal["complete", "attempts", "branches", "effort"
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class ExplorationResult:
     """The result of a search.
 
     Attributes:
@@ -285,7 +285,7 @@ def search(
     program: Program,
     goal: GoalProgress,
     limits: ExplorationLimits,
-) -> Outcome:
+) -> ExplorationResult:
     """Carry out a program of subgoals in all ways.
 
     Args:
@@ -295,10 +295,10 @@ def search(
         goal: what is to be reached.
         limits: how much the search may do.
     """
-    return _Search(domain, program, goal, limits).run(Branch(History(initial)))
+    return _Exploration(domain, program, goal, limits).run(Branch(History(initial)))
 
 
-class _Search:
+class _Exploration:
     """The state of one search."""
 
     def __init__(
@@ -318,35 +318,35 @@ class _Search:
         self._failed: list[Branch] = []
         self._ended: list[Branch] = []
 
-    def run(self, start: Branch) -> Outcome:
+    def run(self, start: Branch) -> ExplorationResult:
         """Explore all branches."""
         self._waiting[-1].append(start)
         for number in reversed(range(len(self._program))):
             instruction, waiting = self._program[number], self._waiting[number]
             self._waiting[number] = []
-            for branch in self._followed(waiting, instruction):
+            for branch in self._select_branches(waiting, instruction):
                 self._run(branch, instruction)
                 if self._end != "complete":
-                    return self._outcome(branch)
-        return self._outcome(start)
+                    return self._make_result(branch)
+        return self._make_result(start)
 
-    def _followed(self, waiting: list[Branch], instruction: Instruction) -> list[Branch]:
+    def _select_branches(self, waiting: list[Branch], instruction: Instruction) -> list[Branch]:
         """The branches that continue: all of them with a test that ends a subgoal or the answer."""
-        subgoal = _NONE if instruction is None else instruction.subgoal
-        branches = _without_twins(waiting, subgoal, with_pasts=self._goal.on_course is not None)
-        if not isinstance(instruction, Do | Split):
+        subgoal = _NO_SUBGOAL if instruction is None else instruction.subgoal
+        branches = _merge_branches(waiting, subgoal, with_pasts=self._goal.on_course is not None)
+        if not isinstance(instruction, Perform | Fork):
             return branches
         self._is_cut |= len(branches) > self._limits.branches
         return branches[: self._limits.branches]
 
-    def _outcome(self, fallback: Branch) -> Outcome:
+    def _make_result(self, fallback: Branch) -> ExplorationResult:
         if self._is_cut and self._end == "complete" and not self._successful:
             self._end = "branches"
         if self._successful:
-            reported = min(self._successful, key=_errors)
+            reported = min(self._successful, key=_rank_success)
         else:
-            reported = min(self._executable or self._failed or [fallback], key=_errors_and_length)
-        return Outcome(
+            reported = min(self._executable or self._failed or [fallback], key=_rank_failure)
+        return ExplorationResult(
             reported=reported,
             success=bool(self._successful),
             executable=bool(self._successful or self._executable),
@@ -357,29 +357,29 @@ class _Search:
 
     def _run(self, branch: Branch, instruction: Instruction) -> None:
         match instruction:
-            case Do():
-                self._do(branch, instruction)
+            case Perform():
+                self._perform(branch, instruction)
             case Require():
                 self._require(branch, instruction)
-            case Split(targets):
+            case Fork(targets):
                 self._effort.used += instruction.effort
                 for target in targets(branch.state):
                     self._waiting[target].append(branch)
             case None:
-                on_course, reached = self._goal.on_course, self._goal.reached(branch.met, branch.state)
+                on_course, reached = self._goal.on_course, self._goal.is_reached(branch.met, branch.state)
                 if reached and on_course is not None:
                     reached = on_course(branch.trajectory)
                 self._finish(branch, self._successful if reached else self._executable)
             case _:
                 assert_never(instruction)
 
-    def _do(self, branch: Branch, instruction: Do) -> None:
+    def _perform(self, branch: Branch, instruction: Perform) -> None:
         if self._is_exhausted():
             return
         found = instruction.plans(branch.state)
         self._effort.used += found.effort
-        if found.refused is not None:
-            self._finish(_refused(branch, instruction.subgoal, found.refused), self._failed)
+        if found.failed_check is not None:
+            self._finish(_end_branch(branch, instruction.subgoal, found.failed_check), self._failed)
         elif not found.plans:
             self._waiting[instruction.then].append(branch)
         for plan in found.plans:
@@ -391,26 +391,26 @@ class _Search:
             else:
                 self._finish(after, self._failed)
 
-    def _follow(self, branch: Branch, plan: Plan, instruction: Do) -> Branch:
+    def _follow(self, branch: Branch, plan: ActionSequence, instruction: Perform) -> Branch:
         """The branch after a plan, or after the first step that fails; of too long a plan none is taken."""
         past, tried, errors, met = branch.past, branch.tried, branch.errors, branch.met
-        subgoal, most = instruction.subgoal, instruction.most
-        executed, refined = branch.executed_for(subgoal), branch.refined
+        subgoal, most = instruction.subgoal, instruction.max_actions
+        executed, refined = branch.count_executed(subgoal), branch.refined
         for action in plan:
             self._attempts.used += 1
             outcome = attempt(self._domain, past, action)
             if isinstance(outcome, State):
                 if executed == most:
-                    return _refused(branch, subgoal, TOO_FAR)
+                    return _end_branch(branch, subgoal, TOO_FAR)
                 executed += 1
                 refined += executed == 1
                 met = self._goal.advance(met, past.state, action)
-                past, tried = past.extended(outcome), _Tried(Step(action, None), tried)
+                past, tried = past.extended(outcome), _TriedSteps(Step(action, None), tried)
                 continue
             errors += 1
-            tried = _Tried(Step(action, outcome), tried)
+            tried = _TriedSteps(Step(action, outcome), tried)
             if outcome.kind is not FaultKind.ADDITIONAL_STEP:
-                self._effort.used += past.number // _LOOKED_AT_ONCE
+                self._effort.used += past.number // _PAST_STATES_PER_ACTION
                 return Branch(past, tried, errors, met, subgoal, outcome, executed, refined)
         return Branch(past, tried, errors, met, subgoal, None, executed, refined)
 
@@ -421,12 +421,12 @@ class _Search:
         if instruction.holds(branch.state):
             self._waiting[instruction.then].append(branch)
             return
-        earlier = self._held_before(branch, instruction)
+        earlier = self._find_earlier(branch, instruction)
         if not self._is_exhausted():
-            failed = _refused(branch, instruction.subgoal, instruction.check, earlier)
+            failed = _end_branch(branch, instruction.subgoal, instruction.check, earlier)
             self._finish(failed, self._failed)
 
-    def _held_before(self, branch: Branch, instruction: Require) -> int | None:
+    def _find_earlier(self, branch: Branch, instruction: Require) -> int | None:
         """The number of the latest state in which what is required held; any where that takes too long."""
 
         def held(state: State) -> bool:

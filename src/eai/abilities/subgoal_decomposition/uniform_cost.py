@@ -13,8 +13,8 @@ from copy import copy
 from itertools import tee
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, Found, Plan
-from eai.abilities.subgoal_decomposition.repertoire import Ground, Holds, distinguished
+from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, ActionSequence, SubgoalPlans
+from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, Holds, distinguished
 from eai.planning.search import Effort, Node, OpenList, SearchEnd, best_first
 from eai.planning.successor_generator import PlanNode
 from eai.world.action import Action
@@ -23,14 +23,14 @@ from eai.world.state import State
 MAX_PLANS = 4
 """The most sequences that are found for one subgoal."""
 
-_TESTED_AT_ONCE = 16
+_PARTS_PER_ACTION = 16
 """How many parts are tested in the time in which an action is applied."""
 
-_MOST_MOVES = 3
+_MAX_MOVEMENTS = 3
 """Movements before one action: to stand up, to go there and to turn to it."""
 
 
-Way: TypeAlias = PlanNode
+MovementPath: TypeAlias = PlanNode
 """Movement from a state, and the state after it."""
 
 
@@ -45,10 +45,10 @@ class Permitted(NamedTuple):
         touched: the mask of the parts that movement can change.
     """
 
-    achievers: Sequence[Ground]
-    helping: Sequence[Ground]
-    moving: Sequence[Ground]
-    movement: Sequence[Ground]
+    achievers: Sequence[CandidateAction]
+    helping: Sequence[CandidateAction]
+    moving: Sequence[CandidateAction]
+    movement: Sequence[CandidateAction]
     touched: int
 
 
@@ -80,10 +80,10 @@ class SearchGoal(NamedTuple):
     @property
     def step_effort(self) -> int:
         """How many applied actions one stands for after which all parts are tested."""
-        return 1 + self.size // _TESTED_AT_ONCE
+        return 1 + self.size // _PARTS_PER_ACTION
 
 
-def find_plans(goal: SearchGoal, sets: Iterable[Permitted], start: State, budget: int) -> Found:
+def find_plans(goal: SearchGoal, sets: Iterable[Permitted], start: State, budget: int) -> SubgoalPlans:
     """Return the shortest plans by the first set of actions that has any, or else the best failed attempt.
 
     Args:
@@ -99,7 +99,7 @@ def find_plans(goal: SearchGoal, sets: Iterable[Permitted], start: State, budget
         plans = search.shortest(start)
         effort += search.effort.used * goal.step_effort
         if plans:
-            return Found(plans, effort)
+            return SubgoalPlans(plans, effort)
         failed.append(search)
     attempt = _best_failed_attempt(failed)
     return attempt._replace(effort=effort + attempt.effort)
@@ -113,26 +113,26 @@ class _Movement:
         effort: how many actions may be applied to states.
     """
 
-    def __init__(self, moves: Sequence[Ground], effort: Effort) -> None:
+    def __init__(self, moves: Sequence[CandidateAction], effort: Effort) -> None:
         self._moves = moves
         self._effort = effort
-        self._ways: dict[State, Iterator[Way]] = {}
+        self._ways: dict[State, Iterator[MovementPath]] = {}
 
     def __bool__(self) -> bool:
         return bool(self._moves)
 
-    def ways(self, state: State) -> Iterable[Way]:
+    def ways(self, state: State) -> Iterable[MovementPath]:
         """All that movement leads to, the shortest ways first; found as far as it is looked at."""
         if state not in self._ways:
-            (self._ways[state],) = tee(self._from(state), 1)
+            (self._ways[state],) = tee(self._explore(state), 1)
         return copy(self._ways[state])  # which remembers what others have looked at
 
-    def _from(self, start: State) -> Iterator[Way]:
+    def _explore(self, start: State) -> Iterator[MovementPath]:
         moves = [ground for ground in self._moves if ground.is_ever_possible(start)]
         seen = {start}
-        ways: list[Way] = [Node(start)]
-        for _ in range(_MOST_MOVES):
-            farther: list[Way] = []
+        ways: list[MovementPath] = [Node(start)]
+        for _ in range(_MAX_MOVEMENTS):
+            farther: list[MovementPath] = []
             for way in ways:
                 taken = [action.operator for action in way.plan()]
                 for ground in moves:
@@ -174,14 +174,14 @@ class _UniformCostSearch:
         self.movement = _Movement(permitted.movement, self.effort)
         self.nodes: list[PlanNode] = []
         self.out_of_reach: set[tuple[State, Action]] = set()
-        self._grounds: Sequence[Ground] = ()
+        self._grounds: Sequence[CandidateAction] = ()
         self._open: OpenList[PlanNode] = OpenList()
         self._lengths: dict[State, int] = {}
         self._pushed = 0
         self._best = MAX_ACTIONS
         self._found: dict[object, PlanNode] = {}
 
-    def shortest(self, start: State) -> list[Plan]:
+    def shortest(self, start: State) -> list[ActionSequence]:
         """The shortest plans, at most `MAX_PLANS`; no two to one state that the goal cannot distinguish."""
         actions = (*self.permitted.achievers, *self.permitted.helping)
         self._grounds = [ground for ground in actions if ground.is_ever_possible(start)]
@@ -252,7 +252,7 @@ class _UniformCostSearch:
                 if met & ~node.met:
                     yield Node(way.state, met, depth, node, way.plan())
 
-    def _approach(self, node: PlanNode, ground: Ground) -> Way | None:
+    def _approach(self, node: PlanNode, ground: CandidateAction) -> MovementPath | None:
         """The shortest movement that makes an action possible; None if none does, or it takes too long."""
         state, before = node.state, node.depth + 1
         if before > self._best:
@@ -270,42 +270,42 @@ class _UniformCostSearch:
         return None
 
 
-_LOOKED_AT = 16
+_MAX_FAILURE_STATES = 16
 """How many states are looked at for what fails there: where it begins, where most parts are met, others."""
 
-_MOST_TESTS = 200_000
+_MAX_FAILURE_TESTS = 200_000
 """How many parts may be tested there; of a goal with very many fewer states are looked at."""
 
 
-_Rank: TypeAlias = tuple[int, int, int]
+_AttemptRank: TypeAlias = tuple[int, int, int]
 """How near an attempt comes: the least would meet most parts, lacks least for that, and is the shortest.
 
 These are the negative number of parts that would be met, the number of checks that fail, and of actions.
 """
 
 
-class _Attempt(NamedTuple):
+class _TriedAction(NamedTuple):
     """An action that is tried: where, after what, and the numbers of the checks that fail."""
 
     node: PlanNode
-    ground: Ground
+    ground: CandidateAction
     plan: tuple[Action, ...]
     state: State
     failing: list[int]
 
 
-_Nearest: TypeAlias = tuple[_Rank, _Attempt | None]
+_NearestAttempt: TypeAlias = tuple[_AttemptRank, _TriedAction | None]
 """How near an attempt comes, and the one to report; None where a plan would be too long."""
 
 
-def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> Found:
+def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
     """The plan that comes nearest to the goal of searches that found none, and the action that fails there.
 
     That is the most direct of those that lack least for what would meet most parts, or another action that
     would mend what it lacks; none if nothing fails, but it takes too long. Where each part can be reached,
     but not together with the others, the plan is the shortest that meets most parts.
     """
-    failing = [_Failed(search) for search in searches]
+    failing = [_FailedSearch(search) for search in searches]
     most_met = max([each.most_met for each in failing])
     farthest = [each for each in failing if each.most_met == most_met]
     found = [nearest for each in farthest if (nearest := each.nearest()) is not None]
@@ -313,14 +313,16 @@ def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> Found:
     if found:
         _, reported = min(found, key=lambda nearest: nearest[0])
         if reported is None:
-            return Found((), effort, TOO_FAR, has_failed=True)
-        return Found((reported.plan,), effort, has_failed=not reported.ground.is_hopeless(reported.failing))
+            return SubgoalPlans((), effort, TOO_FAR, has_failed=True)
+        return SubgoalPlans(
+            (reported.plan,), effort, has_failed=not reported.ground.is_hopeless(reported.failing)
+        )
     nodes = [node for search in searches for node in search.nodes]
     most = max(nodes, key=lambda node: (node.met.bit_count(), -node.depth))
-    return Found((most.plan(),), effort, has_failed=True)
+    return SubgoalPlans((most.plan(),), effort, has_failed=True)
 
 
-class _Failed:
+class _FailedSearch:
     """A search that found nothing.
 
     Args:
@@ -341,21 +343,23 @@ class _Failed:
         self.most_met = max([node.met.bit_count() for node in search.nodes])
         others.sort(key=lambda node: -node.met.bit_count())
         tests = self._goal.size * (len(self._permitted.achievers) + len(self._permitted.moving))
-        self._nodes = [start, *others][: max(1, min(_LOOKED_AT, _MOST_TESTS // max(1, tests)))]
+        self._nodes = [start, *others][
+            : max(1, min(_MAX_FAILURE_STATES, _MAX_FAILURE_TESTS // max(1, tests)))
+        ]
 
-    def nearest(self) -> _Nearest | None:
+    def nearest(self) -> _NearestAttempt | None:
         """The attempt that comes nearest to the goal; None if none brings more of it about than was made.
 
         What fails and would bring about no more than was made otherwise is not reported.
         """
-        best: _Attempt | None = None
-        rank: _Rank = (0, 0, 0)
+        best: _TriedAction | None = None
+        rank: _AttemptRank = (0, 0, 0)
         for node in self._nodes:
             for ground in (*self._permitted.achievers, *self._permitted.moving):
-                met = -self._met_after(node, ground)
-                if not met or (best is not None and self._least(node, ground, met) >= rank):
+                met = -self._count_met_after(node, ground)
+                if not met or (best is not None and self._min_rank(node, ground, met) >= rank):
                     continue
-                attempt = self._attempt(node, ground)
+                attempt = self._try_action(node, ground)
                 if attempt.failing and -met <= self.most_met:
                     continue
                 found = (met, len(attempt.failing), len(attempt.plan))
@@ -363,17 +367,17 @@ class _Failed:
                 if not made and (best is None or found < rank):
                     best, rank = attempt, found
         if best is not None:
-            return rank, self._reported(best)
+            return rank, self._choose_reported(best)
         first = self._nodes[0]
         for ground in self._permitted.achievers:  # what would help needs something else, or fails at a try
-            attempt = self._attempt(first, ground)
-            reported = self._reported(attempt)
+            attempt = self._try_action(first, ground)
+            reported = self._choose_reported(attempt)
             only_tries = attempt.failing == [len(ground.known.operator.checks)]
             if attempt.failing and (only_tries or reported is not attempt):
                 return (0, len(attempt.failing), len(attempt.plan)), reported
         return None
 
-    def _met_after(self, node: PlanNode, ground: Ground) -> int:
+    def _count_met_after(self, node: PlanNode, ground: CandidateAction) -> int:
         """How many parts are met after an action that is for one; 0 if there are no more than before."""
         missing = ground.parts & ~node.met
         if not missing:
@@ -385,33 +389,33 @@ class _Failed:
         met = self._goal.met(after, ground.touched, node.met).bit_count()
         return met if met > node.met.bit_count() else 0
 
-    def _least(self, node: PlanNode, ground: Ground, met: int) -> _Rank:
+    def _min_rank(self, node: PlanNode, ground: CandidateAction, met: int) -> _AttemptRank:
         """The least rank that an action may have, be it after movement."""
         lacking = ground.lacking(node.state, len(ground.known.moved))
-        return met, self._fewest(node, ground, lacking), node.depth + 1
+        return met, self._min_failing(node, ground, lacking), node.depth + 1
 
-    def _fewest(self, node: PlanNode, ground: Ground, lacking: int) -> int:
+    def _min_failing(self, node: PlanNode, ground: CandidateAction, lacking: int) -> int:
         """How many checks of an action fail at least, of which so many do: one, where it is out of reach."""
         return lacking or int((node.state, ground.action) in self._out_of_reach)
 
-    def _attempt(self, node: PlanNode, ground: Ground) -> _Attempt:
+    def _try_action(self, node: PlanNode, ground: CandidateAction) -> _TriedAction:
         """An action tried where, of all states that movement leads to, the fewest of its checks fail."""
         self.effort += 1
         failing = ground.failing(node.state)
-        best = _Attempt(node, ground, (*node.plan(), ground.action), node.state, failing)
-        least = self._fewest(node, ground, sum([not ground.known.moved[i] for i in failing]))
+        best = _TriedAction(node, ground, (*node.plan(), ground.action), node.state, failing)
+        least = self._min_failing(node, ground, sum([not ground.known.moved[i] for i in failing]))
         if len(failing) > least:
             for way in self._movement.ways(node.state):
                 self.effort += 1
                 failing = ground.failing(way.state)
                 if len(failing) < len(best.failing):
                     plan = (*node.plan(), *way.plan(), ground.action)
-                    best = _Attempt(node, ground, plan, way.state, failing)
+                    best = _TriedAction(node, ground, plan, way.state, failing)
                     if len(failing) == least:
                         break
         return best
 
-    def _reported(self, attempt: _Attempt) -> _Attempt | None:
+    def _choose_reported(self, attempt: _TriedAction) -> _TriedAction | None:
         """The attempt, or one at another action that would mend what fails, where all such actions fail.
 
         None where it does not fail but is too long, or such an action is possible and undoes nothing.
@@ -422,7 +426,7 @@ class _Failed:
         if ground.is_hopeless(failing):
             return attempt
         mending = [
-            self._attempt(node, other)
+            self._try_action(node, other)
             for other in self._permitted.helping
             if len(ground.failing(other.after(state))) < len(failing)
         ]
@@ -430,6 +434,6 @@ class _Failed:
             return None
         return mending[0] if mending and all(each.failing for each in mending) else attempt
 
-    def _undoes_nothing(self, attempt: _Attempt) -> bool:
+    def _undoes_nothing(self, attempt: _TriedAction) -> bool:
         node, ground = attempt.node, attempt.ground
         return self._goal.met(ground.after(attempt.state), ground.touched, node.met) == node.met

@@ -9,7 +9,7 @@ from enum import Enum
 
 from typing_extensions import Self
 
-from eai.abilities.verdict import Merit, PlanVerdict
+from eai.abilities.verdict import Credit, PlanVerdict
 from eai.world.fault import FaultKind
 
 
@@ -52,12 +52,12 @@ class SubgoalVerdict(PlanVerdict):
         """All errors of the way that is reported, or else those of any plan."""
         return Counter(self.errors) or PlanVerdict.faults(self)
 
-    def merit(self, at_start: Sequence[bool]) -> Merit | None:
+    def credit(self, at_start: Sequence[bool]) -> Credit | None:
         """As of any plan, with what the search added."""
-        earned = PlanVerdict.merit(self, at_start)
-        return None if earned is None else replace(earned, added=self.added_actions or 0)
+        earned = PlanVerdict.credit(self, at_start)
+        return None if earned is None else replace(earned, added_actions=self.added_actions or 0)
 
-    def without_answer(self) -> Self:
+    def as_missing_answer(self) -> Self:
         """As of any plan; there is no outcome."""
-        unanswered = PlanVerdict.without_answer(self)
+        unanswered = PlanVerdict.as_missing_answer(self)
         return unanswered if self.excluded is not None else replace(unanswered, category=None)

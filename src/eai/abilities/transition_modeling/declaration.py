@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from eai.abilities.answer_schema import closed, text
+from eai.abilities.answer_schema import object_schema, text_schema
 from eai.abilities.declaration import (
     OVERALL,
     PLANNER,
     AbilityDeclaration,
+    AbilityWorld,
     AnswerOutcome,
-    Asked,
-    AskedWorld,
-    Form,
+    Interaction,
     MetricColumn,
+    SchemaMaker,
     counts_outcome,
     error_outcome,
     label_of,
@@ -22,7 +22,7 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict, counts_by_category, overall_counts
-from eai.abilities.verdict import NO_COUNTS, NOTHING, add, confusion_shares, of_all
+from eai.abilities.verdict import EMPTY_SHARE, NO_COUNTS, add_confusions, confusion_shares, share_of_one
 from eai.pddl.planning import PlannerOutcome
 from eai.tasks.share import Share
 from eai.tasks.task import CATEGORIES
@@ -53,16 +53,16 @@ def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
     """
     counts = counts_by_category(verdict)
     planned = verdict.planner not in (None, PlannerOutcome.NOT_RUN)
-    solved = of_all(verdict.planner is PlannerOutcome.SOLVED)
+    solved = share_of_one(verdict.planner is PlannerOutcome.SOLVED)
     shares: dict[str, Share] = {}
     for name in CATEGORIES:
         shares |= confusion_shares(name, counts.get(name, NO_COUNTS))
         counts_here = planned and name in verdict.task_categories
-        shares[f"{name}.planner_success"] = solved if counts_here else NOTHING
+        shares[f"{name}.planner_success"] = solved if counts_here else EMPTY_SHARE
     shares |= confusion_shares(OVERALL, overall_counts(counts))
-    shares |= confusion_shares(LITERALS, add((verdict.literals or {}).values()))
-    shares[_PLANNER_SUCCESS] = solved if planned else NOTHING
-    shares[_PLAN_WORKS] = NOTHING if verdict.plan_works is None else of_all(verdict.plan_works)
+    shares |= confusion_shares(LITERALS, add_confusions((verdict.literals or {}).values()))
+    shares[_PLANNER_SUCCESS] = solved if planned else EMPTY_SHARE
+    shares[_PLAN_WORKS] = EMPTY_SHARE if verdict.plan_works is None else share_of_one(verdict.plan_works)
     return shares
 
 
@@ -87,7 +87,7 @@ def void(verdict: OperatorVerdict) -> Sequence[str]:
     return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 
 
-def _scorers(world: AskedWorld) -> Callable[[TransitionTask], Scorer]:
+def _scorers(world: AbilityWorld) -> Callable[[TransitionTask], Scorer]:
     """The maker of scorers, imported where needed, so that scoring plans loads no planner of operators."""
     from eai.abilities.transition_modeling.rules import PaperRules
     from eai.abilities.transition_modeling.scorer import TransitionModeling
@@ -96,15 +96,17 @@ def _scorers(world: AskedWorld) -> Callable[[TransitionTask], Scorer]:
     return lambda task: TransitionModeling(task, rules)
 
 
-def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
-    return (), lambda words: closed({"output": text()})
+def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+    return (), lambda words: object_schema({"output": text_schema()})
 
 
 TRANSITION_MODELING = AbilityDeclaration(
     ability=Ability.TRANSITION_MODELING,
-    asked=Asked(_scorers, form=_form, of_operators=True, bare="(:action"),
+    interaction=Interaction(
+        _scorers, answer_form=_form, uses_operator_tasks=True, plain_text_prefix="(:action"
+    ),
     title="Transition modeling",
-    short="operators",
+    short_title="operators",
     verdict=OperatorVerdict,
     contributions=contributions,
     outcome=outcome,
@@ -113,14 +115,14 @@ TRANSITION_MODELING = AbilityDeclaration(
         *(MetricColumn(f"{part}.planner_success", PLANNER, label_of(part)) for part in _PARTS),
         MetricColumn(_PLAN_WORKS, PLANNER, WORKS),
     ),
-    terminal=(
+    terminal_metrics=(
         *(f"{part}.{measure}" for part in _PARTS for measure in ("f1", "planner_success")),
         _PLAN_WORKS,
         f"{LITERALS}.f1",
     ),
-    main={f"{OVERALL}.f1": "F1", _PLAN_WORKS: WORKS, _PLANNER_SUCCESS: PLANNER},
-    averaged=(f"{OVERALL}.f1", _PLANNER_SUCCESS),
-    instead={_PLANNER_SUCCESS: _PLAN_WORKS},
-    yes_no=frozenset({_PLANNER_SUCCESS, _PLAN_WORKS}),
-    void=void,
+    overview_headings={f"{OVERALL}.f1": "F1", _PLAN_WORKS: WORKS, _PLANNER_SUCCESS: PLANNER},
+    averaged_metrics=(f"{OVERALL}.f1", _PLANNER_SUCCESS),
+    replacements={_PLANNER_SUCCESS: _PLAN_WORKS},
+    yes_no_metrics=frozenset({_PLANNER_SUCCESS, _PLAN_WORKS}),
+    missing_metrics=void,
 )

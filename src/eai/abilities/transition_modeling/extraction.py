@@ -23,7 +23,7 @@ from itertools import pairwise
 from threading import Lock
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
-from eai.abilities.answer_text import ANY_VALUE, AnswerForm, Pairs, Reading, read_json
+from eai.abilities.answer_text import ANY_VALUE, AnswerForm, JsonObject, ParsedAnswer, read_json
 from eai.abilities.reasoning import thoughts_in, without
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 from eai.logic.formula import TRUE
@@ -34,12 +34,12 @@ from eai.pddl.reader import Group, PddlReader, error_at, read_group
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
 
-LIMIT = 8_000_000
+MAX_CACHED_CHARACTERS = 8_000_000
 """How many characters of operators are remembered at most, some 25 bytes each once they are read. Nine models
 write some 1,800 different operators for a benchmark in under a million, and 1.5 million for the planner."""
 
 
-class Memory(Generic[K, V]):
+class ResultCache(Generic[K, V]):
     """Results by what they are results of; beyond a limit the oldest is forgotten, to be found out again.
 
     However many answers are scored, and however long, memory stays flat. Any number of threads may ask.
@@ -48,13 +48,13 @@ class Memory(Generic[K, V]):
         limit: how much is remembered, in the unit of what `recall` is given.
     """
 
-    def __init__(self, limit: int = LIMIT) -> None:
+    def __init__(self, limit: int = MAX_CACHED_CHARACTERS) -> None:
         self._limit = limit
         self._known: OrderedDict[K, tuple[V, int]] = OrderedDict()
         self._adding = Lock()
         self.size = 0
 
-    def recall(self, key: K, size: int, find: Callable[[], V]) -> V:
+    def get_or_compute(self, key: K, size: int, find: Callable[[], V]) -> V:
         """The result for a key of that size, which ``find`` finds out where it is not remembered."""
         known = self._known.get(key)
         if known is not None:
@@ -111,11 +111,11 @@ class WrittenOperator:
     size: int
 
 
-Readings: TypeAlias = Memory[str, WrittenOperator | PddlFinding]
+OperatorCache: TypeAlias = ResultCache[str, WrittenOperator | PddlFinding]
 """The operators that were read, by their text; the finding for one whose parentheses are wrong."""
 
 
-def extract(answer: str, readings: Readings) -> Reading[dict[str, WrittenOperator]] | Unreadable:
+def extract(answer: str, readings: OperatorCache) -> ParsedAnswer[dict[str, WrittenOperator]] | Unreadable:
     """Read the operators of an answer by name, in order, or say why it cannot be read as a whole.
 
     Args:
@@ -124,37 +124,37 @@ def extract(answer: str, readings: Readings) -> Reading[dict[str, WrittenOperato
     """
     reading = read_json(answer, _OUTPUT)
     if isinstance(reading, Unreadable):
-        reading = _without_json(answer) or reading
+        reading = _read_bare_pddl(answer) or reading
     if isinstance(reading, Unreadable):
         return reading
     text, repairs = reading.value, reading.repairs
     if _ESCAPE.search(text):
         text = _ESCAPE.sub(lambda match: _MEANING[match.group(1)], text)
         repairs = (*repairs, "escapes")
-    piece = _unknown_piece(_COMMENT.sub("", text))
+    piece = _find_unknown_piece(_COMMENT.sub("", text))
     if piece is not None:
-        return _unreadable(reading, f"{piece!r} begins no operator, and looks like one")
+        return _make_unreadable(reading, f"{piece!r} begins no operator, and looks like one")
     operators: dict[str, WrittenOperator] = {}
-    for segment in _segments(text):
-        operator = readings.recall(segment, len(segment), partial(_read, segment))
+    for segment in _split_operators(text):
+        operator = readings.get_or_compute(segment, len(segment), partial(_read_operator, segment))
         if isinstance(operator, PddlFinding):
-            return _unreadable(reading, f"the {operator.place} cannot be read: {operator.words}")
+            return _make_unreadable(reading, f"the {operator.place} cannot be read: {operator.words}")
         if operators.pop(operator.name, None) is not None:
             operator = replace(operator, repairs=(*operator.repairs, "duplicate_operator"))
         repairs = (*repairs, *operator.repairs)
         operators[operator.name] = operator
-    return Reading(operators, tuple(dict.fromkeys(repairs)), reading.spans)
+    return ParsedAnswer(operators, tuple(dict.fromkeys(repairs)), reading.spans)
 
 
-def _unreadable(reading: Reading[str], reason: str) -> Unreadable:
+def _make_unreadable(reading: ParsedAnswer[str], reason: str) -> Unreadable:
     unread = [replace(span, kind=SpanKind.UNREAD) for span in reading.spans if span.kind in _READ]
     others = [span for span in reading.spans if span.kind not in _READ]
     return Unreadable(reason, spans=tuple(sorted([*unread, *others])))
 
 
-def _output(value: object) -> str | None:
+def _read_output(value: object) -> str | None:
     """Return the text of operators that a JSON value holds, if the rest of it is plain."""
-    if not isinstance(value, Pairs) or _flaw(value) is not None:
+    if not isinstance(value, JsonObject) or _flaw(value) is not None:
         return None
     output = dict(value.members).get("output")
     if isinstance(output, list) and all(isinstance(item, str) for item in output):
@@ -163,17 +163,17 @@ def _output(value: object) -> str | None:
 
 
 def _flaw(value: object) -> str | None:
-    if not isinstance(value, Pairs):
+    if not isinstance(value, JsonObject):
         return None
-    if value.repeated is not None:
-        return f'the key "{value.repeated}" occurs twice'
+    if value.repeated_key is not None:
+        return f'the key "{value.repeated_key}" occurs twice'
     keys = [key for key, part in value.members if key != "output" and _HEAD.search(repr(part))]
     return f'the key "{keys[0]}" is not known' if keys else None
 
 
 _OUTPUT = AnswerForm(
     'JSON object with a text of operators under "output"',
-    _output,
+    _read_output,
     is_part=lambda text: _OPERATOR_SIGN.search(text) is not None,
     is_line_of_answer=lambda line: _HEAD.search(line) is not None,
     flaw=_flaw,
@@ -181,7 +181,7 @@ _OUTPUT = AnswerForm(
 )
 
 
-def _without_json(answer: str) -> Reading[str] | None:
+def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
     """Return the PDDL of an answer that is no JSON; None if it has no operator, or was cut off."""
     thoughts = thoughts_in(answer)
     body = without(thoughts, answer)
@@ -193,9 +193,11 @@ def _without_json(answer: str) -> Reading[str] | None:
         return None
     before, after = body[:start], body[end:]
     is_wrapped = _WRAPPER.search(before) is not None
-    if is_wrapped and (not _END_OF_WRAPPER.match(after) or isinstance(read_json(answer, ANY_VALUE), Reading)):
+    if is_wrapped and (
+        not _END_OF_WRAPPER.match(after) or isinstance(read_json(answer, ANY_VALUE), ParsedAnswer)
+    ):
         return None  # cut off, or JSON that says something else
-    last = _read(body[heads[-1].start() :])
+    last = _read_operator(body[heads[-1].start() :])
     if not is_wrapped and isinstance(last, WrittenOperator) and _CLOSING in last.repairs:
         return None
     spans = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in thoughts]
@@ -203,10 +205,10 @@ def _without_json(answer: str) -> Reading[str] | None:
     spans += [Span(end, len(body), SpanKind.PROSE)] if after.strip() and not is_wrapped else []
     spans.append(Span(start, end, SpanKind.REPAIRED))
     operators = body[start:end] if is_wrapped else body[start:]
-    return Reading(operators, (*(["reasoning"] if thoughts else []), "no_json"), tuple(sorted(spans)))
+    return ParsedAnswer(operators, (*(["reasoning"] if thoughts else []), "no_json"), tuple(sorted(spans)))
 
 
-def _unknown_piece(text: str) -> str | None:
+def _find_unknown_piece(text: str) -> str | None:
     """Return the beginning of what looks like an operator or a part of one, and is not written as one."""
     for sign in _SIGN.finditer(text):
         if _KNOWN_SIGN.match(text, sign.start()) is None:
@@ -214,21 +216,21 @@ def _unknown_piece(text: str) -> str | None:
     return None
 
 
-def _segments(text: str) -> list[str]:
+def _split_operators(text: str) -> list[str]:
     """The stretches of a text from one operator's beginning to the next."""
     bounds = [*(match.start() for match in _HEAD.finditer(text)), len(text)]
     return [text[start:end] for start, end in pairwise(bounds)]
 
 
-def _read(segment: str) -> WrittenOperator | PddlFinding:
+def _read_operator(segment: str) -> WrittenOperator | PddlFinding:
     """Read an operator, and the prose behind it if there is some."""
     text = _COMMENT.sub("", segment)
     operator = _read_parts(text, len(segment))
-    end = _end_before_prose(text) if isinstance(operator, PddlFinding) else None
+    end = _find_end_before_prose(text) if isinstance(operator, PddlFinding) else None
     return operator if end is None else _read_parts(text[:end], len(segment))
 
 
-def _end_before_prose(text: str) -> int | None:
+def _find_end_before_prose(text: str) -> int | None:
     """Return the end of an operator that prose follows, or None if no prose does."""
     try:
         end = read_group(text).end
@@ -247,13 +249,13 @@ def _read_parts(text: str, size: int) -> WrittenOperator | PddlFinding:
     repairs: dict[str, None] = {}
     place = f"operator {name}"
     try:
-        parts = _parts(text, name, head.end() if head else 0)
+        parts = _split_parts(text, name, head.end() if head else 0)
         for part in parts:
             place = f"{part.keyword} of {name}"
-            group, made = _list(part)
+            group, made = _read_list(part)
             repairs |= dict.fromkeys(made)
             try:
-                action = _with(action, part, group)
+                action = _add_part(action, part, group)
                 allowed.add(part.keyword)
             except PddlError as error:
                 unread.append(PddlFinding(error.offence, error.expected, place))
@@ -264,7 +266,7 @@ def _read_parts(text: str, size: int) -> WrittenOperator | PddlFinding:
     return WrittenOperator(name, action if is_known else None, tuple(unread), tuple(repairs), size)
 
 
-class _Part(NamedTuple):
+class _OperatorPart(NamedTuple):
     """A keyword of an operator and what stands behind it, up to the next one or the end of the text."""
 
     keyword: str
@@ -272,7 +274,7 @@ class _Part(NamedTuple):
     last: bool
 
 
-def _parts(text: str, name: str, offset: int) -> list[_Part]:
+def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
     """The parts that stand behind the name of an operator.
 
     Raises:
@@ -286,12 +288,12 @@ def _parts(text: str, name: str, offset: int) -> list[_Part]:
         raise error_at(text, 0, Offence.UNBALANCED, "a partner for this opening parenthesis")
     bounds = [*(match.start() for match in found), len(text)]
     return [
-        _Part(match.group(1).lower(), text[match.end() : end], match is found[-1])
+        _OperatorPart(match.group(1).lower(), text[match.end() : end], match is found[-1])
         for match, end in zip(found, bounds[1:], strict=True)
     ]
 
 
-def _list(part: _Part) -> tuple[Group, tuple[str, ...]]:
+def _read_list(part: _OperatorPart) -> tuple[Group, tuple[str, ...]]:
     """Return the list of a part and the repairs that it took.
 
     Raises:
@@ -315,7 +317,7 @@ def _list(part: _Part) -> tuple[Group, tuple[str, ...]]:
     raise error_at(part.text, group.end, Offence.MALFORMED, "one list behind a keyword")
 
 
-def _with(action: PddlAction, part: _Part, group: Group) -> PddlAction:
+def _add_part(action: PddlAction, part: _OperatorPart, group: Group) -> PddlAction:
     """An operator with one more part.
 
     Raises:

@@ -15,9 +15,9 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, TypeAlias
 
-from eai.abilities.transition_modeling.extraction import Memory, Readings, WrittenOperator, extract
+from eai.abilities.transition_modeling.extraction import OperatorCache, ResultCache, WrittenOperator, extract
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
-from eai.abilities.verdict import Confusion, ErrorReport, Span, Unreadable, add
+from eai.abilities.verdict import Confusion, ErrorReport, Span, Unreadable, add_confusions
 from eai.pddl.check import Declarations, PddlFinding, check_action
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
@@ -43,17 +43,17 @@ def plan_flaw(
         plan: the plan.
     """
     domain = replace(task.domain.header, actions=tuple(task.gold.values()))
-    return Executor(domain, task.problem).flaw(gold_steps(task, written, plan))
+    return Executor(domain, task.problem).flaw(to_gold_steps(task, written, plan))
 
 
-def gold_steps(
+def to_gold_steps(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> list[PlanStep]:
     """Return the steps of a plan as steps of gold operators, with parameters paired as by `plan_flaw`."""
-    return [_gold_step(step, written[step.action], task.gold[step.action]) for step in plan]
+    return [_to_gold_step(step, written[step.action], task.gold[step.action]) for step in plan]
 
 
-def _gold_step(step: PlanStep, written: PddlAction, gold: PddlAction) -> PlanStep:
+def _to_gold_step(step: PlanStep, written: PddlAction, gold: PddlAction) -> PlanStep:
     """A step as the gold operator takes it."""
     objects = {
         parameter.name: name for parameter, name in zip(written.parameters, step.arguments, strict=True)
@@ -95,17 +95,17 @@ class Judgement:
     literals: Mapping[str, Confusion] | None = None
     repairs: tuple[str, ...] = ()
     spans: tuple[Span, ...] = ()
-    repaired: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    operator_repairs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     matches: Mapping[str, OperatorMatch] = field(default_factory=dict)
     error: ErrorReport | None = None
     excluded: TaskExclusion | None = None
 
 
-def _solved(planner: PddlPlanner, task: PlanningTask | PlannerResult) -> PlannerResult:
+def _solve_if_needed(planner: PddlPlanner, task: PlanningTask | PlannerResult) -> PlannerResult:
     return task if isinstance(task, PlannerResult) else planner.solve(task)
 
 
-Replaced: TypeAlias = Literal["operator", "precondition", "effect"]
+ReplacedPart: TypeAlias = Literal["operator", "precondition", "effect"]
 """The part of a gold operator that the answer's replaces, where one operator is tried among gold ones.
 
 With one side alone the parameters stay the gold ones, so that an answer that calls them otherwise has unbound
@@ -114,7 +114,7 @@ variables.
 
 
 @dataclass(frozen=True, slots=True)
-class Rules(ABC):
+class MatchingRules(ABC):
     """How answers are read, compared and planned with.
 
     Answers to one problem are often the same operators in other words or the same words, so that what the
@@ -127,7 +127,7 @@ class Rules(ABC):
     """
 
     planner: PddlPlanner | None
-    results: Memory[Hashable, PlannerResult] = field(default_factory=Memory)
+    results: ResultCache[Hashable, PlannerResult] = field(default_factory=ResultCache)
     counts_clauses: ClassVar[bool] = True
 
     @abstractmethod
@@ -135,12 +135,12 @@ class Rules(ABC):
         """The judgement on an answer, also on one that cannot be read."""
 
     @abstractmethod
-    def unanswered(self, task: TransitionTask) -> Judgement:
+    def judge_missing_answer(self, task: TransitionTask) -> Judgement:
         """The judgement where there is no answer: every operator that is asked for is missing."""
 
     @abstractmethod
     def plan_one_at_a_time(
-        self, task: TransitionTask, text: str, replaced: Replaced
+        self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
         """The result of each operator that is asked for among gold operators, by name.
 
@@ -148,7 +148,7 @@ class Rules(ABC):
         """
 
     @property
-    def without_operators(self) -> PlannerResult:
+    def empty_result(self) -> PlannerResult:
         """The result of an answer without operators."""
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
@@ -165,30 +165,32 @@ class Rules(ABC):
         planner = self.planner
         if planner is None:
             return NOT_RUN
-        return self.results.recall(key, size, lambda: _solved(planner, make()))
+        return self.results.get_or_compute(key, size, lambda: _solve_if_needed(planner, make()))
 
 
-_Read: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
+_ReadOperator: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
 """An operator as far as it can be read, and what is wrong with the rest."""
 
 
-_Comparison: TypeAlias = tuple[OperatorReport, OperatorMatch]
+_OperatorComparison: TypeAlias = tuple[OperatorReport, OperatorMatch]
 """The report on an operator that is asked for, and how it compares with the gold one."""
 
 
 @dataclass(frozen=True, slots=True)
-class PaperRules(Rules):
+class PaperRules(MatchingRules):
     """The rules of the paper with what they remember about one domain: equal operators are compared once."""
 
-    readings: Readings = field(default_factory=Memory)
-    compared: Memory[tuple[_Read | None, str], _Comparison] = field(default_factory=Memory)
+    readings: OperatorCache = field(default_factory=ResultCache)
+    compared: ResultCache[tuple[_ReadOperator | None, str], _OperatorComparison] = field(
+        default_factory=ResultCache
+    )
 
     def judge(self, task: TransitionTask, text: str) -> Judgement:
         """The judgement on an answer; one without any operator misses all that are asked for."""
         written = extract(text, self.readings)
         if isinstance(written, Unreadable):
             error = ErrorReport(FaultKind.PARSING, None, written.reason)
-            return replace(self.unanswered(task), error=error, spans=written.spans)
+            return replace(self.judge_missing_answer(task), error=error, spans=written.spans)
         by_name = written.value
         compared = [self._compare(task, name, by_name.get(name)) for name in task.operators]
         asked = tuple([report for report, _ in compared])
@@ -207,29 +209,31 @@ class PaperRules(Rules):
             planning=planning,
             plan_works=None if unplanned else solved and flaw is None,
             plan_flaw=flaw,
-            literals=_literals(compared),
+            literals=_sum_literals(compared),
             repairs=written.repairs,
             spans=written.spans,
-            repaired={name: operator.repairs for name, operator in by_name.items() if operator.repairs},
+            operator_repairs={
+                name: operator.repairs for name, operator in by_name.items() if operator.repairs
+            },
             matches={report.name: match for report, match in compared},
         )
 
-    def unanswered(self, task: TransitionTask) -> Judgement:
+    def judge_missing_answer(self, task: TransitionTask) -> Judgement:
         """The judgement where there is no answer: all that is asked for is missing."""
         compared = [self._compare(task, name, None) for name in task.operators]
         missing = tuple([report for report, _ in compared])
-        planning = self.without_operators
+        planning = self.empty_result
         works = None if planning.outcome is PlannerOutcome.NOT_RUN else False
-        return Judgement(missing, planning, works, literals=_literals(compared))
+        return Judgement(missing, planning, works, literals=_sum_literals(compared))
 
     def plan_one_at_a_time(
-        self, task: TransitionTask, text: str, replaced: Replaced
+        self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
         """The result of each operator that is asked for, among the other gold ones that are asked for."""
         written = extract(text, self.readings)
         by_name = {} if isinstance(written, Unreadable) else written.value
         return {
-            name: self._plan_with(task, _mixed(by_name[name], task.gold[name], replaced))
+            name: self._plan_with(task, _replace_part(by_name[name], task.gold[name], replaced))
             if name in by_name
             else None
             for name in task.operators
@@ -240,15 +244,17 @@ class PaperRules(Rules):
         readable = tuple(each for each in actions if each is not None)
         return self._solve(task, readable, self._findings(task, tried), tried.size)
 
-    def _compare(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> _Comparison:
+    def _compare(
+        self, task: TransitionTask, name: str, written: WrittenOperator | None
+    ) -> _OperatorComparison:
         read, size = (None, 0) if written is None else ((written.action, written.unread), written.size)
-        return self.compared.recall((read, name), size, lambda: _comparison(task, name, read))
+        return self.compared.get_or_compute((read, name), size, lambda: _compare_operator(task, name, read))
 
     def _findings(self, task: TransitionTask, written: WrittenOperator) -> tuple[PddlFinding, ...]:
         action = written.action
         if action is None:
             return written.unread
-        return (*written.unread, *_checked(task, action))
+        return (*written.unread, *_check_operator(task, action))
 
     def _plan(
         self,
@@ -270,27 +276,27 @@ class PaperRules(Rules):
     ) -> PlannerResult:
         refusals = tuple(finding for finding in findings if finding.offence.stops_planner)
         key = (task.problem_text, actions, refusals)
-        return self.solve(key, size, lambda: _planning(task, actions, refusals))
+        return self.solve(key, size, lambda: _make_planning_task(task, actions, refusals))
 
 
-def _comparison(task: TransitionTask, name: str, read: _Read | None) -> _Comparison:
+def _compare_operator(task: TransitionTask, name: str, read: _ReadOperator | None) -> _OperatorComparison:
     gold = task.gold[name]
     action, findings = read or (None, ())
     if action is not None:
         status, match = OperatorStatus.COMPARED, match_operators(action, gold)
-        findings = (*findings, *_checked(task, action))
+        findings = (*findings, *_check_operator(task, action))
     else:
         status = OperatorStatus.MISSING if read is None else OperatorStatus.UNREADABLE
         match = missing_operator(gold)
     return OperatorReport(name, status, match.precondition, match.effect, findings), match
 
 
-def _checked(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...]:
+def _check_operator(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...]:
     """The offences of an operator, whatever the gold one."""
     return check_action(action, Declarations.of(task.domain.header))
 
 
-def _mixed(written: WrittenOperator, gold: PddlAction, replaced: Replaced) -> WrittenOperator:
+def _replace_part(written: WrittenOperator, gold: PddlAction, replaced: ReplacedPart) -> WrittenOperator:
     """An operator of an answer, of which only what is to replace the gold one's is its own."""
     own = written.action
     if replaced == "operator" or own is None:
@@ -303,15 +309,15 @@ def _mixed(written: WrittenOperator, gold: PddlAction, replaced: Replaced) -> Wr
     return replace(written, action=action, unread=unread)
 
 
-def _literals(compared: Sequence[_Comparison]) -> dict[str, Confusion]:
+def _sum_literals(compared: Sequence[_OperatorComparison]) -> dict[str, Confusion]:
     """The literals of several operators together, by side."""
     return {
-        "precondition": add([Confusion(*match.precondition_literals) for _, match in compared]),
-        "effect": add([Confusion(*match.effect_literals) for _, match in compared]),
+        "precondition": add_confusions([Confusion(*match.precondition_literals) for _, match in compared]),
+        "effect": add_confusions([Confusion(*match.effect_literals) for _, match in compared]),
     }
 
 
-def _planning(
+def _make_planning_task(
     task: TransitionTask, actions: tuple[PddlAction, ...], refusals: tuple[PddlFinding, ...]
 ) -> PlanningTask | PlannerResult:
     """The planning task, or what is wrong with the answer's operators."""

@@ -7,7 +7,7 @@ from functools import lru_cache, partial
 
 from eai.abilities.explanation import Explanation, Statement, StepReport
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.transition_modeling.rules import Judgement, Replaced, Rules
+from eai.abilities.transition_modeling.rules import Judgement, MatchingRules, ReplacedPart
 from eai.abilities.transition_modeling.verdict import (
     OTHER,
     ClauseContent,
@@ -22,7 +22,7 @@ from eai.pddl.matching import OperatorMatch, SideMatch
 from eai.pddl.planning import PlannerOutcome, PlannerResult
 from eai.tasks.operator_task import TransitionTask
 
-_REMEMBERED = 1000
+_MAX_CACHED_CLAUSES = 1000
 """How many clauses of answers to a task are remembered with what they speak of."""
 
 
@@ -57,22 +57,24 @@ class TransitionModeling(Scorer):
         rules: how answers are read, compared and planned with; shared by the tasks of a benchmark.
     """
 
-    def __init__(self, task: TransitionTask, rules: Rules) -> None:
+    def __init__(self, task: TransitionTask, rules: MatchingRules) -> None:
         self.task = task
         self._rules = rules
-        self._content = lru_cache(_REMEMBERED)(partial(clause_content, categories=task.domain.categories))
+        self._cached_content = lru_cache(_MAX_CACHED_CLAUSES)(
+            partial(clause_content, categories=task.domain.categories)
+        )
 
     def assess(self, text: str) -> Assessment:
         """The verdict on an answer, and its words; the steps are those of the plan that was found."""
         judgement = self._rules.judge(self.task, text)
-        return Assessment(self._verdict(judgement), partial(_explained, judgement))
+        return Assessment(self._verdict(judgement), partial(_explain, judgement))
 
-    def unanswered(self) -> OperatorVerdict:
+    def score_missing_answer(self) -> OperatorVerdict:
         """The verdict where there is no answer: all operators are missing."""
-        return self._verdict(self._rules.unanswered(self.task))
+        return self._verdict(self._rules.judge_missing_answer(self.task))
 
     def plan_one_at_a_time(
-        self, text: str, replaced: Replaced = "operator"
+        self, text: str, replaced: ReplacedPart = "operator"
     ) -> Mapping[str, PlannerResult | None]:
         """The result of each operator that is asked for, as the answer has it, among gold operators.
 
@@ -89,7 +91,7 @@ class TransitionModeling(Scorer):
         outcome, planner = judgement.planning.outcome, self._rules.planner
         works = judgement.plan_works
         solved = None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED
-        contents = self._contents(judgement.operators)
+        contents = self._find_contents(judgement.operators)
         return OperatorVerdict(
             success=solved if works is None else works,
             error=judgement.error,
@@ -107,11 +109,11 @@ class TransitionModeling(Scorer):
             clauses=contents,
         )
 
-    def _contents(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClauseContent]:
+    def _find_contents(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClauseContent]:
         """The subject of each clause of the sides of operators, by its text."""
         sides = [side for report in reports for side in (report.precondition, report.effect)]
         clauses = [each for side in sides for each in (*side.matched, *side.additional, *side.missing)]
-        return {clause: self._content(clause) for clause in clauses}
+        return {clause: self._cached_content(clause) for clause in clauses}
 
     def _counts(
         self, reports: tuple[OperatorReport, ...], contents: Mapping[str, ClauseContent]
@@ -123,31 +125,31 @@ class TransitionModeling(Scorer):
         }
 
 
-def _explained(judgement: Judgement) -> Explanation:
+def _explain(judgement: Judgement) -> Explanation:
     if judgement.error is not None:
         return Explanation((judgement.error.detail,))
     steps = tuple(
         StepReport(str(step), "planned", call=Statement(step.action, step.arguments))
         for step in judgement.planning.plan
     )
-    return Explanation(notes=tuple(_notes(judgement)), steps=steps)
+    return Explanation(notes=tuple(_list_notes(judgement)), steps=steps)
 
 
-def _notes(judgement: Judgement) -> Iterator[str]:
-    of_operators = {repair for repairs in judgement.repaired.values() for repair in repairs}
+def _list_notes(judgement: Judgement) -> Iterator[str]:
+    of_operators = {repair for repairs in judgement.operator_repairs.values() for repair in repairs}
     of_answer = [repair for repair in judgement.repairs if repair not in of_operators]
     if of_answer:
         yield f"the answer: read with repair: {', '.join(of_answer)}"
     for report in judgement.operators:
         yield f"{report.name}: {report.status.value}"
-        if report.name in judgement.repaired:
-            yield f"{report.name}: read with repair: {', '.join(judgement.repaired[report.name])}"
+        if report.name in judgement.operator_repairs:
+            yield f"{report.name}: read with repair: {', '.join(judgement.operator_repairs[report.name])}"
         match = judgement.matches.get(report.name)
         if match is not None and match.renamed:
             pairs = [f"its ?{ours} is the data set's ?{theirs}" for ours, theirs in match.renamed]
             whose = "clauses that it lacks have the data set's names, additional ones its own"
             yield f"{report.name}: compared so that {', '.join(pairs)}; {whose}"
-        yield from _sides(report, match)
+        yield from _describe_sides(report, match)
         for finding in report.offences:
             yield f"{report.name}: {finding.offence.value} in the {finding.place}: {finding.words}"
     planning = judgement.planning
@@ -161,14 +163,14 @@ def _notes(judgement: Judgement) -> Iterator[str]:
         yield f"the plan does not work with the data set's operators: {step}{reason}"
 
 
-def _sides(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]:
+def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]:
     """The clauses that each side lacks and has besides; of a side that cannot be read they are unknown."""
     unread = {finding.place for finding in report.offences if finding.offence.stops_reading}
     for side, found in (("precondition", report.precondition), ("effect", report.effect)):
         of_condition = match if side == "precondition" else None
         missing_any = of_condition is not None and of_condition.missing_any
         additional_any = of_condition is not None and of_condition.additional_any
-        lost = _clauses(found.missing, are_any=missing_any)
+        lost = _list_clauses(found.missing, are_any=missing_any)
         if report.status is OperatorStatus.UNREADABLE or f"{side} of {report.name}" in unread:
             if found.missing:
                 yield f"{report.name}: the {side} cannot be compared, so it counts as lacking the {lost}"
@@ -176,11 +178,11 @@ def _sides(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]
         if found.missing:
             yield f"{report.name}: the {side} lacks the {lost}"
         if found.additional:
-            besides = _clauses(found.additional, are_any=additional_any)
-            yield f"{report.name}: the {side} has the additional {besides}{_unbound(report, side)}"
+            besides = _list_clauses(found.additional, are_any=additional_any)
+            yield f"{report.name}: the {side} has the additional {besides}{_describe_unbound(report, side)}"
 
 
-def _unbound(report: OperatorReport, side: str) -> str:
+def _describe_unbound(report: OperatorReport, side: str) -> str:
     """A remark on the variables of a side that are no parameters: its clauses may look like gold ones."""
     place = f"{side} of {report.name}"
     kind = Offence.UNBOUND_VARIABLE
@@ -188,7 +190,7 @@ def _unbound(report: OperatorReport, side: str) -> str:
     return f" (no parameter: {', '.join(names)})" if names else ""
 
 
-def _clauses(clauses: tuple[str, ...], *, are_any: bool) -> str:
+def _list_clauses(clauses: tuple[str, ...], *, are_any: bool) -> str:
     """Clauses as such: what one of them says may stand inside another clause of the answer."""
     noun = "alternative" if are_any else "clause"
     return f"{noun}{'s' if len(clauses) > 1 else ''} {', '.join(clauses)}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
 
-from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Merit, Verdict, add, merit_of_parts
+from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Credit, Verdict, add_confusions, credit_parts
 from eai.base.json_value import Json
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import NO_MATCH, SideMatch, predicates_in
@@ -111,20 +111,20 @@ class OperatorVerdict(Verdict):
         return {"planner": planner, "task_categories": " ".join(self.task_categories)}
 
     @property
-    def judge(self) -> str | None:
+    def planner_used(self) -> str | None:
         """The planner."""
         return self.planner_name
 
     @property
-    def left_to(self) -> str | None:
+    def second_planner_outcome(self) -> str | None:
         """The outcome of the authority, where the built-in search did not decide."""
         _, then, authority = (self.planner_name or "").partition(", then ")
         decided = not then or not self.planner_detail.startswith(authority)
         return None if decided or self.planner is None else self.planner.value
 
-    def merit(self, at_start: Sequence[bool]) -> Merit | None:
+    def credit(self, at_start: Sequence[bool]) -> Credit | None:
         """By F1 of all clauses of both sides."""
-        return merit_of_parts(overall_counts(counts_by_category(self)), self.error, self._faults())
+        return credit_parts(overall_counts(counts_by_category(self)), self.error, self._faults())
 
     def _faults(self) -> Counter[FaultKind]:
         """Operators that cannot be read or were not asked for, and what is wrong with the others."""
@@ -157,10 +157,10 @@ def counts_by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
     found: dict[str, Confusion] = {}
     for side in (verdict.counts or {}).values():
         for name, confusion in side.items():
-            found[name] = add((found.get(name, NO_COUNTS), confusion))
+            found[name] = add_confusions((found.get(name, NO_COUNTS), confusion))
     return found
 
 
 def overall_counts(counts: Mapping[str, Confusion]) -> Confusion:
     """Return the counts of both sides over all categories. A clause of several categories counts once."""
-    return counts.get(ALL) or add(counts.values())
+    return counts.get(ALL) or add_confusions(counts.values())

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
-from eai.abilities.notation.goals import parts_of
+from eai.abilities.notation.goals import unwrap_parts
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
@@ -112,7 +112,7 @@ def _formula(entry: object, spelling: Callable[[str], str], *, nested: bool) -> 
             inner = _formula(operand, spelling, nested=True)
             return None if inner is None else _bracketed(f"not {inner}", nested)
         case ["and" | "or" as word, first, *others]:
-            texts = [_formula(part, spelling, nested=True) for part in parts_of((first, *others))]
+            texts = [_formula(part, spelling, nested=True) for part in unwrap_parts((first, *others))]
             known = [text for text in texts if text is not None]
             return _bracketed(f" {word} ".join(known), nested) if len(known) == len(texts) else None
         case ["forall" | "exists" | "forn" | "forpairs" | "fornpairs" as word, *head, body]:

@@ -14,7 +14,7 @@ from dataclasses import replace
 from functools import cache
 from typing import ClassVar
 
-from eai.abilities.notation.goals import Alternatives, JsonGoals, Word
+from eai.abilities.notation.goals import Alternatives, JsonGoals, SpelledPredicate
 from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output
 from eai.abilities.verdict import Unreadable
@@ -202,7 +202,7 @@ class BehaviorGoals(JsonGoals):
         """A word in small letters."""
         return text.strip().lower().replace("toggledon", "toggled_on")
 
-    def words(self, domain: Domain) -> Mapping[Word, str]:
+    def words(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
         """The states and relations that goals of the published file speak of; touching is being next to."""
         arities = {**dict.fromkeys(STATES, 1), **dict.fromkeys(RELATIONS, 2)}
         return {(name, arity): DOMAIN_NAMES.get(name, name) for name, arity in arities.items()}

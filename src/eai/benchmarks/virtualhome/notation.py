@@ -8,14 +8,14 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 
-from eai.abilities.answer_schema import Schema, closed, listed, text
-from eai.abilities.answer_text import Pairs, read_json
+from eai.abilities.answer_schema import Schema, list_schema, object_schema, text_schema
+from eai.abilities.answer_text import JsonObject, read_json
 from eai.abilities.notation.goals import (
     SECTIONS,
     GoalNotation,
     IllFormed,
     Sections,
-    Word,
+    SpelledPredicate,
     WrittenGoal,
     WrittenGoals,
     sections_form,
@@ -37,7 +37,7 @@ FIELDS = {
 }
 """The fields that an entry of each section must have; the description of an action is not scored."""
 
-_NOTHING = Pairs(())
+_NOTHING = JsonObject(())
 
 
 class VirtualHomeGoals(GoalNotation):
@@ -54,7 +54,7 @@ class VirtualHomeGoals(GoalNotation):
             return reading
         sections = dict(reading.value.members)
         entries = [entry for kind in FIELDS for entry in _read(kind, sections.get(SECTIONS[kind]))]
-        return WrittenGoals.of(entries, reading)
+        return WrittenGoals.from_entries(entries, reading)
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
         """Each goal as an object with its section as key."""
@@ -72,15 +72,17 @@ class VirtualHomeGoals(GoalNotation):
         """The three sections; an entry has its fields, and an action a description."""
         words_known = self.words(domain)
         states, relations = [[word for word, arity in words_known if arity == number] for number in (1, 2)]
-        name = text(words)
+        name = text_schema(words)
         entries = {
-            GoalKind.STATE: {"name": name, "state": text(states)},
-            GoalKind.RELATION: {"from_name": name, "relation": text(relations), "to_name": name},
-            GoalKind.ACTION: {"action": text(domain.arities), "description": text()},
+            GoalKind.STATE: {"name": name, "state": text_schema(states)},
+            GoalKind.RELATION: {"from_name": name, "relation": text_schema(relations), "to_name": name},
+            GoalKind.ACTION: {"action": text_schema(domain.arities), "description": text_schema()},
         }
-        return closed({SECTIONS[kind]: listed(closed(fields)) for kind, fields in entries.items()})
+        return object_schema(
+            {SECTIONS[kind]: list_schema(object_schema(fields)) for kind, fields in entries.items()}
+        )
 
-    def words(self, domain: Domain) -> Mapping[Word, str]:
+    def words(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
         """The states that change, and the relations of scene graphs."""
         states = [p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static]
         return {
@@ -104,11 +106,11 @@ def goal_of(fields: list[str]) -> WrittenGoal:
 
 def _flaw(value: object) -> str | None:
     """Return why an object does not state goals in sections, or None if it does."""
-    return None if not isinstance(value, Pairs) else _unknown(value.members)
+    return None if not isinstance(value, JsonObject) else _unknown(value.members)
 
 
 def _unknown(members: Iterable[tuple[str, object]]) -> str | None:
-    lists = [key for key, part in members if isinstance(part, list | Pairs)]
+    lists = [key for key, part in members if isinstance(part, list | JsonObject)]
     repeated = [key for key in lists if lists.count(key) > 1]
     if repeated:
         return f'the section "{repeated[0]}" occurs twice'
@@ -133,7 +135,7 @@ def _read(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
 
 def _goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
     """Return the statement of an entry; None if it lacks a field."""
-    if not isinstance(entry, Pairs):
+    if not isinstance(entry, JsonObject):
         return None
     members = dict(entry.members)
     fields = [field for name in names if isinstance(field := members.get(name), str)]
@@ -211,10 +213,10 @@ class VirtualHomeSubgoals(SubgoalNotation):
 
     def schema(self) -> Schema:
         """The members that the published prompts ask for."""
-        return closed(
+        return object_schema(
             {
-                "necessity_to_use_action": text(("yes", "no")),
-                "actions_to_include": listed(text(self._actions)),
-                "output": listed(text()),
+                "necessity_to_use_action": text_schema(("yes", "no")),
+                "actions_to_include": list_schema(text_schema(self._actions)),
+                "output": list_schema(text_schema()),
             }
         )

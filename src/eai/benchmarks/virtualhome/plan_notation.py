@@ -14,18 +14,18 @@ from functools import lru_cache
 from itertools import starmap, zip_longest
 from typing import NamedTuple
 
-from eai.abilities.answer_schema import Schema, closed, either, listed, text
-from eai.abilities.answer_text import AnswerForm, Pairs
+from eai.abilities.answer_schema import Schema, list_schema, object_schema, text_schema, union_schema
+from eai.abilities.answer_text import AnswerForm, JsonObject
 from eai.abilities.notation.plan_form import (
     ACTION,
     STEP_FORM,
     StepList,
     WrittenPlan,
     WrittenStep,
-    keyed_steps,
-    labelled_step,
-    listed_steps,
+    join_item_steps,
     plan_form,
+    read_keyed_steps,
+    read_labelled_step,
     read_plan,
 )
 from eai.abilities.notation.plans import PlanNotation
@@ -98,9 +98,10 @@ class VirtualHomePlans(PlanNotation):
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """A list of objects of one step each, as an action may occur more than once, and no key may."""
         steps = [
-            closed({each.name: listed(text(words if each.arity else None))}) for each in domain.operators
+            object_schema({each.name: list_schema(text_schema(words if each.arity else None))})
+            for each in domain.operators
         ]
-        return closed({_STEPS: listed(either(steps))})
+        return object_schema({_STEPS: list_schema(union_schema(steps))})
 
 
 def make_lookup(
@@ -160,15 +161,15 @@ def _build_form(actions: frozenset[str]) -> AnswerForm[StepList]:
 
     def steps_of(value: object) -> StepList | None:
         if isinstance(value, list):
-            return listed_steps(value, steps_of)
-        if not isinstance(value, Pairs):
+            return join_item_steps(value, steps_of)
+        if not isinstance(value, JsonObject):
             return None
         if value.members == ((_STEPS, []),):
             return StepList(())
         if any(key == ACTION and isinstance(member, str) for key, member in value.members):
-            step = labelled_step(value)
+            step = read_labelled_step(value)
             return None if step is None else step._replace(repairs=(STEP_FORM,))
-        return keyed_steps(value, accepted_words)
+        return read_keyed_steps(value, accepted_words)
 
     return plan_form("object or list of actions with their objects", steps_of, accepted_words, _STEPS)
 

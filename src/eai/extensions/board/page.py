@@ -194,7 +194,7 @@ def _answers(file: Path, suite: Suite) -> ResponseFile:
     answers = read_responses(file, suite.task_ids, suite.benchmark.task_id_of)
     if answers.skipped_rows:
         raise InputError(f"{file}: {answers.skipped_rows} answers are to tasks that are not in the data set")
-    made_by = declaration_of(suite.ability).made_by
+    made_by = declaration_of(suite.ability).read_experiment
     for response in answers.responses:
         made = made_by(response.text)
         if made is not None and made.rules is not None:

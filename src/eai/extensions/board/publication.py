@@ -117,7 +117,7 @@ def _eval_record(said: _Publication, runs: Sequence[RunSummary]) -> dict[str, An
 def _results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Json]]:
     """A suite's main metrics, each in percent with its interval."""
     key = run.key
-    for metric in declaration_of(key.ability).main:
+    for metric in declaration_of(key.ability).overview_headings:
         rate = run.rates.get(metric)
         if rate is None or rate.percent is None:
             continue
@@ -170,7 +170,7 @@ def _hub_entries(said: _Publication, runs: Sequence[RunSummary]) -> Iterator[str
     """The first main metric of each suite, as YAML; texts are quoted as in JSON, which is YAML too."""
     for run in runs:
         key = run.key
-        metric = next(iter(declaration_of(key.ability).main))
+        metric = next(iter(declaration_of(key.ability).overview_headings))
         percent = run.rates[metric].percent
         if percent is None:
             continue

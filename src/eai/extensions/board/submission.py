@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, require_file, write_whole
 from eai.base.store import Store
@@ -23,7 +23,7 @@ from eai.tasks.source import Finding, Source
 _PROMPTS = "_prompts.json"
 """The ending of the names of a starter kit's prompt files."""
 
-_SUITES = [(domain, ability) for domain in FIRST for ability in FOUR]
+_SUITES = [(domain, ability) for domain in FIRST for ability in PAPER_ABILITIES]
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 

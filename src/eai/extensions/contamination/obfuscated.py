@@ -203,14 +203,14 @@ class _TwinPlans(PlanNotation):
     def __init__(self, plain: PlanNotation, words: Mapping[str, str]) -> None:
         self._plain, self._words = plain, words
 
-    def encoded(self, text: str) -> str:
+    def encode_names(self, text: str) -> str:
         return _encoded(self._words, text)
 
-    def decoded(self, text: str) -> str:
+    def decode_names(self, text: str) -> str:
         return _decoded(self._words, text)
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        return replace(self._plain.read(self.decoded(text), actions), spans=())
+        return replace(self._plain.read(self.decode_names(text), actions), spans=())
 
     def operator(self, word: str) -> str:
         return self._plain.operator(word)
@@ -219,7 +219,7 @@ class _TwinPlans(PlanNotation):
         return self._plain.objects(task)
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
-        return tuple(map(self.encoded, self._plain.write(plan, scene)))
+        return tuple(map(self.encode_names, self._plain.write(plan, scene)))
 
     def join(self, parts: Iterable[str]) -> str:
         return self._plain.join(parts)

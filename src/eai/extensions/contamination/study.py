@@ -12,7 +12,7 @@ from collections.abc import Hashable, Iterator, Sequence
 from typing import TypeAlias
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.verdict import PlanVerdict, of_all
+from eai.abilities.verdict import PlanVerdict, share_of_one
 from eai.base.errors import InputError
 from eai.results.certainty import Case
 from eai.results.rate import rate_of
@@ -109,7 +109,7 @@ def _placed(records: Sequence[Record]) -> Iterator[Placed]:
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:
             kinds = () if verdict.goals is None else tuple([share.denominator > 0 for share in verdict.goals])
             steps = None if task.annotated_steps is None else _bin(task.annotated_steps, STEPS)
-            case = Case(record.task_id, task.name, of_all(verdict.success))
+            case = Case(record.task_id, task.name, share_of_one(verdict.success))
             yield case, (steps, _bin(task.goals, GOALS), kinds)
 
 

@@ -56,7 +56,7 @@ def _invalid(suite: Suite, task_id: str, reason: str) -> dict[str, float]:
 
 def _shares(suite: Suite, verdict: Verdict) -> dict[str, float]:
     rates = summarise([verdict], suite.ability)
-    shares = {name: rates[name].share for name in declaration_of(suite.ability).main}
+    shares = {name: rates[name].share for name in declaration_of(suite.ability).overview_headings}
     known = {name: float(share) for name, share in shares.items() if share is not None}
     return {"reward": float(is_right(suite, verdict)), **known}
 

@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 from eai.abilities.declaration import (
     AbilityDeclaration,
+    AbilityWorld,
     AnswerOutcome,
-    Asked,
-    AskedWorld,
+    Interaction,
     MetricColumn,
     OwnTasks,
-    Posed,
+    QuestionAndAnswer,
     counts_outcome,
     error_outcome,
     label_of,
@@ -25,7 +25,7 @@ from eai.abilities.explanation import Explanation, repair_notes
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task_features import TaskFeatures
-from eai.abilities.verdict import NOTHING, Confusion, ErrorReport, Verdict, confusion_shares, of_all
+from eai.abilities.verdict import EMPTY_SHARE, Confusion, ErrorReport, Verdict, confusion_shares, share_of_one
 from eai.extensions.questions.question import Form, Kind, Question, gold_text, grade, read_questions
 from eai.extensions.questions.shortcuts import GUESS, SHORTCUTS, guesses_of
 from eai.tasks.share import Share
@@ -108,23 +108,25 @@ def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
     depth. ``chance``: what guessing and each shortcut would have got right. F1 is that of the parts of
     answers in open form.
     """
-    right = of_all(verdict.success)
+    right = share_of_one(verdict.success)
     is_open = verdict.form is Form.OPEN
     depth = next((name for name, least in reversed(DEPTHS.items()) if least <= verdict.depth), "")
     return {
         "right": right,
-        **{kind.value: right if kind is verdict.kind else NOTHING for kind in Kind},
-        **{f"form.{form.value}": right if form is verdict.form else NOTHING for form in Form},
-        "f1": confusion_shares("", verdict.counts)[".f1"] if is_open else NOTHING,
-        "parsing": of_all(verdict.error is not None),
+        **{kind.value: right if kind is verdict.kind else EMPTY_SHARE for kind in Kind},
+        **{f"form.{form.value}": right if form is verdict.form else EMPTY_SHARE for form in Form},
+        "f1": confusion_shares("", verdict.counts)[".f1"] if is_open else EMPTY_SHARE,
+        "parsing": share_of_one(verdict.error is not None),
         **{f"chance.{way}": Share(verdict.chances.get(way, 0.0), 1) for way in WAYS},
         **{
-            f"{kind.value}.depth.{name}": right if (kind, name) == (verdict.kind, depth) else NOTHING
+            f"{kind.value}.depth.{name}": right if (kind, name) == (verdict.kind, depth) else EMPTY_SHARE
             for kind in Kind
             for name in DEPTHS
         },
         **{
-            f"{kind.value}.chance.{way}": Share(verdict.chances[way], 1) if kind is verdict.kind else NOTHING
+            f"{kind.value}.chance.{way}": Share(verdict.chances[way], 1)
+            if kind is verdict.kind
+            else EMPTY_SHARE
             for kind in Kind
             for way in WAYS
         },
@@ -162,7 +164,7 @@ def open_questions(path: Path) -> OwnTasks | None:
     return OwnTasks(f"{questions[0].domain}-{path.stem}", asked, sha256)
 
 
-def _pose(world: AskedWorld, asked: _AskedQuestion) -> Posed:
+def _pose(world: AbilityWorld, asked: _AskedQuestion) -> QuestionAndAnswer:
     return asked.question.prompt, gold_text(asked.question)
 
 
@@ -177,15 +179,15 @@ _CHANCE = tuple(MetricColumn(f"chance.{way}", "Without knowing the world", label
 
 WORLD_MODEL = AbilityDeclaration(
     ability=Ability("world_model"),
-    asked=Asked(
+    interaction=Interaction(
         lambda world: _QuestionScorer,
         _pose,
         open_file=open_questions,
         features=_features,
-        written_by="eai export questions",
+        task_command="eai export questions",
     ),
     title="World-model questions",
-    short="questions",
+    short_title="questions",
     verdict=_QuestionVerdict,
     contributions=contributions,
     outcome=outcome,
@@ -197,9 +199,15 @@ WORLD_MODEL = AbilityDeclaration(
         MetricColumn("parsing", "Grammar errors", "Unreadable", False),
         *_CHANCE,
     ),
-    terminal=("right", *(column.metric for column in (*_KINDS, *_FORMS)), "f1", "parsing", f"chance.{GUESS}"),
-    main={"right": "Right", **{kind.value: label_of(kind.value) for kind in Kind}},
-    averaged=(),
-    yes_no=frozenset({"right", *(kind.value for kind in Kind)}),
-    alike=alike,
+    terminal_metrics=(
+        "right",
+        *(column.metric for column in (*_KINDS, *_FORMS)),
+        "f1",
+        "parsing",
+        f"chance.{GUESS}",
+    ),
+    overview_headings={"right": "Right", **{kind.value: label_of(kind.value) for kind in Kind}},
+    averaged_metrics=(),
+    yes_no_metrics=frozenset({"right", *(kind.value for kind in Kind)}),
+    is_same_task=alike,
 )

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
 
-from eai.abilities.explanation import Explanation, GoalReport, Statement, names_in
+from eai.abilities.explanation import Explanation, GoalReport, Statement, find_names
 from eai.abilities.goal_interpretation.scorer import wrong_goal_notes
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Assessment, Scorer
@@ -143,7 +143,7 @@ class ByFirstOption(Scorer):
         return Explanation(
             notes=notes,
             goals=tuple(
-                GoalReport("condition", text, stated.issuperset(option), predicates=names_in(text))
+                GoalReport("condition", text, stated.issuperset(option), predicates=find_names(text))
                 for option in self._chosen(stated)
                 for text in (" and ".join(map(_text, option)),)
             ),

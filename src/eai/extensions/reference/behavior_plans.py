@@ -14,8 +14,8 @@ import warnings
 from collections.abc import Collection, Sequence
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep, named
-from eai.abilities.notation.plans import CarryOut, Course, JsonPlans
+from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep, strip_names
+from eai.abilities.notation.plans import Execution, JsonPlans, PlanExecutor
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.benchmarks.behavior.domain import as_meant
@@ -57,7 +57,7 @@ class BehaviorActionSequencing(ActionSequencing):
     def _as_strict(self) -> ActionSequencing:
         return ActionSequencing(self.task, as_meant(), JsonPlans())
 
-    def _final(self, course: Course) -> State:
+    def _final(self, course: Execution) -> State:
         """The final state of a plan, which an action may leave half done."""
         trajectory = course.trajectory
         final, failure = trajectory.final, trajectory.failure
@@ -65,11 +65,11 @@ class BehaviorActionSequencing(ActionSequencing):
             return behavior_quirks.half_done(final, trajectory.steps[-1].action)
         return final
 
-    def _reached(self, course: Course) -> tuple[bool, ...]:
+    def _reached(self, course: Execution) -> tuple[bool, ...]:
         """The goals that hold in the final state of a plan."""
         return self.goals.reached(self._final(course), ())
 
-    def _reached_without_running(self, carry_out: CarryOut) -> tuple[bool, ...]:
+    def _reached_without_running(self, carry_out: PlanExecutor) -> tuple[bool, ...]:
         return self.goals.reached(carry_out(()).trajectory.final, ())
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
@@ -130,7 +130,7 @@ def _as_python(segment: str) -> list[WrittenStep] | None:
 def _steps(found: list[dict[str, str]]) -> list[WrittenStep]:
     """The steps among dictionaries: what has an action and an object."""
     return [
-        WrittenStep(each["action"], named(each["object"].strip().split(",")))
+        WrittenStep(each["action"], strip_names(each["object"].strip().split(",")))
         for each in found
         if "action" in each and "object" in each
     ]

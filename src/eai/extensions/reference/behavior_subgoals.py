@@ -18,7 +18,14 @@ from functools import partial
 from random import Random
 from typing import TypeAlias
 
-from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected, unparseable
+from eai.abilities.subgoal_decomposition.program import (
+    ActionSequence,
+    CompiledAnswer,
+    RejectedAnswer,
+    SubgoalPlanner,
+    SubgoalPlans,
+    reject_unparseable,
+)
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.verdict import ErrorReport
@@ -81,22 +88,24 @@ def held(state: State) -> _Hands:
     return {hand: mask.bit_length() - 1 if mask else None for hand, mask in masks.items()}
 
 
-def _plan(literal: GroundAtom, state: State) -> Found:
+def _plan(literal: GroundAtom, state: State) -> SubgoalPlans:
     """The plan for a literal; none if no action brings it about."""
     predicate, arguments, truth = literal
     plan = (_achieve if truth else _undo)(predicate, arguments, held(state), state.scene)
-    return Found(() if plan is None else (plan,))
+    return SubgoalPlans(() if plan is None else (plan,))
 
 
-def _place_together(on: GroundAtom, by: GroundAtom, state: State) -> Found:
+def _place_together(on: GroundAtom, by: GroundAtom, state: State) -> SubgoalPlans:
     """The plan for two literals that are done together, in the order of `_together`."""
     (thing, support), (one, other) = on.arguments, by.arguments
     neighbour = one if thing == other else other
     actions, hand = _take(thing, held(state), state.scene)
-    return Found(((*actions, Action(f"{hand}_PLACE_NEXTTO_ONTOP", (neighbour, support))),))
+    return SubgoalPlans(((*actions, Action(f"{hand}_PLACE_NEXTTO_ONTOP", (neighbour, support))),))
 
 
-def _achieve(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scene) -> Plan | None:
+def _achieve(
+    predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scene
+) -> ActionSequence | None:
     if predicate in _PLACING:
         thing, place = arguments
         actions, hand = _take(thing, hands, scene)
@@ -109,7 +118,7 @@ def _achieve(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: S
     return None
 
 
-def _undo(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scene) -> Plan | None:
+def _undo(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scene) -> ActionSequence | None:
     if predicate == "inside":
         actions, _ = _take(arguments[0], hands, scene)
         return (*actions, Action("RIGHT_RELEASE", arguments[:1]))
@@ -121,7 +130,7 @@ def _undo(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scen
     return None
 
 
-def _take(thing: int, hands: _Hands, scene: Scene) -> tuple[Plan, str]:
+def _take(thing: int, hands: _Hands, scene: Scene) -> tuple[ActionSequence, str]:
     """The actions after which a hand holds the object, and which: the left one if it alone is free."""
     hand = _hand_with(thing, hands, scene)
     if hand is not None:
@@ -144,12 +153,12 @@ def _together(first: GroundAtom, second: GroundAtom) -> tuple[GroundAtom, Ground
     return None
 
 
-def _emptied(hand: str, hands: _Hands) -> Plan:
+def _emptied(hand: str, hands: _Hands) -> ActionSequence:
     content = hands[hand]
     return () if content is None else (Action(f"{hand}_RELEASE", (content,)),)
 
 
-def _one_free(hands: _Hands) -> Plan:
+def _one_free(hands: _Hands) -> ActionSequence:
     """The actions after which at least one hand is free."""
     return () if hands["LEFT"] is None or hands["RIGHT"] is None else _emptied("RIGHT", hands)
 
@@ -182,7 +191,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         super().__init__(task, domain, _Notation(), goals=goals, limits=limits)
         self.excluded = None
 
-    def compile(self, text: str) -> Compiled | Rejected:
+    def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
         """The answer as a program for the search, or what is wrong with it."""
         return super().compile(text.replace("toggled.on", "toggledon").replace("t-shirt", "shirt"))
 
@@ -191,13 +200,13 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
             return None
         return lots.choice(subgoal.split(" or ")) or None
 
-    def _misuse(self, formula: Formula) -> Rejected | None:
+    def _misuse(self, formula: Formula) -> RejectedAnswer | None:
         return wrong_use(formula, self.lexicon.objects)
 
-    def _plans(self, found: Sequence[Formula]) -> list[tuple[int, Plans]]:
+    def _plans(self, found: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
         """One literal, or two that are done together, at a time."""
         atoms = [self.lexicon.literal(literal) for literal in found]
-        steps: list[tuple[int, Plans]] = []
+        steps: list[tuple[int, SubgoalPlanner]] = []
         number = 0
         while number < len(atoms):
             first, second = (*atoms, None)[number : number + 2]
@@ -213,7 +222,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         return self.goals.reached(self.task.initial, ())
 
 
-def wrong_use(formula: Formula, objects: Collection[str]) -> Rejected | None:
+def wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer | None:
     """The rejection for the error that the reference finds in the primitives of a formula (semantic check).
 
     Numbers of objects come before objects that there are not. An exception, which makes a parsing error,
@@ -227,10 +236,10 @@ def wrong_use(formula: Formula, objects: Collection[str]) -> Rejected | None:
     ]
     for name, _, part in primitives:
         if not part.arguments:
-            return unparseable(f"{name} has no objects")
+            return reject_unparseable(f"{name} has no objects")
     for name, arity, part in primitives:
         if arity is None:
-            return unparseable(f"{name} is in no table of numbers of objects")
+            return reject_unparseable(f"{name} is in no table of numbers of objects")
         if len(part.arguments) != arity:
             detail = f"{describe_arity(name, arity, 'object')}, not {len(part.arguments)}"
             return _misused(FaultKind.ARGUMENT_NUMBER, detail)
@@ -241,5 +250,5 @@ def wrong_use(formula: Formula, objects: Collection[str]) -> Rejected | None:
     return None
 
 
-def _misused(kind: FaultKind, detail: str) -> Rejected:
-    return Rejected(SubgoalCategory.HALLUCINATION, ErrorReport(kind, None, detail))
+def _misused(kind: FaultKind, detail: str) -> RejectedAnswer:
+    return RejectedAnswer(SubgoalCategory.HALLUCINATION, ErrorReport(kind, None, detail))

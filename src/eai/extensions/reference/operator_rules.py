@@ -45,8 +45,8 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import ClassVar, TypeAlias
 
-from eai.abilities.transition_modeling.extraction import Memory
-from eai.abilities.transition_modeling.rules import NOT_RUN, Judgement, Replaced, Rules
+from eai.abilities.transition_modeling.extraction import ResultCache
+from eai.abilities.transition_modeling.rules import NOT_RUN, Judgement, MatchingRules, ReplacedPart
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import ErrorReport
 from eai.extensions.reference.planner_of_2024 import normalise, read_operator
@@ -133,12 +133,12 @@ FORMAT_ERROR = TaskExclusion("the reference leaves out answers that it cannot se
 
 
 @dataclass(frozen=True, slots=True)
-class ReferenceRules(Rules):
+class ReferenceRules(MatchingRules):
     """The rules with what they remember about one domain: equal texts are compared and read once."""
 
     counts_clauses: ClassVar[bool] = False
-    reports: Memory[OperatorText, OperatorReport] = field(default_factory=Memory)
-    read: Memory[OperatorText, PddlAction | PddlFinding | None] = field(default_factory=Memory)
+    reports: ResultCache[OperatorText, OperatorReport] = field(default_factory=ResultCache)
+    read: ResultCache[OperatorText, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
 
     def judge(self, task: TransitionTask, text: str) -> Judgement:
         """The judgement on an answer; the reference leaves out those with its format error."""
@@ -150,17 +150,17 @@ class ReferenceRules(Rules):
             planning=self._plan(task, written),
         )
 
-    def unanswered(self, task: TransitionTask) -> Judgement:
+    def judge_missing_answer(self, task: TransitionTask) -> Judgement:
         """All required operators are missing: gold operators fill the gaps of an answer, they are none."""
         gold = [task.domain.operators[name] for name in task.operators]
         missing = [
             _compared(replace(each, precondition="()", effect="()"), each, OperatorStatus.MISSING)
             for each in gold
         ]
-        return Judgement(tuple(missing), self.without_operators)
+        return Judgement(tuple(missing), self.empty_result)
 
     def plan_one_at_a_time(
-        self, task: TransitionTask, text: str, replaced: Replaced
+        self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
         """The planner's result for each required operator, among all gold operators.
 
@@ -178,7 +178,7 @@ class ReferenceRules(Rules):
         if operator.name not in task.operators:
             return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
         gold = task.domain.operators[operator.name]
-        return self.reports.recall(operator, operator.size, lambda: _compared(operator, gold))
+        return self.reports.get_or_compute(operator, operator.size, lambda: _compared(operator, gold))
 
     def _plan(self, task: TransitionTask, written: tuple[OperatorText, ...]) -> PlannerResult:
         if self.planner is None:
@@ -194,7 +194,7 @@ class ReferenceRules(Rules):
     ) -> PlanningTask | PlannerResult:
         actions = []
         for operator in operators:
-            reading = self.read.recall(
+            reading = self.read.get_or_compute(
                 operator, operator.size, partial(read_operator, operator, task.domain.header)
             )
             if isinstance(reading, PddlFinding):
@@ -211,7 +211,7 @@ def _compared(
     return OperatorReport(gold.name, status, precondition, compare_as_reference(written.effect, gold.effect))
 
 
-def _mixed(written: OperatorText, gold: OperatorText, replaced: Replaced) -> OperatorText:
+def _mixed(written: OperatorText, gold: OperatorText, replaced: ReplacedPart) -> OperatorText:
     match replaced:
         case "precondition":
             return replace(gold, precondition=written.precondition)

@@ -17,7 +17,7 @@ from functools import partial
 
 from eai.abilities.attempt import Attempt
 from eai.abilities.attempt_options import AttemptOptions
-from eai.abilities.notation.plans import Course
+from eai.abilities.notation.plans import Execution
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
 from eai.abilities.trial import Trial
@@ -189,28 +189,28 @@ class _ScriptedTrial(Trial):
     @property
     def over(self) -> bool:
         """Whether nothing more is to be tried."""
-        return super().over or (bool(self.attempts) and bool(self.attempts[-1].verdict.executable))
+        return super().is_over or (bool(self.attempts) and bool(self.attempts[-1].verdict.executable))
 
     def begin(self) -> Episode:
         """The world at the beginning, which draws no luck by itself."""
         return Episode(self.scorer.domain, self.task.initial)
 
-    def carry_out(self, actions: tuple[Action, ...]) -> Course:
+    def carry_out(self, actions: tuple[Action, ...]) -> Execution:
         """The course of a plan up to the first slip, failed action or state in which all goals hold."""
         episode = self.episode
         start, before = len(episode.trajectory.steps), episode.trajectory.executed
         slipped = False
         for action in actions:
-            slipped = self.luck is not None and self.luck.slips()
+            slipped = self.slip_sampler is not None and self.slip_sampler.slips()
             outcome = episode.record_slip(action) if slipped else episode.act(action)
-            if slipped or isinstance(outcome, Fault) or self.reached(episode):
+            if slipped or isinstance(outcome, Fault) or self.is_goal_reached(episode):
                 break
         names = tuple([action.operator for action in before])
-        return Course(episode.trajectory_from(start), names, slipped=slipped)
+        return Execution(episode.trajectory_from(start), names, slipped=slipped)
 
     def take(self, text: str) -> Attempt:
         """Try an answer; a step that is not needed is what ended it."""
-        attempt = super().take(text)
+        attempt = super().try_answer(text)
         verdict, steps = attempt.verdict, attempt.explanation.steps if attempt.explanation else ()
         needless = FaultKind.ADDITIONAL_STEP
         if verdict.error is None and steps and steps[-1].outcome == needless.value:

@@ -19,20 +19,20 @@ from random import Random
 
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.program import (
-    Compiled,
-    Do,
-    Found,
+    CompiledAnswer,
     Instruction,
-    Plans,
+    Perform,
     Program,
-    Rejected,
-    offending,
-    unparseable,
+    RejectedAnswer,
+    SubgoalPlanner,
+    SubgoalPlans,
+    reject_names,
+    reject_unparseable,
 )
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.abilities.subgoal_decomposition.search import Branch, Outcome
+from eai.abilities.subgoal_decomposition.search import Branch, ExplorationResult
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
-from eai.abilities.verdict import Counted, Unreadable
+from eai.abilities.verdict import SummaryCounts, Unreadable
 from eai.base.errors import ParseError
 from eai.logic.ltl import read_formula
 from eai.logic.signature import Signature
@@ -58,42 +58,42 @@ class ReferenceSubgoals(SubgoalDecomposition):
     of answers that run but miss the goal not at all (``subgoal_eval_utils.py``).
     """
 
-    def compile(self, text: str) -> Compiled | Rejected:
+    def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
         """The answer as a program for the search, or what is wrong with it; lots are drawn anew."""
         lots = Random(SEED)  # noqa: S311 - the same generator as the reference's
         written = read_output(text)
         if isinstance(written, Unreadable):
-            return unparseable(written.reason)
+            return reject_unparseable(written.reason)
         pieces = [self._piece(subgoal, lots) for subgoal in written]
         kept = [piece for piece in pieces if piece is not None]
         formula = parse_at_once(kept, self.lexicon.signature)
-        if isinstance(formula, Rejected):
+        if isinstance(formula, RejectedAnswer):
             return formula
         misuse = self._misuse(formula)
         if misuse is not None:
             return misuse
         found = literals(formula, lots)
         if found is None:
-            return unparseable("the reference cannot make a plan of this formula")
-        return Compiled(tuple(found), self._program(found))
+            return reject_unparseable("the reference cannot make a plan of this formula")
+        return CompiledAnswer(tuple(found), self._program(found))
 
     @abstractmethod
     def _piece(self, subgoal: str, lots: Random) -> str | None:
         """The alternative that the lot falls on, as plain text; None for a string that vanishes."""
 
-    def _misuse(self, formula: f.Formula) -> Rejected | None:
+    def _misuse(self, formula: f.Formula) -> RejectedAnswer | None:
         """The use of a name for which the reference rejects an answer before it makes a plan."""
         return None
 
     @abstractmethod
-    def _plans(self, found: Sequence[f.Formula]) -> list[tuple[int, Plans]]:
+    def _plans(self, found: Sequence[f.Formula]) -> list[tuple[int, SubgoalPlanner]]:
         """The plans for these literals, in order, each with the number of its first literal."""
 
     def _program(self, found: Sequence[f.Formula]) -> Program:
         """The program that carries out the plans one after the other; nothing is tested."""
         program: list[Instruction] = [None]
         for number, plans in reversed(self._plans(found)):
-            program.append(Do(plans, number, len(program) - 1))
+            program.append(Perform(plans, number, len(program) - 1))
         return program
 
     def halts(self, fault: Fault) -> bool:
@@ -103,19 +103,19 @@ class ReferenceSubgoals(SubgoalDecomposition):
         """
         return fault.kind is FaultKind.UNCATEGORISED
 
-    def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
+    def _carry_out(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         """The outcome of the search; one branch that halts the reference is enough to reject all."""
         try:
             outcome = super()._carry_out(compiled)
         except _HaltError as halt:
-            return unparseable(str(halt))
-        if isinstance(outcome, Rejected):
+            return reject_unparseable(str(halt))
+        if isinstance(outcome, RejectedAnswer):
             return outcome
         faults = (fault for branch in outcome.ended for fault in branch.faults)
         halting = next(filter(self.halts, faults), None)
-        return outcome if halting is None else unparseable(halting.check.reason)
+        return outcome if halting is None else reject_unparseable(halting.check.reason)
 
-    def _judge(self, compiled: Compiled, outcome: Outcome) -> SubgoalVerdict:
+    def _judge(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
         verdict = super()._judge(compiled, outcome)
         entries = Counter(kind for kind in verdict.errors if kind in _COUNTED)
         if verdict.additional_steps:
@@ -124,11 +124,11 @@ class ReferenceSubgoals(SubgoalDecomposition):
             entries.clear()
         return _counting(verdict, entries)
 
-    def _ways(self, outcome: Outcome) -> tuple[Branch, ...]:
+    def _ways(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
         """The reported branch, whatever others reach."""
         return (outcome.reported,)
 
-    def _rejection(self, rejected: Rejected) -> SubgoalVerdict:
+    def _rejection(self, rejected: RejectedAnswer) -> SubgoalVerdict:
         return _counting(super()._rejection(rejected), {})
 
 
@@ -136,10 +136,10 @@ class _HaltError(Exception):
     """The reference raises an exception where it comes to a subgoal; the text says why."""
 
 
-def halting(reason: str) -> Plans:
+def halting(reason: str) -> SubgoalPlanner:
     """The plans of a subgoal at which the reference ends its whole search."""
 
-    def plans(state: State) -> Found:
+    def plans(state: State) -> SubgoalPlans:
         raise _HaltError(reason)
 
     return plans
@@ -149,10 +149,10 @@ def _counting(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]) -> Subgo
     """The verdict where these errors count in summaries."""
     if verdict.goals is None:
         return verdict
-    return replace(verdict, counted=Counted(bool(verdict.success), verdict.goals, errors))
+    return replace(verdict, counted=SummaryCounts(bool(verdict.success), verdict.goals, errors))
 
 
-def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | Rejected:
+def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | RejectedAnswer:
     """The formula of an answer whose subgoals are one text.
 
     The reference gives up on an ``and`` of parts with ``then`` and parts without when it has read all of it,
@@ -163,15 +163,15 @@ def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | 
     try:
         formula, misuses = read_formula(text, signature, "release")
     except ParseError as error:
-        return unparseable(str(error))
+        return reject_unparseable(str(error))
     if _conjoins_moments(formula, signature):
-        return unparseable("an 'and' has parts with 'then' and parts without")
+        return reject_unparseable("an 'and' has parts with 'then' and parts without")
     if not misuses:
         return formula
     ends = [*accumulate([len(subgoal) + len(_THEN) for subgoal in subgoals])]
     lines = [0, *accumulate([len(line) + 1 for line in text.split("\n")])]
     numbers = [bisect(ends, lines[misuse.line - 1] + misuse.column - 1) for misuse in misuses]
-    return offending([*zip(numbers, misuses, strict=True)], ())
+    return reject_names([*zip(numbers, misuses, strict=True)], ())
 
 
 def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import chain
 from typing import Any
 
-from eai.abilities.explanation import GoalReport, names_in
+from eai.abilities.explanation import GoalReport, find_names
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation, ill_formed_texts
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goals import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
@@ -51,7 +51,7 @@ class _Notation(VirtualHomeGoals):
             read = [each for kind in GoalKind for each in _entries(kind, value.get(SECTIONS[kind], []))]
         except (TypeError, AttributeError, RecursionError):
             return _OF_ANOTHER_TYPE
-        return WrittenGoals.of(read)
+        return WrittenGoals.from_entries(read)
 
 
 class ByLargestId(GoalInterpretation):
@@ -71,14 +71,14 @@ class ByLargestId(GoalInterpretation):
         self._options: list[tuple[str, frozenset[WrittenGoal]]] = []
         for goal in notation.alternatives(task):
             literals = chain.from_iterable(choice_options(goal.options))
-            options = dict.fromkeys(map(self.lexicon.grounded, literals))
+            options = dict.fromkeys(map(self.lexicon.to_ground_goal, literals))
             self._options.append((" or ".join(map(str, options)), frozenset(options)))
         self._needed = frozenset().union(*[options for _, options in self._options])
         self._totals = tuple((kind, len(task.goals_of(kind))) for kind in GoalKind)
 
-    def unread(self, goals: Unreadable) -> GoalVerdict:
+    def judge_unreadable(self, goals: Unreadable) -> GoalVerdict:
         """Nothing is counted."""
-        verdict = super().unread(goals)
+        verdict = super().judge_unreadable(goals)
         return replace(
             verdict,
             counts=dict.fromkeys(verdict.counts or (), Confusion(0, 0, 0)),
@@ -86,7 +86,7 @@ class ByLargestId(GoalInterpretation):
             aborts=goals in (_NO_OBJECT, _OF_ANOTHER_TYPE),
         )
 
-    def unanswered(self) -> GoalVerdict:
+    def score_missing_answer(self) -> GoalVerdict:
         """All goals are missed: the reference passes over answers that it cannot read, not over tasks."""
         return self.judge(WrittenGoals(()))
 
@@ -112,24 +112,24 @@ class ByLargestId(GoalInterpretation):
             missing=tuple([text for text, options in self._options if options.isdisjoint(matched)]),
         )
 
-    def counted(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
+    def list_compared(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
         """The predictions whose names are known, and what is needed."""
         named = [goal for goal in self._named(goals) if isinstance(goal, WrittenGoal)]
         return (*named, *self._needed)
 
-    def left_out(self, goals: WrittenGoals) -> Iterable[str]:
+    def describe_left_out(self, goals: WrittenGoals) -> Iterable[str]:
         """Entries that lack a field, and goals with an unknown name."""
         yield from ill_formed_texts(goals.ill_formed)
         for name in dict.fromkeys(name for name in self._named(goals) if isinstance(name, str)):
             yield f"left out as hallucination: there is no {name}"
 
-    def reports(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
+    def report_goals(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
         """Each goal is met by any prediction that is equal to it."""
         named = frozenset(self._named(goals))
         found = []
         for goal, (_, options) in zip(self.gold.goals, self._options, strict=True):
             text, met = goal.text or "", not named.isdisjoint(options)
-            found.append(GoalReport(goal.kind, text, met, predicates=names_in(text)))
+            found.append(GoalReport(goal.kind, text, met, predicates=find_names(text)))
         return tuple(found)
 
     def _named(self, goals: WrittenGoals) -> list[WrittenGoal | str]:

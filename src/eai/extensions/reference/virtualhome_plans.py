@@ -21,9 +21,9 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
 from eai.abilities.explanation import Explanation
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
-from eai.abilities.notation.plans import CarryOut, Course
+from eai.abilities.notation.plans import Execution, PlanExecutor
 from eai.abilities.scorer import Assessment
-from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
+from eai.abilities.verdict import ErrorReport, PlanVerdict, SummaryCounts, Unreadable
 from eai.benchmarks.virtualhome.domain import as_meant
 from eai.benchmarks.virtualhome.plan_notation import (
     ObjectWithId,
@@ -161,22 +161,22 @@ class VirtualHomeActionSequencing(ActionSequencing):
     def _as_strict(self) -> ActionSequencing:
         return ActionSequencing(self.task, as_meant(), VirtualHomePlans())
 
-    def _rejection(self, error: ErrorReport, plan: WrittenPlan, carry_out: CarryOut) -> PlanVerdict:
+    def _rejection(self, error: ErrorReport, plan: WrittenPlan, carry_out: PlanExecutor) -> PlanVerdict:
         verdict = super()._rejection(error, plan, carry_out)
         if error.detail != LIST_IS_NOT_JSON.reason:
             return verdict
         goals = self.goals.tallies(verdict.goals_satisfied)
-        twice = Counted(success=False, goals=goals, errors={FaultKind.PARSING: 2})
+        twice = SummaryCounts(success=False, goals=goals, errors={FaultKind.PARSING: 2})
         return replace(verdict, counted=twice)
 
-    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: CarryOut) -> Assessment:
+    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: PlanExecutor) -> Assessment:
         if actions != self.task.script or not _names_classes(plan, actions, self.task.scene):
             return super()._run(plan, actions, carry_out)
         if_it_were = super()._run(plan, actions, self._execute)
         not_run = self._verdict(self.goals.none_reached, plan, success=False)
         return Assessment(not_run, lambda: _with_note(if_it_were.explain(), EQUALS_SCRIPT))
 
-    def _judge(self, course: Course, plan: WrittenPlan) -> PlanVerdict:
+    def _judge(self, course: Execution, plan: WrittenPlan) -> PlanVerdict:
         """The verdict on a plan that ran, and what it counts as in a summary.
 
         There every additional step counts, and action goals in the order of the data set, which the reference
@@ -185,13 +185,13 @@ class VirtualHomeActionSequencing(ActionSequencing):
         verdict = super()._judge(course, plan)
         reached = verdict.goals_satisfied
         if self._summed is not self.goals:
-            reached = self._summed.reached(course.trajectory.final, course.taken)
+            reached = self._summed.reached(course.trajectory.final, course.taken_actions)
         additional = course.trajectory.additional_steps
         if reached == verdict.goals_satisfied and additional < 2:
             return verdict
         errors = {} if verdict.error is None else {verdict.error.kind: 1}
         errors |= {FaultKind.ADDITIONAL_STEP: additional} if additional else {}
-        return replace(verdict, counted=Counted(all(reached), self.goals.tallies(reached), errors))
+        return replace(verdict, counted=SummaryCounts(all(reached), self.goals.tallies(reached), errors))
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return all(reached)

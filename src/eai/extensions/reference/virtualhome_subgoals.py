@@ -13,8 +13,15 @@ import re
 from collections.abc import Sequence
 from random import Random
 
-from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected, unparseable
-from eai.abilities.subgoal_decomposition.search import ExplorationLimits, GoalProgress, Outcome
+from eai.abilities.subgoal_decomposition.program import (
+    ActionSequence,
+    CompiledAnswer,
+    RejectedAnswer,
+    SubgoalPlanner,
+    SubgoalPlans,
+    reject_unparseable,
+)
+from eai.abilities.subgoal_decomposition.search import ExplorationLimits, ExplorationResult, GoalProgress
 from eai.benchmarks.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
 from eai.extensions.reference import virtualhome_quirks
 from eai.extensions.reference.subgoals import ReferenceSubgoals, halting
@@ -41,7 +48,7 @@ NEED_THE_OBJECT_IN_HAND = frozenset({"DRINK", "EAT", "READ"})
 NEED_A_LOOK = frozenset({"LOOKAT", "WATCH"})
 
 
-def plans_of_state(predicate: str, arguments: Sequence[int], state: State) -> Sequence[Plan]:
+def plans_of_state(predicate: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
     """The plans that bring about an atom; none if no action does."""
     if len(arguments) == 1:
         (x,) = arguments
@@ -73,7 +80,7 @@ def plans_of_state(predicate: str, arguments: Sequence[int], state: State) -> Se
             return []
 
 
-def plans_of_action(action: str, arguments: Sequence[int], state: State) -> Sequence[Plan]:
+def plans_of_action(action: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
     """The one plan that takes an action."""
     act = Action(action, tuple(arguments))
     if not arguments:
@@ -88,7 +95,7 @@ def plans_of_action(action: str, arguments: Sequence[int], state: State) -> Sequ
     return [(Action("FIND", (x,)), act)]
 
 
-def _fetch(thing: int, state: State) -> Plan:
+def _fetch(thing: int, state: State) -> ActionSequence:
     if _is_held(thing, state):
         return ()
     return Action("FIND", (thing,)), Action("GRAB", (thing,))
@@ -139,27 +146,27 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
     def _goal_to_reach(self) -> GoalProgress:
         return GoalProgress(self.temporal_goal or FALSE, self.task.scene)
 
-    def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
+    def _carry_out(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         if self.temporal_goal is None:
-            return unparseable("the reference cannot read the goal of this task")
+            return reject_unparseable("the reference cannot read the goal of this task")
         return super()._carry_out(compiled)
 
-    def _plans(self, found: Sequence[Formula]) -> list[tuple[int, Plans]]:
+    def _plans(self, found: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
         """One literal at a time; what cannot be translated ends the search."""
         return [(number, self._plans_for(literal)) for number, literal in enumerate(found)]
 
-    def _plans_for(self, literal: Formula) -> Plans:
+    def _plans_for(self, literal: Formula) -> SubgoalPlanner:
         if not isinstance(literal, (Atom, Occurs)):
             return halting("a negation cannot be translated")
         if any(term.name not in self.lexicon.objects for term in literal.arguments):
             return halting(f"{print_ltl(literal)}: an object without an id cannot be translated")
         if isinstance(literal, Occurs):
             action = self.lexicon.action(literal)
-            return lambda state: Found(plans_of_action(*action, state))
+            return lambda state: SubgoalPlans(plans_of_action(*action, state))
         atom = self.lexicon.literal(literal)
         if atom is None:
             raise AssertionError(f"{print_ltl(literal)} is about no objects")
-        return lambda state: Found(plans_of_state(atom.predicate, atom.arguments, state))
+        return lambda state: SubgoalPlans(plans_of_state(atom.predicate, atom.arguments, state))
 
 
 class _ActionsSingly(GoalTest):

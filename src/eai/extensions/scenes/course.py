@@ -109,7 +109,7 @@ def _action(step: StepReport, scene: Scene) -> Action:
 
 def _before(record: Record) -> list[StepReport]:
     """The steps of earlier attempts where the world continues."""
-    options = AttemptOptions.of(record.experiment)
+    options = AttemptOptions.from_experiment(record.experiment)
     if options is None or options.world != "continue":
         return []
     return [step for attempt in record.attempts[:-1] for step in _steps(attempt.explanation)]

@@ -17,7 +17,13 @@ from typing import TYPE_CHECKING, get_args
 from pydantic import Field, model_validator
 from typing_extensions import Self
 
-from eai.abilities.attempt_options import AttemptOptions, Feedback, FeedbackForm, Until, World
+from eai.abilities.attempt_options import (
+    AttemptOptions,
+    AttemptStart,
+    EndCondition,
+    FeedbackForm,
+    FeedbackLevel,
+)
 from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
 from eai.abilities.experiment import Experiment, StudyChoice
 from eai.abilities.protocol import Ability
@@ -63,7 +69,7 @@ class _Arm:
     @property
     def options(self) -> AttemptOptions:
         """The options of its attempts."""
-        return AttemptOptions.of(self.experiment) or AttemptOptions()
+        return AttemptOptions.from_experiment(self.experiment) or AttemptOptions()
 
     @property
     def name(self) -> str:
@@ -78,7 +84,9 @@ class _Arm:
     @property
     def control(self) -> Experiment:
         """The same without a word."""
-        return self.experiment.updated(replace(self.options, feedback="none", form="prompt").experiment)
+        return self.experiment.replace_choices(
+            replace(self.options, feedback="none", form="prompt").experiment
+        )
 
     def records(self, attempts: int) -> list[Record]:
         """Those of all seeds, as they would be after so many attempts."""
@@ -98,16 +106,19 @@ def _cases(records: Sequence[Record], metric: str, attempts: int) -> list[Case]:
 def arms_of(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
     """The arms of some runs of one model and suite, those without feedback first; other runs are none."""
     found = group_pairs(
-        (experiment.updated(replace(options, slip_seed=None).experiment), (options.slip_seed, records))
+        (
+            experiment.replace_choices(replace(options, slip_seed=None).experiment),
+            (options.slip_seed, records),
+        )
         for records in runs
         if (experiment := records[0].experiment) is not None
-        and (options := AttemptOptions.of(experiment)) is not None
+        and (options := AttemptOptions.from_experiment(experiment)) is not None
     )
     arms = [
         _Arm(experiment, dict(sorted(by_seed, key=lambda each: str(each[0]))))
         for experiment, by_seed in found.items()
     ]
-    order = [*get_args(Feedback)]
+    order = [*get_args(FeedbackLevel)]
     return sorted(arms, key=lambda arm: (arm.options.slip, order.index(arm.options.feedback), arm.name))
 
 
@@ -270,13 +281,13 @@ class _Attempts(Variation):
     """
 
     replans: int = Field(default=0, ge=0)
-    world: World = "restart"
-    feedback: Feedback | None = None
+    world: AttemptStart = "restart"
+    feedback: FeedbackLevel | None = None
     feedback_form: FeedbackForm = "prompt"
     slip: float = Field(default=0.0, ge=0, le=1)
     slip_seed: int = 0
     slip_notice: Notice = "detected"
-    until: Until | None = None
+    until: EndCondition | None = None
     preset: str = ""
 
     @model_validator(mode="after")
@@ -329,7 +340,7 @@ class _Attempts(Variation):
             self.slip_notice if self.slip else "detected",
             self.until or ("goal" if continues else "done"),
         )
-        return options if options.acts else None
+        return options if options.uses_episodes else None
 
     def recorded(self, study: str) -> StudyChoice | None:
         """Return the attempts as records have them."""
@@ -355,7 +366,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     Raises:
         InputError: there are no such runs.
     """
-    acting = (run for run in records.runs() if AttemptOptions.of(run.key.experiment) is not None)
+    acting = (run for run in records.runs() if AttemptOptions.from_experiment(run.key.experiment) is not None)
     groups = list(by_place(acting).values())
     if not groups:
         raise InputError(

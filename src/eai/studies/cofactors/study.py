@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from pydantic import Field
 
 from eai.abilities.explanation import EXECUTED
-from eai.abilities.verdict import of_all
+from eai.abilities.verdict import share_of_one
 from eai.base.grouping import group_pairs
 from eai.benchmarks.features import Features
 from eai.results.certainty import Case
@@ -257,7 +257,7 @@ def _rates(
     """For each suite, model and name the share of lines that count."""
     for key, found in group_by_run(lines):
         cases = group_pairs(
-            (name, make_case(line, of_all(counts(line)))) for line in found for name in names_of(line)
+            (name, make_case(line, share_of_one(counts(line)))) for line in found for name in names_of(line)
         )
         for name, of_name in sorted(cases.items()):
             yield (*key, name, Estimate.from_cases(of_name), len({case.task for case in of_name}))

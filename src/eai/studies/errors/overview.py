@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.declaration import AnswerOutcome, label_of
-from eai.abilities.protocol import Ability, place_of
+from eai.abilities.protocol import Ability, ability_rank
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results.lines import AnswerLine
@@ -44,7 +44,7 @@ def flow_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """
     counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
     suites = group_pairs(((each.protocol, each.domain, each.ability), each) for each in counted)
-    for suite in sorted(suites, key=lambda each: (*each[:2], place_of(Ability(each[2])))):
+    for suite in sorted(suites, key=lambda each: (*each[:2], ability_rank(Ability(each[2])))):
         given = suites[suite]
         outcomes = group_pairs((each.outcome, bool(each.additional_steps)) for each in given)
         for outcome in [each.value for each in AnswerOutcome if each.value in outcomes]:

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import get_args
 
-from eai.abilities.verdict import of_all
+from eai.abilities.verdict import share_of_one
 from eai.base.grouping import group_pairs
 from eai.results.certainty import Case
 from eai.results.lines import (
@@ -67,7 +67,7 @@ def _scores(lines: Sequence[AtomLine]) -> tuple[Estimate, Estimate]:
 
 
 def _case(line: AtomLine) -> Case:
-    return make_case(line, of_all(line.verdict == MATCHED))
+    return make_case(line, share_of_one(line.verdict == MATCHED))
 
 
 @make_table("reasons", (*SUITE, MODEL, "reason", "share"))

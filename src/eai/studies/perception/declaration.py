@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     AbilityDeclaration,
+    AbilityWorld,
     AnswerOutcome,
-    Asked,
-    AskedWorld,
+    Interaction,
     MetricColumn,
-    Posed,
+    QuestionAndAnswer,
     counts_outcome,
     error_outcome,
     label_of,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import add, confusion_shares, of_all
+from eai.abilities.verdict import add_confusions, confusion_shares, share_of_one
 from eai.base.entry_points import load_offer
 from eai.studies.perception.verdict import Perceived, SceneGraphVerdict
 from eai.tasks.share import Share
@@ -44,42 +44,42 @@ def perception_shares(perceived: Perceived) -> dict[str, Share]:
         "unnecessary": Share(perceived.unnecessary, perceived.perceived),
         "invented": Share(perceived.invented, perceived.perceived),
         "unseen": Share(perceived.unseen, perceived.objects),
-        **confusion_shares("facts", add(perceived.predicates.values())),
+        **confusion_shares("facts", add_confusions(perceived.predicates.values())),
     }
 
 
-def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """The maker of scorers, imported where it is needed, so that reports load no engine."""
     from eai.studies.perception.errors import scorers
 
     return scorers(_words(world))
 
 
-def _words(world: AskedWorld) -> SceneWords:
+def _words(world: AbilityWorld) -> SceneWords:
     from eai.studies.perception.scene_graph import SceneWords
 
     return SceneWords(world.wording(Ability.ACTION_SEQUENCING))
 
 
-def _pose(world: AskedWorld, task: Task) -> Posed:
+def _pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
     words = _words(world)
     values = {"vocabulary": words.wording.vocabulary(), "objects": words.wording.objects(task)}
     return values, words.describe(task).text
 
 
-def _pictures(world: AskedWorld, task: Task) -> Sequence[tuple[str, bytes]]:
+def _pictures(world: AbilityWorld, task: Task) -> Sequence[tuple[str, bytes]]:
     from eai.studies.perception.scene_graph import SceneWords
 
     diagrams = load_offer("diagrams", "questions of scene_graph")
-    return (diagrams.drawn_image(task, SceneWords(world.observed())),)
+    return (diagrams.drawn_image(task, SceneWords(world.observation_wording())),)
 
 
 def contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
     """The contributions of one answer to each rate; those of a predicate only where a fact has it."""
     shares = {
-        "right": of_all(verdict.success),
+        "right": share_of_one(verdict.success),
         **perception_shares(verdict.seen),
-        "parsing": of_all(verdict.error is not None),
+        "parsing": share_of_one(verdict.error is not None),
     }
     for name, counts in verdict.seen.predicates.items():
         shares |= confusion_shares(name, counts)
@@ -90,7 +90,9 @@ def outcome(verdict: SceneGraphVerdict) -> AnswerOutcome:
     """The outcome of an answer."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
-    return error_outcome(verdict) or counts_outcome(add(verdict.seen.predicates.values()), enough=False)
+    return error_outcome(verdict) or counts_outcome(
+        add_confusions(verdict.seen.predicates.values()), enough=False
+    )
 
 
 _ERRORS = ("predicate_error", "object_error", "missing", "misplaced", "unnecessary", "invented", "unseen")
@@ -98,9 +100,9 @@ _FACTS = {"facts.precision": "Precision", "facts.recall": "Recall", "facts.f1": 
 
 SCENE_GRAPH = AbilityDeclaration(
     ability=Ability("scene_graph"),
-    asked=Asked(_scorers, _pose, _pictures, lists_are_sets=True, bare=None),
+    interaction=Interaction(_scorers, _pose, _pictures, lists_are_sets=True, plain_text_prefix=None),
     title="Scene graphs",
-    short="scene",
+    short_title="scene",
     verdict=SceneGraphVerdict,
     contributions=contributions,
     outcome=outcome,
@@ -110,8 +112,8 @@ SCENE_GRAPH = AbilityDeclaration(
         *(MetricColumn(metric, "Errors", label_of(metric), False) for metric in _ERRORS),
         MetricColumn("parsing", "Grammar errors", "Unreadable", False),
     ),
-    terminal=("right", *_FACTS, "predicate_error", "object_error", "parsing"),
-    main={"right": "Right", "facts.f1": "F1 of facts"},
-    averaged=(),
-    yes_no=frozenset({"right"}),
+    terminal_metrics=("right", *_FACTS, "predicate_error", "object_error", "parsing"),
+    overview_headings={"right": "Right", "facts.f1": "F1 of facts"},
+    averaged_metrics=(),
+    yes_no_metrics=frozenset({"right"}),
 )

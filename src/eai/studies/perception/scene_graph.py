@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.abilities.answer_text import AnswerForm, Pairs, holds_strings, read_json
+from eai.abilities.answer_text import AnswerForm, JsonObject, holds_strings, read_json
 from eai.abilities.verdict import Unreadable
 from eai.planning.role import spatial_predicates
 from eai.tasks.task import Task
@@ -90,7 +90,7 @@ def read_scene_graph(text: str, arities: Mapping[str, int]) -> SceneGraph:
 
 def _sections(value: object) -> tuple[list[object], list[object]] | None:
     """The objects and facts of a JSON value that has a list of facts."""
-    if not isinstance(value, Pairs):
+    if not isinstance(value, JsonObject):
         return None
     members = dict(value.members)
     objects, facts = members.get("objects", []), members.get("facts")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.experiment import Experiment, named_choice
+from eai.abilities.experiment import Experiment, make_name_choice
 from eai.abilities.protocol import SCENE_GRAPH
 from eai.base.entry_points import load_offer
 from eai.base.errors import InputError
@@ -44,7 +44,7 @@ _TIMES: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 def _believed(label: str, beliefs: Mapping[str, Belief], **more: Any) -> BeliefSet:
     """Scenes as beliefs; ``label`` says how they are shown."""
     lacking = "there is no scene graph or picture that would tell of the scene"
-    experiment = Experiment({STUDY: named_choice("scene", "scene", label, _PLACE)})
+    experiment = Experiment({STUDY: make_name_choice("scene", "scene", label, _PLACE)})
     return BeliefSet(beliefs, experiment, lacking, **more)
 
 
@@ -221,7 +221,7 @@ def _owner(stem: str, task_ids: Sequence[str]) -> str | None:
 
 def _refuse_published(choice: Perception, library: Library, suite: Suite) -> None:
     """Raise if a scene is to be shown in another way by published prompts."""
-    is_posed = declaration_of(suite.ability).asked.pose is not None
+    is_posed = declaration_of(suite.ability).interaction.make_question is not None
     published = suite.benchmark.published_prompts is not None and not is_posed
     if library.prompts == "official" and published:
         scene = choice.scene

@@ -296,7 +296,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 
 def _besides(key: RunKey) -> str:
     """The name of a run without how it shows the scene: runs of one name are compared."""
-    rest = None if key.experiment is None else key.experiment.without(STUDY)
+    rest = None if key.experiment is None else key.experiment.drop_study(STUDY)
     return key._replace(experiment=rest).name
 
 

@@ -17,7 +17,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
-from eai.abilities.verdict import of_all
+from eai.abilities.verdict import share_of_one
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
@@ -95,14 +95,14 @@ class _Pair:
     def chain(self) -> str:
         """The kind of the pipeline: whether subgoals are stated too, and what else its run varies."""
         experiment = self.pipeline[0].experiment or Experiment()
-        rest = experiment.without(STUDY)
+        rest = experiment.drop_study(STUDY)
         kind = "goals and subgoals" if "subgoals_from" in experiment.study[STUDY].options else _GOALS
         return kind if rest is None else f"{kind}, {rest.label}"
 
     @property
     def metric(self) -> str:
         """The metric of success."""
-        return next(iter(declaration_of(self.modular[0].ability).main))
+        return next(iter(declaration_of(self.modular[0].ability).overview_headings))
 
     def tables(self) -> list[Table]:
         """All tables for which there is what they need."""
@@ -128,7 +128,8 @@ class _Pair:
         places = {each.task_id: _break_of(each, successes[each.task_id]) for each in records}
         for place in (*_LINKS, "nowhere"):
             shares = [
-                Case(each.task_id, name_of(each), of_all(places[each.task_id] == place)) for each in records
+                Case(each.task_id, name_of(each), share_of_one(places[each.task_id] == place))
+                for each in records
             ]
             here = [successes[each.task_id] for each in records if places[each.task_id] == place]
             yield place, len(here), Estimate.from_cases(shares), Estimate.from_cases(here)
@@ -146,7 +147,7 @@ class _Pair:
         before, after = (
             cases_of(self._shared(side), declared.ability) for side in (self.modular, self.pipeline)
         )
-        for metric in declared.terminal:
+        for metric in declared.terminal_metrics:
             one, other = before.get(metric, []), after.get(metric, [])
             p_value = differences[metric].p_value if metric in differences else None
             yield (metric, *_compared(one, other), p_value, *self.paper.get(metric, (None, None)))
@@ -172,7 +173,7 @@ class _Pair:
                 only = len(success.only_first), len(success.only_second)
                 one, other = self._cases(modular), self._cases(pipeline)
                 perfect = [
-                    case._replace(share=of_all(self.reachable.get(case.task, False))) for case in other
+                    case._replace(share=share_of_one(self.reachable.get(case.task, False))) for case in other
                 ]
                 compared = *_compared(one, other), success.p_value
                 yield (kind, len(one), *compared, *only, Estimate.from_cases(perfect))
@@ -215,7 +216,7 @@ class _Pair:
         """
         names = {record.task_id: name_of(record) for record in self._shared(self.pipeline)}
         asked = group_pairs(
-            (condition, Case(task, name, of_all(missed)))
+            (condition, Case(task, name, share_of_one(missed)))
             for task, name in names.items()
             for condition, missed in self.asked.get(task, ())
         )
@@ -337,7 +338,7 @@ def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
         )
     for run in sorted(piped, key=lambda run: run.key.order):
         experiment = run.key.experiment
-        other = None if experiment is None else experiment.without(STUDY)
+        other = None if experiment is None else experiment.drop_study(STUDY)
         alone = plain.get(run.key._replace(experiment=other))
         if alone is None:
             records.note(f"left out, as it has no modular run: {run.key}")

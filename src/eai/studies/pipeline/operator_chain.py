@@ -13,11 +13,11 @@ from functools import cache
 from typing import TypeAlias
 
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
-from eai.abilities.transition_modeling.extraction import Memory, Readings, extract
-from eai.abilities.transition_modeling.rules import gold_steps
+from eai.abilities.transition_modeling.extraction import OperatorCache, ResultCache, extract
+from eai.abilities.transition_modeling.rules import to_gold_steps
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import PlanVerdict, Unreadable, of_all
+from eai.abilities.verdict import PlanVerdict, Unreadable, share_of_one
 from eai.base.errors import InputError
 from eai.benchmarks.gold_answers import AnswerBook, open_answer_book
 from eai.benchmarks.registry import find_benchmark
@@ -66,7 +66,7 @@ class _OperatorChain:
     operators: Suite
     plans: Suite
     _true_answers: AnswerBook
-    _readings: Readings = field(default_factory=Memory)
+    _readings: OperatorCache = field(default_factory=ResultCache)
 
     @staticmethod
     def of(domain: str, source: Source) -> _OperatorChain:
@@ -120,7 +120,7 @@ class _OperatorChain:
             raise InputError(
                 f"task {task_id}: the record's plan is not of its answer's operators; score again"
             )
-        steps = gold_steps(transition, actions, plan)
+        steps = to_gold_steps(transition, actions, plan)
         arities = [len(transition.gold[step.action].parameters) for step in plan]
         if arities != [len(step.arguments) for step in steps]:
             return None
@@ -131,7 +131,7 @@ class _OperatorChain:
     def _is_planned(self, task_id: str) -> bool:
         """Whether action sequencing has the task and does not exclude it."""
         plans = self.plans
-        return task_id in plans.scorers and plans.scorer(task_id).why_excluded() is None
+        return task_id in plans.scorers and plans.scorer(task_id).find_exclusion() is None
 
     def _end_of_plan(self, task_id: str, plan: str) -> ChainEnd:
         """Return the end of a chain whose plan is carried out."""
@@ -241,7 +241,7 @@ def _operators_table(chained: Sequence[_ChainedRun]) -> Iterator[Row]:
 def _share(records: Sequence[Record], ends: Sequence[ChainEnd | None], end: ChainEnd) -> Estimate:
     """Return the share of tasks whose chain has an end."""
     cases = [
-        Case(record.task_id, name_of(record), of_all(actual == end))
+        Case(record.task_id, name_of(record), share_of_one(actual == end))
         for record, actual in zip(records, ends, strict=True)
         if actual is not None
     ]

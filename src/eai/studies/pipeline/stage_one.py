@@ -12,9 +12,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from eai.abilities.experiment import Experiment, named_choice
+from eai.abilities.experiment import Experiment, make_name_choice
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.notation.goal_lexicon import read_stated
+from eai.abilities.notation.goal_lexicon import read_stated_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import ALL, Confusion, Unreadable
 from eai.base.errors import InputError
@@ -90,12 +90,12 @@ def believe(
         if task_id in answers:
             answer = answers[task_id]
             scene = (scenes or {}).get(task_id) or Belief(suite.tasks[task_id])
-            goals = read_stated(answer, scene.task, benchmark.domain, benchmark.goals).goals
+            goals = read_stated_goals(answer, scene.task, benchmark.domain, benchmark.goals).goals
             beliefs[task_id] = Belief(replace(scene.task, goals=goals), answer)
             stated[task_id] = _judged(answer, task_id, suite)
     return BeliefSet(
         beliefs,
-        Experiment({STUDY: named_choice("goals", "goals_from", model, _PLACE)}),
+        Experiment({STUDY: make_name_choice("goals", "goals_from", model, _PLACE)}),
         "there is no answer to goal interpretation that would state the goals",
         {task_id: {STATED: belief.answer} for task_id, belief in beliefs.items()},
         {task_id: {STUDY: each} for task_id, each in stated.items()},
@@ -104,7 +104,7 @@ def believe(
 
 def _judged(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
     """Return what records say of stated goals; they are scored under the default protocol."""
-    read = read_stated(answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.goals)
+    read = read_stated_goals(answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.goals)
     return {
         "goals_sha256": sha256_of(answer),
         "goal_counts": list(goal_counts(suite.score(task_id, answer))),
@@ -241,7 +241,7 @@ def with_subgoals(goals: BeliefSet | None, listed: Interpretations, suite: Suite
         summaries[task_id] = {STUDY: {"subgoals_sha256": sha256_of(answer), "subgoals_success": success}}
     return BeliefSet(
         beliefs,
-        Experiment({STUDY: named_choice("subgoals", "subgoals_from", model, _PLACE)}),
+        Experiment({STUDY: make_name_choice("subgoals", "subgoals_from", model, _PLACE)}),
         "there is no answer to subgoal decomposition that would state subgoals",
         {task_id: {SUBGOALS: answers[task_id]} for task_id in beliefs},
         summaries,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import model_validator
 from typing_extensions import Self
 
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.studies.study import Analysis, Study
 from eai.studies.variation import Ask, Stage, Variation
@@ -70,7 +70,7 @@ class _Pipeline(Variation):
 
         for each in named:
             refuse_no_stage_two(each)
-        chosen = [each for each in FOUR if each in (named or STAGE_TWO)]
+        chosen = [each for each in PAPER_ABILITIES if each in (named or STAGE_TWO)]
         if self.subgoals is None:
             return chosen
         if Ability.ACTION_SEQUENCING not in chosen:

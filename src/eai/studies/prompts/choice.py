@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eai.abilities.experiment import Experiment, named_choice
+from eai.abilities.experiment import Experiment, make_name_choice
 
 STUDY = "prompts"
 """Name of the study in records."""
@@ -14,4 +14,4 @@ def of_prompts(name: str | None) -> Experiment:
     """Return the experiment of a run whose prompts have a name, or a plain experiment if the name is None."""
     if name is None:
         return Experiment()
-    return Experiment({STUDY: named_choice("prompt", "prompt_name", name, _PLACE)})
+    return Experiment({STUDY: make_name_choice("prompt", "prompt_name", name, _PLACE)})

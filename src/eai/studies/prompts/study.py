@@ -374,7 +374,7 @@ def _by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
     suites: dict[str, list[Run]] = {}
     for run in runs:
         experiment = run.key.experiment
-        rest = None if experiment is None else experiment.without(STUDY)
+        rest = None if experiment is None else experiment.drop_study(STUDY)
         labels = [run.key.suite.file_name, *([] if rest is None else [rest.label])]
         suites.setdefault("-".join(labels), []).append(run)
     return suites

@@ -202,7 +202,7 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
         found = [run for run in alike if run is not None]
         if key.protocol is protocols[0] and len(found) == len(protocols) > 1:
             answered = " ".join(dict.fromkeys(str(run.coverage) for run in found))
-            for metric in declaration_of(key.ability).main:
+            for metric in declaration_of(key.ability).overview_headings:
                 row = {"model": escape_markdown(key.name), "suite": suite_title(key.domain, key.ability)}
                 row |= {"answered": answered, "metric": label_of(metric)}
                 row |= {run.key.protocol.value: _percent(run.rates[metric].percent) for run in found}
@@ -314,7 +314,7 @@ def unnamed_remark(runs: Sequence[RunSummary]) -> str:
 
 def _certainty_rows(runs: Sequence[RunSummary]) -> Iterator[dict[str, str]]:
     for item in runs:
-        for metric in declaration_of(item.key.ability).main:
+        for metric in declaration_of(item.key.ability).overview_headings:
             certainty = item.certainties.get(metric)
             if certainty is not None:
                 effective = certainty.effective_tasks

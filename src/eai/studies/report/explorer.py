@@ -14,7 +14,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Literal, TypeAlias, cast
 from urllib.parse import quote
 
-from eai.abilities.explanation import Explanation, StepReport, near_misses
+from eai.abilities.explanation import Explanation, StepReport, find_near_misses
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import repair_lines
 from eai.abilities.verdict import PlanVerdict, SpanKind, Verdict
@@ -177,7 +177,7 @@ class ExplorerData:
 
     def _goals(self, explanation: Explanation) -> list[Json]:
         """Each goal; with a missed one, why, and the facts that came about instead, as `eai explain` says."""
-        near, goals = near_misses(explanation), list[Json]()
+        near, goals = find_near_misses(explanation), list[Json]()
         for goal in explanation.goals:
             got = f"got {', '.join(near[goal.goal])}" if goal.goal in near else ""
             remarks = self._all(filter(None, (goal.why, got)))

@@ -8,7 +8,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import Ability, place_of
+from eai.abilities.protocol import Ability, ability_rank
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import title_of
 from eai.results.plots import INK, LINES, MUTED, PAGE, RULE, SOFT, clip_label, make_figure
@@ -67,7 +67,7 @@ def _models_of(runs: Sequence[RunSummary]) -> dict[str, _Results]:
     """The results of each model in a world, in the order of the runs."""
     models: dict[str, dict[_Axis, RunSummary]] = {}
     for item in runs:
-        for metric in declaration_of(item.key.ability).averaged:
+        for metric in declaration_of(item.key.ability).averaged_metrics:
             if metric in item.rates and item.rates[metric].percent is not None:
                 models.setdefault(item.key.name, {})[item.key.ability, metric] = item
     return dict(models)
@@ -75,7 +75,7 @@ def _models_of(runs: Sequence[RunSummary]) -> dict[str, _Results]:
 
 def _axes_of(models: Mapping[str, _Results]) -> list[_Axis]:
     found = dict.fromkeys(axis for results in models.values() for axis in results)
-    return sorted(found, key=lambda axis: place_of(axis[0]))
+    return sorted(found, key=lambda axis: ability_rank(axis[0]))
 
 
 def _ranked(worlds: Mapping[str, Mapping[str, _Results]]) -> list[str]:
@@ -136,7 +136,9 @@ def _label_of(axis: _Axis) -> str:
     """The name of an axis in short lines; an ability with one metric has its name alone."""
     ability, metric = axis
     declared, title = declaration_of(ability), "\n".join(ability_title(ability).split())
-    return title if len(declared.averaged) == 1 else f"{title}\n({declared.main[metric]})"
+    return (
+        title if len(declared.averaged_metrics) == 1 else f"{title}\n({declared.overview_headings[metric]})"
+    )
 
 
 def _draw_legend(figure: Figure, ranked: Sequence[str], colors: Mapping[str, str]) -> None:

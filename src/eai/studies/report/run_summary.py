@@ -71,7 +71,11 @@ def summary_of(run: Run) -> RunSummary:
         tuple(sorted({record.data_sha256 for record in run.records})),
         totals.counted,
         {metric: certainty_of_rate(found) for metric, found in cases.items()},
-        {metric: found for metric, found in cases.items() if metric in declaration_of(key.ability).main},
+        {
+            metric: found
+            for metric, found in cases.items()
+            if metric in declaration_of(key.ability).overview_headings
+        },
         sum_spending(run.records),
         cost_cases(run.records),
         sum(record.task is None for record in run.records),

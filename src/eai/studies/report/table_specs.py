@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from eai.abilities.declaration import OVERALL, PLANNER, SATISFIED, MetricColumn, declaration_of, label_of
-from eai.abilities.protocol import FOUR, Ability, place_of
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, ability_rank
 from eai.benchmarks.registry import title_of
 from eai.results.paper_tables import PaperColumn
 from eai.results.summary import AVERAGE
@@ -19,7 +19,7 @@ _ORDER = (
     Ability.SUBGOAL_DECOMPOSITION,
     Ability.TRANSITION_MODELING,
 )
-_IN_TABLES = tuple([ability for ability in _ORDER if ability in FOUR])
+_IN_TABLES = tuple([ability for ability in _ORDER if ability in PAPER_ABILITIES])
 """The paper's abilities in the order of its tables."""
 
 
@@ -69,14 +69,14 @@ def _overview() -> TableSpec:
     columns = tuple(
         MetricColumn(metric, ability_title(ability), label, ability=ability)
         for ability in _IN_TABLES
-        for metric, label in declaration_of(ability).main.items()
+        for metric, label in declaration_of(ability).overview_headings.items()
     )
     return TableSpec("overview", "Overview", (*columns, MetricColumn(AVERAGE, "All", "Average")), (AVERAGE,))
 
 
 def _one_table(ability: Ability) -> TableSpec:
     """All columns of an ability, ranked by its main metrics."""
-    main = tuple(declaration_of(ability).main)
+    main = tuple(declaration_of(ability).overview_headings)
     return TableSpec(ability.value, ability_title(ability), _columns(ability), main)
 
 
@@ -115,13 +115,13 @@ def _of_the_paper() -> tuple[TableSpec, ...]:
 
 def tables_of(abilities: Iterable[Ability]) -> tuple[TableSpec, ...]:
     """The tables of a report on some abilities: the paper's, and one of each other ability."""
-    others = sorted(set(abilities).difference(FOUR), key=place_of)
+    others = sorted(set(abilities).difference(PAPER_ABILITIES), key=ability_rank)
     return (*_of_the_paper(), *map(_one_table, others))
 
 
 def of_ability(ability: Ability) -> TableSpec:
     """The first table that shows nothing but results of an ability."""
-    if ability not in FOUR:
+    if ability not in PAPER_ABILITIES:
         return _one_table(ability)
     return next(spec for spec in _of_the_paper() if {column.ability for column in spec.columns} == {ability})
 

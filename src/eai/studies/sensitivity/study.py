@@ -17,10 +17,10 @@ from typing import Annotated, get_args
 from pydantic import BeforeValidator
 
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.rules import Replaced
+from eai.abilities.transition_modeling.rules import ReplacedPart
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import of_all
+from eai.abilities.verdict import share_of_one
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import open_suite
@@ -67,7 +67,7 @@ class Trial(TidyLine):
 
 
 def tried(
-    records: Sequence[Record], source: Source, ways: Sequence[Replaced], done: Callable[[int], None]
+    records: Sequence[Record], source: Source, ways: Sequence[ReplacedPart], done: Callable[[int], None]
 ) -> Iterator[Trial]:
     """Try all operators of records; all models share a suite, so that equal ones are planned with once."""
     opened = cache(partial(open_suite, ability=Ability.TRANSITION_MODELING, source=source))
@@ -80,7 +80,7 @@ def tried(
 
 
 def try_operators(
-    scorer: TransitionModeling, record: Record, replaced: Replaced = "operator"
+    scorer: TransitionModeling, record: Record, replaced: ReplacedPart = "operator"
 ) -> Iterator[Trial]:
     """Try each operator that a task asks for, as the record's answer has it.
 
@@ -101,7 +101,7 @@ def try_operators(
         )
 
 
-def _errors(record: Record, replaced: Replaced) -> dict[str, tuple[str, ...]]:
+def _errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]]:
     """The errors in the tried part of each operator."""
     if not isinstance(record.verdict, OperatorVerdict):
         return {}
@@ -128,7 +128,7 @@ def sensitivity_tables(trials: Sequence[Trial]) -> list[Table]:
 def cells_of(trials: Iterable[Trial]) -> dict[tuple[str, str], list[Case]]:
     """The cases that trials add to success, by operator and category, `OVERALL` first."""
     return group_pairs(
-        ((trial.operator, category), make_case(trial, of_all(trial.outcome == _SOLVED)))
+        ((trial.operator, category), make_case(trial, share_of_one(trial.outcome == _SOLVED)))
         for trial in trials
         for category in (OVERALL, *trial.categories.split())
     )
@@ -144,7 +144,7 @@ def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[T
         solved = Counter(trial.operator for trial in lines if trial.outcome == _SOLVED)
         order = sorted(tried, key=lambda name: (solved[name] / tried[name], name))
         for model, of_model in group_by_model(lines).items():
-            for replaced in get_args(Replaced):
+            for replaced in get_args(ReplacedPart):
                 found = [trial for trial in of_model if trial.replaced == replaced]
                 if found:
                     yield (*suite, model, replaced), found, order
@@ -208,7 +208,7 @@ def _errors_table(trials: Sequence[Trial]) -> Iterator[Row]:
 def _of_errors(trials: Sequence[Trial]) -> Iterator[Row]:
     """Each error of an operator with how often trials fail with and without it, the most frequent first."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
-    cases = [make_case(trial, of_all(trial.outcome != _SOLVED)) for trial in trials]
+    cases = [make_case(trial, share_of_one(trial.outcome != _SOLVED)) for trial in trials]
     counts = Counter(error for each in errors for error in each)
     for error in sorted(counts, key=lambda each: (-counts[each], each)):
         split = list(zip(cases, errors, strict=True))
@@ -238,7 +238,7 @@ class _Choices(Options):
         planner: What finds plans: auto, fast_downward or built_in.
     """
 
-    replace: Annotated[tuple[Replaced, ...], BeforeValidator(several)] = ("operator",)
+    replace: Annotated[tuple[ReplacedPart, ...], BeforeValidator(several)] = ("operator",)
     planner: PlannerChoice = PlannerChoice.AUTO
 
 
@@ -261,7 +261,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     yield Analysis(tables, _figures(tables, ways))
 
 
-def _figures(tables: Sequence[Table], ways: Sequence[Replaced]) -> Figures:
+def _figures(tables: Sequence[Table], ways: Sequence[ReplacedPart]) -> Figures:
     for suite, rows in rows_of(tables[0]).items():
         for way in ways:
             of_way = [row for row in rows if row["replaced"] == way]

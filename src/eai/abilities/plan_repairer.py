@@ -1,4 +1,4 @@
-"""The smallest repair of a plan: its edits as they are told, of equally small ones the most natural."""
+"""Find the smallest repair of a plan: the fewest edits that make it succeed, and the most natural of them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import PlanNotation
-from eai.abilities.repair import EFFORT, KINDS, Edit, EditKind, Repair, blame_of
+from eai.abilities.repair import DEFAULT_EFFORT, EDIT_KINDS, Edit, EditKind, Repair, find_blame
 from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict
 from eai.logic.traversal import object_names
@@ -20,25 +20,25 @@ from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 
-_COSTS: dict[EditKind, int] = {"insert": 0, "object": 1, "hand": 1, "action": 2, "delete": 3, "step": 4}
-"""Which kind of edit is told first."""
+_KIND_RANKS: dict[EditKind, int] = {"insert": 0, "object": 1, "hand": 1, "action": 2, "delete": 3, "step": 4}
+"""Rank of each kind of edit. Of equally good edits the one with the lowest rank is reported."""
 
-_PER_STEP, _MOST = 200, 5_000
-"""How many steps may be tried for the nearness of a plan: for each step that it has or lacks, and in all."""
+_STEPS_TRIED_PER_STEP, _MAX_CLOSENESS_STEPS = 200, 5_000
+"""Maximum number of steps that the search for a plan's closeness may try, per plan step and in all."""
 
-_REMEMBERED = 10_000
-"""Of so many plans for a task it is remembered how near they are."""
+_MAX_CACHED_PLANS = 10_000
+"""Maximum number of plans for a task whose closeness is cached."""
 
-_HANDS = {("LEFT", "RIGHT"), ("RIGHT", "LEFT")}
+_HAND_CHANGES = {("LEFT", "RIGHT"), ("RIGHT", "LEFT")}
 
 
-class PlanMender:
-    """Tells the smallest repairs of the answers to one task.
+class PlanRepairer:
+    """Finds the smallest repairs of answers to one task.
 
     Args:
         task: the task.
         domain: the world.
-        notation: how plans are written.
+        notation: the notation of plans.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: PlanNotation) -> None:
@@ -46,10 +46,10 @@ class PlanMender:
         self.domain = domain
         self._notation = notation
         self._object = notation.objects(task)
-        self._remembered = lru_cache(_REMEMBERED)(self._near)
+        self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._compute_closeness)
 
-    def steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
-        """The steps of a plan; None for each that means nothing."""
+    def read_steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
+        """Return the steps of a plan as actions; None for a step that names no action on known objects."""
         return tuple(map(self._step, plan.steps))
 
     def _step(self, step: WrittenStep) -> Action | None:
@@ -59,32 +59,32 @@ class PlanMender:
         fits = len(known) == len(objects) == self.domain.arities.get(operator)
         return Action(operator, tuple(known)) if fits else None
 
-    def mend(self, plan: WrittenPlan, verdict: PlanVerdict, limit: int) -> Repair:
-        """The smallest repair of a plan, with bounded effort.
+    def repair(self, plan: WrittenPlan, verdict: PlanVerdict, limit: int) -> Repair:
+        """Return the smallest repair of a plan that a bounded search finds.
 
         Args:
             plan: the plan.
-            verdict: the verdict on it.
-            limit: how many steps may be tried, about.
+            verdict: the verdict on the plan.
+            limit: approximate number of steps that may be tried.
         """
         if verdict.success:
             return Repair(at_most=0)
         if (why := self._why_unknown) is not None:
             return Repair(why_null=why)
-        steps, effort = self.steps(plan), Effort(limit)
-        mender = self._mender(steps)
+        steps, effort = self.read_steps(plan), Effort(limit)
+        mender = self._make_repairer(steps)
         at_least, edits = mender.repair(steps, effort)
         if edits is None:
             return Repair(at_least, effort=effort.used)
         shown = len(steps) if verdict.error is None else verdict.error.step
         if at_least == len(edits) == 1 and not mender.conflict_changes.is_partial:
-            return self._single(plan, steps, mender, shown, effort.used)
-        told = tuple([self._told(edit, plan, steps) for edit in edits])
+            return self._describe_single_edits(plan, steps, mender, shown, effort.used)
+        told = tuple([self._to_edit(edit, plan, steps) for edit in edits])
         return Repair(at_least, len(told), edits=told, effort=effort.used)
 
     @property
     def _why_unknown(self) -> str | None:
-        """Why nothing is known of how far plans of the task are from success; None if something is."""
+        """Why the distance of plans from success is unknown for this task; None if it can be computed."""
         if self.task.missing:
             return "unsolvable"
         if any(goal.is_over_time for goal in self.task.goals):
@@ -94,50 +94,51 @@ class PlanMender:
             return "order"
         return None
 
-    def nearness(self, steps: PlanSteps) -> float | None:
-        """How near steps are to success: 1 - d / n for d edits, 0 if there are more than n.
+    def closeness(self, steps: PlanSteps) -> float | None:
+        """Return the closeness of steps to success: 1 - d / n for d edits, 0 for more than n edits.
 
-        Every plan of the task has n steps at least, so that no steps at all are as near as 0. The upper bound
-        of d counts, so that effort that runs out never pays: so many steps are tried for each of the steps
-        and of n. Inserted steps are about the task's objects.
+        Every plan of the task has at least n steps, so an empty plan has closeness 0. The upper bound of d
+        counts, so that a search that runs out of effort never pays. The effort grows with the number of the
+        steps plus n. Inserted steps are about the task's objects.
 
         Args:
-            steps: the steps; None for each that means nothing.
+            steps: the steps; None for a step that means nothing.
 
         Returns:
-            The nearness, from 0 to 1; None where nothing is known of it.
+            The closeness, from 0 to 1, or None if it is unknown.
         """
         if self._why_unknown is not None:
             return None
-        number = len(steps) + self._least
-        effort = min(_MOST, _PER_STEP << number.bit_length())  # one of a few, as each starts a search
-        return self._remembered(tuple(steps), effort)
+        number = len(steps) + self._min_steps
+        effort = min(
+            _MAX_CLOSENESS_STEPS, _STEPS_TRIED_PER_STEP << number.bit_length()
+        )  # one of a few, as each starts a search
+        return self._cached_closeness(tuple(steps), effort)
 
-    def _near(self, steps: PlanSteps, limit: int) -> float:
-        """The nearness of steps, by so much effort."""
-        if steps.count(None) >= self._least:
+    def _compute_closeness(self, steps: PlanSteps, limit: int) -> float:
+        if steps.count(None) >= self._min_steps:
             return 0.0
-        _, edits = self._mender(()).repair(steps, Effort(limit))
+        _, edits = self._make_repairer(()).repair(steps, Effort(limit))
         if not edits:
             return float(edits is not None)
-        return max(0.0, 1 - len(edits) / self._least)
+        return max(0.0, 1 - len(edits) / self._min_steps)
 
     @cached_property
-    def _least(self) -> int:
-        """So many steps every plan of the task has, as far as it is proved."""
-        return self._mender(()).least(Effort(EFFORT))
+    def _min_steps(self) -> int:
+        """The proved lower bound of the number of steps of all plans for the task."""
+        return self._make_repairer(()).least(Effort(DEFAULT_EFFORT))
 
-    def _mender(self, steps: PlanSteps) -> Repairer:
-        """Mends plans with the objects of some steps besides those of the task."""
+    def _make_repairer(self, steps: PlanSteps) -> Repairer:
+        """Return a repairer that may use the objects of some steps and those of the task."""
         named = [index for step in steps if step is not None for index in step.arguments]
-        return _mender_of(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
+        return _cached_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 
-    def _single(
+    def _describe_single_edits(
         self, plan: WrittenPlan, steps: PlanSteps, mender: Repairer, shown: int | None, effort: int
     ) -> Repair:
-        """The repair of a plan that one edit mends."""
+        """Return the repair of a plan that one edit repairs."""
         names = [o.name for o in self.domain.operators]
-        known = self._known(steps)
+        known = self._mentioned_objects(steps)
         found = [*mender.single_edits(steps)]
         needless = {edit.removed for edit in found if edit.action is None}
         failed = steps[shown] if shown is not None and shown < len(steps) else None
@@ -146,46 +147,50 @@ class PlanMender:
         def key(edit: PlanEdit) -> tuple[object, ...]:
             action = edit.action
             new = () if action is None else tuple(set(action.arguments) - known)
-            kind = self._kind(edit, plan, steps)
-            place = names.index(action.operator) if action is not None else -1
+            kind = self._classify(edit, plan, steps)
+            rank = names.index(action.operator) if action is not None else -1
             arguments = () if action is None else action.arguments
-            cost = 0 if edit.removed is not None and steps[edit.removed] is None and action else _COSTS[kind]
+            cost = (
+                0
+                if edit.removed is not None and steps[edit.removed] is None and action
+                else _KIND_RANKS[kind]
+            )
             if edit.removed in needless and edit.action is not None:  # to delete it is enough
-                cost = len(KINDS)
+                cost = len(EDIT_KINDS)
             elsewhere = failing.isdisjoint(arguments)
             return (
                 len(new),
-                _away(edit.step, shown, len(steps)),
+                _distance_class(edit.step, shown, len(steps)),
                 cost,
                 -edit.step,
                 elsewhere,
-                place,
+                rank,
                 arguments,
             )
 
         singles = sorted(found, key=key)
-        told = [self._told(edit, plan, steps) for edit in singles]
+        told = [self._to_edit(edit, plan, steps) for edit in singles]
         kinds = {edit.kind for edit in told}
-        blame, blamed = blame_of(told)
+        blame, blamed = find_blame(told)
         return Repair(
             1,
             1,
             edits=(told[0],),
             ties=len(told),
-            kinds=tuple([kind for kind in KINDS if kind in kinds]),
+            kinds=tuple([kind for kind in EDIT_KINDS if kind in kinds]),
             blame=blame,
             blamed=blamed,
             effort=effort,
         )
 
-    def _known(self, steps: PlanSteps) -> set[int]:
-        """The objects of an answer and of the goals."""
+    def _mentioned_objects(self, steps: PlanSteps) -> set[int]:
+        """Return the objects of an answer and of the goals."""
         index = self.task.scene.index
         named = [name for goal in self.task.goals for name in object_names(goal.formula)]
         found = {index[name] for name in named if name in index}
         return found | {i for step in steps if step is not None for i in step.arguments}
 
-    def _kind(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> EditKind:
+    def _classify(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> EditKind:
         if edit.action is None:
             return "delete"
         if edit.removed is None:
@@ -198,17 +203,19 @@ class PlanMender:
             return "step"
         words = zip(operator.split("_"), edit.action.operator.split("_"), strict=False)
         changed = {pair for pair in words if pair[0] != pair[1]}
-        return "hand" if len(changed) == 1 and changed <= _HANDS else "action"
+        return "hand" if len(changed) == 1 and changed <= _HAND_CHANGES else "action"
 
-    def _told(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> Edit:
-        """An edit with what it is about as text."""
-        kind = self._kind(edit, plan, steps)
+    def _to_edit(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> Edit:
+        kind = self._classify(edit, plan, steps)
         action = "" if edit.action is None else action_text(edit.action, self.task.scene)
         return Edit(
-            kind, edit.step, action, "" if edit.removed is None else self._was(edit.removed, plan, steps)
+            kind,
+            edit.step,
+            action,
+            "" if edit.removed is None else self._replaced_text(edit.removed, plan, steps),
         )
 
-    def _was(self, number: int, plan: WrittenPlan, steps: PlanSteps) -> str:
+    def _replaced_text(self, number: int, plan: WrittenPlan, steps: PlanSteps) -> str:
         step = steps[number]
         if step is not None:
             return action_text(step, self.task.scene)
@@ -217,12 +224,12 @@ class PlanMender:
 
 
 @lru_cache(maxsize=16)
-def _mender_of(plans: PlanMender, usable: tuple[int, ...]) -> Repairer:
+def _cached_repairer(plans: PlanRepairer, usable: tuple[int, ...]) -> Repairer:
     return Repairer(get_planner(plans.domain), plans.task.initial, planning_goal(plans.task), usable)
 
 
-def _away(step: int, shown: int | None, end: int) -> int:
-    """How far an edit is from where the failure showed: there or just before, earlier, or later."""
+def _distance_class(step: int, shown: int | None, end: int) -> int:
+    """Return the position of an edit: 0 at the failure, 1 before it, 2 after it."""
     if shown is None or step == shown:
         return 0
     return 1 if step < shown or shown == end else 2

@@ -12,10 +12,10 @@ from random import Random
 import pytest
 
 import eai
-from eai.abilities import mending
+from eai.abilities import plan_repairer
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
-from eai.abilities.repair import EFFORT, Repair
+from eai.abilities.repair import DEFAULT_EFFORT, Repair
 from eai.abilities.verdict import PlanVerdict, Unreadable
 from eai.base.store import Store
 from eai.planning.repair import search as repair_search
@@ -36,9 +36,9 @@ SLACK = 200
 
 
 def repair_of(scorer: ActionSequencing, text: str) -> tuple[PlanVerdict, Repair]:
-    look_back = scorer.assess(text).look_back
+    look_back = scorer.assess(text).analyze_failure
     assert look_back is not None
-    verdict = look_back(EFFORT)
+    verdict = look_back(DEFAULT_EFFORT)
     assert isinstance(verdict, PlanVerdict)
     assert verdict.repair is not None
     return verdict, verdict.repair
@@ -108,13 +108,13 @@ def check_repairs(name: str, store: Store, answers: Sequence[tuple[str, str]]) -
             continue
         verdict, repair = repair_of(scorer, text)
         assert (repair.distance == 0) == bool(verdict.success)
-        assert repair.effort <= EFFORT + SLACK
+        assert repair.effort <= DEFAULT_EFFORT + SLACK
         seen.add(min(repair.at_least, 2))
         plan = scorer.notation.read(text)
         if repair.at_most:
             assert not isinstance(plan, Unreadable)
             assert len(repair.edits) == repair.at_most >= repair.at_least
-            assert succeeds(scorer, as_told(scorer.mender.steps(plan), repair, scorer.task))
+            assert succeeds(scorer, as_told(scorer.repairer.read_steps(plan), repair, scorer.task))
     assert seen > {0}
 
 
@@ -122,11 +122,11 @@ def test_what_is_kept_of_plans_is_bounded_and_makes_no_difference(monkeypatch: p
     scorer = eai.open("virtualhome", "action_sequencing").scorer("27_2")
     assert isinstance(scorer, ActionSequencing)
     text = '{"WALK": ["washing_machine", 1001]}'
-    mending._mender_of.cache_clear()
+    plan_repairer._cached_repairer.cache_clear()
     first = repair_of(scorer, text)
     assert repair_of(scorer, text) == first
-    assert mending._mender_of.cache_info().currsize == 1
-    assert mending._mender_of.cache_info().maxsize
+    assert plan_repairer._cached_repairer.cache_info().currsize == 1
+    assert plan_repairer._cached_repairer.cache_info().maxsize
     monkeypatch.setattr(repair_search, "_KEPT", 0)
     assert repair_of(scorer, text) == first
 
@@ -152,7 +152,7 @@ def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
         if isinstance(scorer, ActionSequencing) and getattr(scorer.score(text), "success", None):
             plan = scorer.notation.read(text)
             assert not isinstance(plan, Unreadable)
-            steps = [step for step in scorer.mender.steps(plan) if step is not None]
+            steps = [step for step in scorer.repairer.read_steps(plan) if step is not None]
             found.append((scorer, tuple(steps)))
     return found
 
@@ -200,7 +200,7 @@ def test_what_undoes_a_planted_fault_is_among_the_single_edits(name: str, number
         if repair.distance != 1 or (undoing.action and is_idle(scorer, undoing.action)):
             continue
         harmful += 1
-        singles = {*scorer.mender._mender(faulty).single_edits(faulty)}
+        singles = {*scorer.repairer._make_repairer(faulty).single_edits(faulty)}
         assert singles & {undoing, undoing._replace(action=None)}, "a step that was skipped may as well go"
         assert repair.blame != "step" or repair.blamed == undoing.step
     assert harmful
@@ -216,7 +216,7 @@ for name, step in (("virtualhome", 60), ("behavior", 50)):
     told = []
     for task_id in list(suite.task_ids[::step])[:: int(sys.argv[1])]:
         gold = book[task_id]
-        look_back = suite.scorer(task_id).assess(gold.join(gold.parts[1:])).look_back
+        look_back = suite.scorer(task_id).assess(gold.join(gold.parts[1:])).analyze_failure
         told.append(f"{task_id} {look_back(EFFORT).repair}")
     print(*sorted(told), sep="\\n")
 """
