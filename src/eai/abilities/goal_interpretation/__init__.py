@@ -1,1 +1,1 @@
-"""Goal interpretation: an instruction is given, the answer is the goal in symbols (paper, section 3)."""
+"""Goal interpretation: given an instruction, the model states the goal in symbols (paper, section 3)."""

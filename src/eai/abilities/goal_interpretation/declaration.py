@@ -1,4 +1,4 @@
-"""Goal interpretation as a registered ability: how it is asked and counted."""
+"""Declaration of goal interpretation: how a model is asked, and how answers are counted."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 OVERALL = "overall"
-"""The prefix of the rates over all goals."""
+"""Prefix of the rates over all goals."""
 
 _GRAMMAR = "Grammar errors"
 _PARTS = (*(kind.value for kind in GoalKind), OVERALL)
@@ -38,11 +38,11 @@ _SCORES = score_columns(_PARTS)
 
 
 def contributions(verdict: GoalVerdict) -> dict[str, Share]:
-    """The contributions of one answer to each rate.
+    """Return the contributions of one answer to each rate.
 
-    Besides the paper's columns: ``parsing``, unreadable answers among all; ``ill_formed`` and
-    ``hallucination``, predicted goals that lack a part or name what does not exist, among all predicted: the
-    pool from which precision and F1 leave them out.
+    Three rates are not in the paper's tables. ``parsing`` is the share of unreadable answers. ``ill_formed``
+    and ``hallucination`` are the shares of predicted goals that lack a part, or name something that does not
+    exist. Precision and F1 leave these goals out.
     """
     counts = verdict.counts or {}
     by_kind = {kind.value: counts.get(kind.value, NO_COUNTS) for kind in GoalKind}
@@ -60,7 +60,7 @@ def contributions(verdict: GoalVerdict) -> dict[str, Share]:
 
 
 def outcome(verdict: GoalVerdict) -> AnswerOutcome:
-    """The outcome of an interpretation of goals."""
+    """Return the outcome of a goal interpretation."""
     flawless = not verdict.ill_formed and not verdict.hallucinated
     return error_outcome(verdict) or counts_outcome(
         add_confusions((verdict.counts or {}).values()), enough=flawless
@@ -68,7 +68,7 @@ def outcome(verdict: GoalVerdict) -> AnswerOutcome:
 
 
 def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """The maker of scorers, imported where it is needed, so that reports load no engine."""
+    """Return the maker of scorers. The import is delayed so that reports do not load the engine."""
     from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 
     return partial(GoalInterpretation, domain=world.domain, notation=world.goals)

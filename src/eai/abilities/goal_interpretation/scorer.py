@@ -1,12 +1,11 @@
-"""Goal interpretation: from an answer's text to counts, for any benchmark.
+"""The scorer of goal interpretation: from the text of an answer to counts, for any benchmark.
 
-What is ill-formed, or names what does not exist, is left out first: it is counted apart, and is neither
-right nor wrong (paper, appendix "Goal Interpretation: State Goal, Relation Goal and Action Goal"). The rest
-is compared with the goals of the task. A goal can be met in several ways, its options; the option that the
-answer meets best is what the answer is compared with. Where several objects share one name, goals are
-matched up to renaming: said twice, a goal matches two that are stated in the same way. What is said more
-often than of how many objects it can be said is mere repetition, and counts nothing. An answer that cannot
-be read misses all goals of its task.
+Ill-formed goals and goals with unknown names are left out first. They are counted separately, and are neither
+right nor wrong (paper, appendix "Goal Interpretation: State Goal, Relation Goal and Action Goal"). The other
+goals are compared with the goals of the task. A task's goal can have several options; the answer is compared
+with the option that it meets best. If several objects share one name, goals are matched up to renaming: a
+goal that is stated twice matches two goals of the same form. Statements beyond the number of objects that
+they can mean are repetitions and do not count. An unreadable answer misses all goals of its task.
 """
 
 from __future__ import annotations
@@ -32,16 +31,16 @@ from eai.world.fault import FaultKind
 from eai.world.relation import bits, first_bits
 
 _MAX_ENTRY_CHARACTERS = 100
-"""The most characters that are shown of an ill-formed entry."""
+"""Maximum number of characters that are shown of an ill-formed entry."""
 
 
 class _SortedGoals(NamedTuple):
-    """The goals of an answer: how often each is stated that can be compared, and the others.
+    """The goals of an answer, sorted by whether they can be compared.
 
     Attributes:
-        known: the well-formed ones whose names all mean something.
-        unknown: the other well-formed ones, each with the first name in it that means nothing.
-        ill_formed: those that are not, each once.
+        known: well-formed goals without an unknown name, and how often each is stated.
+        unknown: other well-formed goals, each with its first unknown name.
+        ill_formed: ill-formed goals, each once.
     """
 
     known: dict[WrittenGoal, int]
@@ -50,14 +49,14 @@ class _SortedGoals(NamedTuple):
 
 
 class _GoldGoals:
-    """The goals of a task. Conditions are numbered; sets of them are masks (bit i = condition i).
+    """The goals of a task. Conditions are numbered; sets of conditions are masks (bit i = condition i).
 
     Attributes:
         goals: the goals, in order.
-        best: for each of them, gives the option that an answer meets best.
-        stated: how each condition is stated in an answer, in canonical form.
-        mask_of: the conditions that are stated in the same way, by that way.
-        of_kind: the conditions of each kind, by its name.
+        best: for each goal, a function that returns the option that an answer meets best.
+        stated: for each condition, its statement in an answer, in canonical form.
+        mask_of: by statement, the conditions that it can mean.
+        of_kind: the conditions of each kind, by the name of the kind.
     """
 
     def __init__(self, alternatives: tuple[Alternatives, ...], lexicon: GoalLexicon) -> None:
@@ -76,11 +75,11 @@ class _GoldGoals:
         return [0 if option is None else option.conditions for option in found]
 
     def conditions(self, mask: int) -> tuple[WrittenGoal, ...]:
-        """The conditions of a set, as they are stated."""
+        """Return the statements of a set of conditions."""
         return tuple([self.stated[number] for number in bits(mask)])
 
     def as_texts(self, mask: int) -> tuple[str, ...]:
-        """The conditions of a set as texts."""
+        """Return the conditions of a set as texts."""
         return tuple([self._texts[number] for number in bits(mask)])
 
     def _number_of(self, literal: Literal) -> int:
@@ -97,7 +96,7 @@ class _GoldGoals:
 
 
 class GoalInterpretation(Scorer):
-    """The scorer of one task. Of its goals those over time are not asked for: answers cannot state them."""
+    """The scorer of one task. Goals over time are left out, since answers cannot state them."""
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
         self.task = task = task.at_the_end
@@ -106,7 +105,7 @@ class GoalInterpretation(Scorer):
         self.gold = _GoldGoals(notation.alternatives(task), self.lexicon)
 
     def assess(self, text: str) -> Assessment:
-        """The verdict on an answer, and which goals of the task it has, and what else it says."""
+        """Return the verdict on an answer, with the right, missed and wrong goals as its explanation."""
         goals = self.notation.read(text)
         if isinstance(goals, Unreadable):
             notes = (f"parsing: {goals.reason}",)
@@ -119,12 +118,12 @@ class GoalInterpretation(Scorer):
         return Assessment(verdict, partial(self._explain, goals, verdict))
 
     def judge_unreadable(self, goals: Unreadable) -> GoalVerdict:
-        """The verdict on an answer in which no goals can be read."""
+        """Return the verdict on an unreadable answer."""
         error = ErrorReport(FaultKind.PARSING, None, goals.reason)
         return replace(self.judge(WrittenGoals(())), error=error, spans=goals.spans)
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
-        """The verdict on the goals of an answer."""
+        """Return the verdict on the goals of an answer."""
         said, unknown, lacking = self._sort_goals(goals)
         ill_formed = len(lacking) + len(dict.fromkeys(goals.ill_formed))
         wanted, found = reduce(or_, self._choose_options(said), 0), 0
@@ -162,7 +161,7 @@ class GoalInterpretation(Scorer):
         )
 
     def describe_left_out(self, goals: WrittenGoals) -> Iterable[str]:
-        """The parts of an answer that are neither right nor wrong, and why, in words."""
+        """Yield in words the parts of an answer that are neither right nor wrong, and why."""
         _, unknown, lacking = self._sort_goals(goals)
         entries = [(self.lexicon.classify(goal), str(goal)) for goal in lacking]
         yield from ill_formed_texts([*entries, *goals.ill_formed])
@@ -170,7 +169,10 @@ class GoalInterpretation(Scorer):
             yield f"left out as hallucination: {goal}, there is no {name}"
 
     def report_goals(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
-        """For each goal of the task whether an answer has it; a condition uses up one statement of it."""
+        """Return for each goal of the task whether the answer states it.
+
+        A statement counts for one condition only.
+        """
         left = self._sort_goals(goals).known
         options = self._choose_options(left)
         met = 0
@@ -208,11 +210,11 @@ class GoalInterpretation(Scorer):
         )
 
     def list_compared(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
-        """The goals of an answer that are right or wrong."""
+        """Return the goals of an answer that are right or wrong."""
         return self._sort_goals(goals).known
 
     def _describe_partial_goals(self, goals: WrittenGoals) -> Iterator[str]:
-        """The conditions that are missed of goals of several that are stated in part."""
+        """Yield the missed conditions of each goal of which other conditions are stated."""
         left = self._sort_goals(goals).known
         for option in self._choose_options(left):
             missed = [str(condition) for condition in self.gold.conditions(option) if condition not in left]
@@ -220,7 +222,7 @@ class GoalInterpretation(Scorer):
                 yield f"missed of a goal that is stated in part: {', '.join(missed)}"
 
     def _sort_goals(self, goals: WrittenGoals) -> _SortedGoals:
-        """The goals of an answer, the well-formed ones in canonical form."""
+        """Sort the goals of an answer; well-formed goals get their canonical form."""
         lexicon = self.lexicon
         known: dict[WrittenGoal, int] = {}
         ill_formed: dict[WrittenGoal, None] = {}
@@ -239,21 +241,23 @@ class GoalInterpretation(Scorer):
         return _SortedGoals(known, tuple(unknown), tuple(ill_formed))
 
     def _choose_options(self, said: Iterable[WrittenGoal]) -> list[int]:
-        """Of each goal the option that an answer meets best."""
+        """Return for each goal the option that an answer meets best."""
         mask_of = self.gold.mask_of
         return self.gold.chosen(reduce(or_, [mask_of.get(goal, 0) for goal in said], 0))
 
 
 def ill_formed_texts(entries: Iterable[IllFormed]) -> Iterator[str]:
-    """The ill-formed entries, each once, long ones cut off."""
+    """Yield a line on each ill-formed entry, once. Long entries are cut off."""
     for _, text in dict.fromkeys(entries):
         yield f"left out as ill-formed: {shorten(text, _MAX_ENTRY_CHARACTERS, placeholder=' ...')}"
 
 
 def wrong_goal_notes(verdict: GoalVerdict, options: Container[str] = ()) -> tuple[str, ...]:
-    """Remarks on the wrong goals of an answer, each once, and how often it is stated.
+    """Return a note on each wrong goal of an answer, once, with the number of its statements.
 
-    ``options`` are the conditions that some way to meet a goal asks for.
+    Args:
+        verdict: the verdict on the answer.
+        options: conditions of all options of the task's goals.
     """
     return tuple(
         f"wrong: {goal}"

@@ -1,4 +1,4 @@
-"""The verdict on an interpretation of goals."""
+"""The verdict on a goal interpretation."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from eai.world.fault import FaultKind
 
 @dataclass(frozen=True, slots=True)
 class GoalVerdict(Verdict):
-    """The verdict on an interpretation of goals.
+    """The verdict on a goal interpretation.
 
     Attributes:
-        counts: goals found, invented and missed, by kind, and ``all`` together. What is ill-formed or names
-            what does not exist is not among those invented (the reference counts a part of it).
-        predicted: how many goals the answer states, those included that are not counted.
-        ill_formed: how many of them lack a part.
-        hallucinated: for each goal that names what does not exist, the first such name.
-        unknown_predicates: the predicates that there are not.
-        matched: the stated goals that are right, as texts, each as often as it counts.
-        wrong: those that are wrong, likewise; the entries that lack a part come first, as they are written.
-        missing: the conditions of the task that are not stated, as texts.
-        aborts: whether the reference would end its whole run here.
+        counts: numbers of goals found, wrong and missed, by kind, and in total under ``all``. Ill-formed
+            goals and goals with unknown names are not counted as wrong (the reference counts some of them).
+        predicted: number of goals that the answer states, including goals that are not counted.
+        ill_formed: number of these goals that lack a part.
+        hallucinated: for each goal with an unknown name, the first such name.
+        unknown_predicates: predicates that do not exist.
+        matched: right goals as texts, each as often as it counts.
+        wrong: wrong goals as texts, each as often as it counts; entries that lack a part come first, as
+            written.
+        missing: conditions of the task that the answer does not state, as texts.
+        aborts: whether the reference would end its whole run at this answer.
     """
 
     counts: Mapping[str, Confusion] | None = None
@@ -40,12 +41,15 @@ class GoalVerdict(Verdict):
 
     @property
     def columns(self) -> Mapping[str, Json]:
-        """How many goals it states, and how many of them cannot count."""
+        """The values by column: the number of stated goals, and the numbers of goals that cannot count."""
         hallucinated = len(self.hallucinated)
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
     def credit(self, at_start: Sequence[bool]) -> Credit | None:
-        """By F1; goals that lack a part, or name what there is not, are wrong, and faults besides."""
+        """Return the credit by F1.
+
+        Ill-formed goals and goals with unknown names count as wrong and as faults.
+        """
         hallucinated = len(self.hallucinated)
         faults = +Counter({FaultKind.PARSING: self.ill_formed, FaultKind.HALLUCINATION: hallucinated})
         counts = (self.counts or {}).get(ALL, NO_COUNTS)

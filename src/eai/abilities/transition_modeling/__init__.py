@@ -1,1 +1,1 @@
-"""Transition modeling: the answer is a set of operators, compared with the gold ones and used to plan."""
+"""Transition modeling: the model writes operators, which are compared with gold ones and used to plan."""

@@ -1,4 +1,4 @@
-"""Transition modeling as a registered ability: how it is asked and counted."""
+"""Declaration of transition modeling: how a model is asked, and how answers are counted."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ if TYPE_CHECKING:
 
 
 LITERALS = "literals"
-"""The prefix of the rates over all literals: partial credit for clauses of which a part is right."""
+"""Prefix of the rates over all literals. They give partial credit for clauses that are partly right."""
 
 WORKS = "Plan works"
-"""The heading of the rate of plans that work with the data set's operators."""
+"""Heading of the rate of plans that work with the data set's operators."""
 
 _PARTS = (*CATEGORIES, OVERALL)
 _PLANNER_SUCCESS = f"{OVERALL}.planner_success"
@@ -45,11 +45,11 @@ _PLAN_WORKS = f"{OVERALL}.plan_works"
 
 
 def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
-    """The contributions of one answer to each rate.
+    """Return the contributions of one answer to each rate.
 
-    Counts are of preconditions and effects together, and overall and in literals of all categories. A task's
-    planner outcome counts in each of the task's categories and once overall; one that no planner ran on
-    counts in neither. Whether the plan works counts where that is known.
+    Counts add up preconditions and effects; the overall counts and literals add up all categories. The
+    outcome of planning counts in each category of the task and once overall. If no planner ran, it does not
+    count. The rate of working plans counts answers for which the result is known.
     """
     counts = counts_by_category(verdict)
     planned = verdict.planner not in (None, PlannerOutcome.NOT_RUN)
@@ -67,7 +67,7 @@ def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
 
 
 def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
-    """The outcome of an answer: where a planner was asked, right operators alone are no success."""
+    """Return the outcome of an answer. If a planner was used, right operators alone are no success."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
     unplanned = verdict.planner in (None, PlannerOutcome.NOT_RUN)
@@ -80,15 +80,18 @@ _PLANNED = (*(f"{name}.planner_success" for name in CATEGORIES), _PLANNER_SUCCES
 
 
 def void(verdict: OperatorVerdict) -> Sequence[str]:
-    """A run in which the planner was left out has no planner success.
+    """Return the planner's metrics if the run used no planner.
 
-    Some of its answers are known to be unsolvable without planning; they do not count either.
+    Some answers of such a run are known to be unsolvable without planning. They do not count either.
     """
     return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 
 
 def _scorers(world: AbilityWorld) -> Callable[[TransitionTask], Scorer]:
-    """The maker of scorers, imported where needed, so that scoring plans loads no planner of operators."""
+    """Return the maker of scorers.
+
+    The import is delayed so that scoring plans loads no planner of operators.
+    """
     from eai.abilities.transition_modeling.rules import PaperRules
     from eai.abilities.transition_modeling.scorer import TransitionModeling
 

@@ -1,14 +1,14 @@
-r"""Reading operators out of an answer, as a whole or not at all.
+r"""Read the operators of an answer. The answer is read as a whole or not at all.
 
-An answer is JSON with a text under ``output``, or PDDL by itself. Parentheses or keywords that are wrong make
-it unreadable. An operator whose parts are whole lists, but say what PDDL does not allow, is read: such a part
-is a finding on the operator, and is wrong. Repairs beside those of `eai.abilities.answer_text`:
+An answer is JSON with a text under ``output``, or PDDL alone. Wrong parentheses or keywords make it
+unreadable. An operator is read if its parts are whole lists, even if PDDL does not allow their content; such
+a part is reported as a defect and is wrong. The repairs, besides those of `eai.abilities.answer_text`, are:
 
-* ``no_json``: the PDDL stands by itself, or in JSON with an error of its own;
-* ``escapes``: ``\n`` and the like stood for line breaks;
-* ``closing_parenthesis``: one parenthesis is missing at the end of an operator, or of a condition whose parts
-  are not nested, so that its place is known;
-* ``stray_parenthesis``: there are too many behind an operator or one of its parts;
+* ``no_json``: the PDDL stands alone, or in JSON with a syntax error;
+* ``escapes``: ``\n`` and similar escapes are used for line breaks;
+* ``closing_parenthesis``: one parenthesis is missing at the end of an operator, or of a condition without
+  nested parts, so that its place is known;
+* ``stray_parenthesis``: there are too many parentheses behind an operator or one of its parts;
 * ``duplicate_operator``: an operator is written twice; the last one counts.
 """
 
@@ -35,17 +35,22 @@ K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
 
 MAX_CACHED_CHARACTERS = 8_000_000
-"""How many characters of operators are remembered at most, some 25 bytes each once they are read. Nine models
-write some 1,800 different operators for a benchmark in under a million, and 1.5 million for the planner."""
+"""Maximum number of characters of cached operators, of about 25 bytes each after reading.
+
+Nine models write about 1,800 different operators for a benchmark in less than a million characters, and 1.5
+million for the planner.
+"""
 
 
 class ResultCache(Generic[K, V]):
-    """Results by what they are results of; beyond a limit the oldest is forgotten, to be found out again.
+    """A cache of results with a maximum size.
 
-    However many answers are scored, and however long, memory stays flat. Any number of threads may ask.
+    If it is full, the oldest result is dropped and computed again later.
+
+    Memory does not grow with the number of answers. Several threads may use a cache.
 
     Args:
-        limit: how much is remembered, in the unit of what `recall` is given.
+        limit: maximum total size, in the unit of the sizes given to `get_or_compute`.
     """
 
     def __init__(self, limit: int = MAX_CACHED_CHARACTERS) -> None:
@@ -55,7 +60,13 @@ class ResultCache(Generic[K, V]):
         self.size = 0
 
     def get_or_compute(self, key: K, size: int, find: Callable[[], V]) -> V:
-        """The result for a key of that size, which ``find`` finds out where it is not remembered."""
+        """Return the cached result for a key, or compute and cache it.
+
+        Args:
+            key: the key.
+            size: size of the result.
+            find: computes the result.
+        """
         known = self._known.get(key)
         if known is not None:
             return known[0]
@@ -82,7 +93,7 @@ _KNOWN_SIGN = re.compile(
     r"|(?<=\()\s*:action\b|(?<=\(\s):action\b",
     re.IGNORECASE,
 )
-"""The beginnings of sections of PDDL."""
+"""Beginnings of sections of PDDL."""
 _OPERATOR_SIGN = re.compile(r"""\(\s*:action\b|["']output["']""", re.IGNORECASE)
 _WRAPPER = re.compile(r"[{\[]")
 _END_OF_WRAPPER = re.compile(r"""[\s"'`\]]*\}""")
@@ -97,10 +108,10 @@ class WrittenOperator:
 
     Attributes:
         name: its name, in small letters.
-        action: its meaning, in which a side that PDDL does not allow is empty; None if PDDL allows no side,
-            or not the parameters.
-        unread: what PDDL does not allow, and in which part.
-        repairs: names of the repairs that reading it took.
+        action: its meaning. A part that PDDL does not allow is empty. None if PDDL does not allow the
+            parameters, or neither precondition nor effect.
+        unread: the parts that PDDL does not allow, and why.
+        repairs: names of the repairs that reading it needed.
         size: number of its characters.
     """
 
@@ -112,15 +123,15 @@ class WrittenOperator:
 
 
 OperatorCache: TypeAlias = ResultCache[str, WrittenOperator | PddlFinding]
-"""The operators that were read, by their text; the finding for one whose parentheses are wrong."""
+"""A cache of operators by their text. An operator with wrong parentheses is cached as its defect."""
 
 
 def extract(answer: str, readings: OperatorCache) -> ParsedAnswer[dict[str, WrittenOperator]] | Unreadable:
-    """Read the operators of an answer by name, in order, or say why it cannot be read as a whole.
+    """Read the operators of an answer by name, in order, or return why the whole answer cannot be read.
 
     Args:
         answer: the text.
-        readings: operators that were read before, by their text.
+        readings: the cache of operators.
     """
     reading = read_json(answer, _OUTPUT)
     if isinstance(reading, Unreadable):
@@ -153,7 +164,7 @@ def _make_unreadable(reading: ParsedAnswer[str], reason: str) -> Unreadable:
 
 
 def _read_output(value: object) -> str | None:
-    """Return the text of operators that a JSON value holds, if the rest of it is plain."""
+    """Return the text of operators in a JSON value, or None if the value has another form."""
     if not isinstance(value, JsonObject) or _flaw(value) is not None:
         return None
     output = dict(value.members).get("output")
@@ -182,7 +193,7 @@ _OUTPUT = AnswerForm(
 
 
 def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
-    """Return the PDDL of an answer that is no JSON; None if it has no operator, or was cut off."""
+    """Return the PDDL of an answer that is not JSON; None if it has no operator, or was cut off."""
     thoughts = thoughts_in(answer)
     body = without(thoughts, answer)
     heads = list(_HEAD.finditer(body))
@@ -209,7 +220,7 @@ def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
 
 
 def _find_unknown_piece(text: str) -> str | None:
-    """Return the beginning of what looks like an operator or a part of one, and is not written as one."""
+    """Return the beginning of a text that looks like a part of an operator, but has an unknown keyword."""
     for sign in _SIGN.finditer(text):
         if _KNOWN_SIGN.match(text, sign.start()) is None:
             return text[sign.start() :][:40].split("\n")[0]
@@ -217,13 +228,13 @@ def _find_unknown_piece(text: str) -> str | None:
 
 
 def _split_operators(text: str) -> list[str]:
-    """The stretches of a text from one operator's beginning to the next."""
+    """Split a text before the beginning of each operator."""
     bounds = [*(match.start() for match in _HEAD.finditer(text)), len(text)]
     return [text[start:end] for start, end in pairwise(bounds)]
 
 
 def _read_operator(segment: str) -> WrittenOperator | PddlFinding:
-    """Read an operator, and the prose behind it if there is some."""
+    """Read an operator, and ignore prose behind it."""
     text = _COMMENT.sub("", segment)
     operator = _read_parts(text, len(segment))
     end = _find_end_before_prose(text) if isinstance(operator, PddlFinding) else None
@@ -240,7 +251,7 @@ def _find_end_before_prose(text: str) -> int | None:
 
 
 def _read_parts(text: str, size: int) -> WrittenOperator | PddlFinding:
-    """Read an operator, each of its parts on its own."""
+    """Read an operator, each of its parts separately."""
     head = _HEAD.match(text)
     name = head.group(1).lower() if head else ""
     action = PddlAction(name, (), TRUE, NO_EFFECT)
@@ -267,7 +278,7 @@ def _read_parts(text: str, size: int) -> WrittenOperator | PddlFinding:
 
 
 class _OperatorPart(NamedTuple):
-    """A keyword of an operator and what stands behind it, up to the next one or the end of the text."""
+    """A keyword of an operator and the text behind it, up to the next keyword or the end."""
 
     keyword: str
     text: str
@@ -275,10 +286,10 @@ class _OperatorPart(NamedTuple):
 
 
 def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
-    """The parts that stand behind the name of an operator.
+    """Return the parts behind the name of an operator.
 
     Raises:
-        PddlError: there is no name, or something else behind it.
+        PddlError: the name is missing, or another text stands behind it.
     """
     found = list(_PART.finditer(text, offset))
     between = text[offset : found[0].start() if found else len(text)].strip()
@@ -294,10 +305,10 @@ def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
 
 
 def _read_list(part: _OperatorPart) -> tuple[Group, tuple[str, ...]]:
-    """Return the list of a part and the repairs that it took.
+    """Return the list of a part and the repairs that reading it needed.
 
     Raises:
-        PddlError: there is not one list, or more than one parenthesis is missing.
+        PddlError: the part has not exactly one list, or lacks more than one parenthesis.
     """
     try:
         group = read_group(part.text)
@@ -318,10 +329,10 @@ def _read_list(part: _OperatorPart) -> tuple[Group, tuple[str, ...]]:
 
 
 def _add_part(action: PddlAction, part: _OperatorPart, group: Group) -> PddlAction:
-    """An operator with one more part.
+    """Return an operator with one more part.
 
     Raises:
-        PddlError: the list is no such part.
+        PddlError: the list is not such a part.
     """
     reader = PddlReader(part.text)
     match part.keyword:

@@ -1,11 +1,10 @@
-"""How operators are judged: what rules say of an answer, and the rules of the paper.
+"""Rules by which the operators of an answer are judged, among them the rules of the paper.
 
-Every operator that is asked for counts: one that is missing misses all its clauses, and a side that cannot be
-read misses its own.
-The planner gets the operators that are asked for, as the answer has them, and nothing else: what the answer
-lacks is not filled in, and what was not asked for is left out (and reported). An operator that uses
-undefined names is an input error of the answer, as any current planner has it. A plan succeeds if it works
-with the gold operators: operators that promise everything have a plan for everything.
+Each operator that the task asks for counts. A missing operator misses all its clauses, and an unreadable side
+misses its own. The planner gets exactly the operators of the answer that the task asks for. Missing operators
+are not filled in, and operators that the task does not ask for are left out and reported. An operator with
+undefined names is an input error, as in any current planner. A plan succeeds if it works with the gold
+operators, since operators that promise everything have a plan for every goal.
 """
 
 from __future__ import annotations
@@ -31,16 +30,19 @@ from eai.world.fault import FaultKind
 def plan_flaw(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> tuple[int, str] | None:
-    """Why the gold operators cannot execute a plan from the start of the task to its goal; None if they can.
+    """Return why the gold operators cannot execute a plan from start to goal, or None if they can.
 
-    Each parameter of a gold operator stands for the object that the step has for the parameter of that name;
-    where the answer does not use all of the names, parameters correspond by position, and a step with
-    another number of objects cannot be executed.
+    Parameters of an operator and its gold operator correspond by name. If the answer does not use all of the
+    names, they correspond by position, and a step with another number of objects cannot be executed.
 
     Args:
         task: the task, which asks for the operators of the plan.
         written: the answer's operators by name.
         plan: the plan.
+
+    Returns:
+        The number of the step that fails, from 0, and the reason; the number after the last step if the goal
+            is missed.
     """
     domain = replace(task.domain.header, actions=tuple(task.gold.values()))
     return Executor(domain, task.problem).flaw(to_gold_steps(task, written, plan))
@@ -49,7 +51,7 @@ def plan_flaw(
 def to_gold_steps(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> list[PlanStep]:
-    """Return the steps of a plan as steps of gold operators, with parameters paired as by `plan_flaw`."""
+    """Return the steps of a plan as steps of gold operators. Parameters correspond as in `plan_flaw`."""
     return [_to_gold_step(step, written[step.action], task.gold[step.action]) for step in plan]
 
 
@@ -64,28 +66,29 @@ def _to_gold_step(step: PlanStep, written: PddlAction, gold: PddlAction) -> Plan
 
 
 NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
-"""The result where no planner is asked."""
+"""Result if no planner is used."""
 
 NO_OPERATORS = PlannerResult(PlannerOutcome.INPUT_ERROR, detail="the answer holds no operator")
-"""The result where there is nothing to plan with."""
+"""Result if the answer has no operator to plan with."""
 
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """The operators of an answer compared with the gold ones, and what a planner can do with them.
+    """The comparison of an answer's operators with the gold ones, and the result of planning with them.
 
     Attributes:
-        operators: those that are asked for or written.
-        literals: literals matched, additional and missing, by side; None where the rules do not count them.
-        planning: what the planner made of them.
-        plan_works: whether its plan works with the gold operators; None where the rules do not ask.
-        plan_flaw: the step at which it does not, and why; None if it does, or there is no plan.
-        repairs: the names of the repairs that reading made.
-        spans: what became of the parts of the answer's text.
-        repaired: those of them that were made of single operators, by operator.
-        matches: how the operators that are asked for compare with the gold ones; none where rules do not say.
-        error: why nothing could be read, or None.
-        excluded: why the answer is left out of all statistics, as a published package does it; else None.
+        operators: reports on the operators of the task and the answer.
+        literals: numbers of literals matched, additional and missing, by side; None if the rules do not count
+            them.
+        planning: result of the planner.
+        plan_works: whether its plan works with the gold operators; None if the rules do not test this.
+        plan_flaw: the step at which the plan fails, and why; None if it works or there is no plan.
+        repairs: names of the repairs that reading needed.
+        spans: parts of the answer's text and how each was treated.
+        operator_repairs: repairs of single operators, by operator.
+        matches: comparison of each operator of the task with the gold one; empty if the rules do not give it.
+        error: why the answer cannot be read, or None.
+        excluded: why the answer is left out of all statistics, as in a published package, or None.
     """
 
     operators: tuple[OperatorReport, ...]
@@ -106,24 +109,23 @@ def _solve_if_needed(planner: PddlPlanner, task: PlanningTask | PlannerResult) -
 
 
 ReplacedPart: TypeAlias = Literal["operator", "precondition", "effect"]
-"""The part of a gold operator that the answer's replaces, where one operator is tried among gold ones.
+"""The part of a gold operator that is replaced by the answer's, to test one operator among gold ones.
 
-With one side alone the parameters stay the gold ones, so that an answer that calls them otherwise has unbound
-variables.
+If one side is replaced, the parameters are those of the gold operator. An answer with other parameter names
+then has unbound variables.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class MatchingRules(ABC):
-    """How answers are read, compared and planned with.
+    """Rules by which answers are read, compared and used to plan.
 
-    Answers to one problem are often the same operators in other words or the same words, so that what the
-    planner finds is remembered.
+    Answers to one problem often have the same operators, so results of the planner are cached.
 
     Attributes:
-        planner: judges operators; None if no planner is asked.
-        results: what it found.
-        counts_clauses: whether operators are compared clause by clause; else what is compared are predicates.
+        planner: the planner that tests operators; None if no planner is used.
+        results: cached results of the planner.
+        counts_clauses: whether clauses of operators are compared; False if predicates are.
     """
 
     planner: PddlPlanner | None
@@ -132,35 +134,36 @@ class MatchingRules(ABC):
 
     @abstractmethod
     def judge(self, task: TransitionTask, text: str) -> Judgement:
-        """The judgement on an answer, also on one that cannot be read."""
+        """Return the judgement on an answer, also if it cannot be read."""
 
     @abstractmethod
     def judge_missing_answer(self, task: TransitionTask) -> Judgement:
-        """The judgement where there is no answer: every operator that is asked for is missing."""
+        """Return the judgement on a missing answer: each operator of the task is missing."""
 
     @abstractmethod
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """The result of each operator that is asked for among gold operators, by name.
+        """Return the result of planning with each operator of the task among gold operators, by name.
 
-        An operator that the answer does not have has none. Empty for an answer that the rules leave out.
+        The result is None for an operator that the answer lacks. The mapping is empty for an answer that the
+        rules leave out.
         """
 
     @property
     def empty_result(self) -> PlannerResult:
-        """The result of an answer without operators."""
+        """The result of planning for an answer without operators."""
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
     def solve(
         self, key: Hashable, size: int, make: Callable[[], PlanningTask | PlannerResult]
     ) -> PlannerResult:
-        """The remembered result for a key, or that of what ``make`` makes: a task, or a foregone result.
+        """Return the cached result for a key, or solve a planning task.
 
         Args:
             key: the content of domain and problem.
-            size: how many characters its operators take.
-            make: makes what is to be solved.
+            size: number of characters of the operators.
+            make: makes the planning task, or returns the result if it is known without planning.
         """
         planner = self.planner
         if planner is None:
@@ -169,16 +172,21 @@ class MatchingRules(ABC):
 
 
 _ReadOperator: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
-"""An operator as far as it can be read, and what is wrong with the rest."""
+"""An operator as far as it can be read, and the defects of the rest."""
 
 
 _OperatorComparison: TypeAlias = tuple[OperatorReport, OperatorMatch]
-"""The report on an operator that is asked for, and how it compares with the gold one."""
+"""The report on an operator of the task, and its comparison with the gold one."""
 
 
 @dataclass(frozen=True, slots=True)
 class PaperRules(MatchingRules):
-    """The rules of the paper with what they remember about one domain: equal operators are compared once."""
+    """The rules of the paper with caches for one domain. Equal operators are read and compared once.
+
+    Attributes:
+        readings: cache of operators that were read.
+        compared: cache of comparisons with gold operators.
+    """
 
     readings: OperatorCache = field(default_factory=ResultCache)
     compared: ResultCache[tuple[_ReadOperator | None, str], _OperatorComparison] = field(
@@ -186,7 +194,7 @@ class PaperRules(MatchingRules):
     )
 
     def judge(self, task: TransitionTask, text: str) -> Judgement:
-        """The judgement on an answer; one without any operator misses all that are asked for."""
+        """Return the judgement on an answer. An answer without operators misses all operators of the task."""
         written = extract(text, self.readings)
         if isinstance(written, Unreadable):
             error = ErrorReport(FaultKind.PARSING, None, written.reason)
@@ -219,7 +227,7 @@ class PaperRules(MatchingRules):
         )
 
     def judge_missing_answer(self, task: TransitionTask) -> Judgement:
-        """The judgement where there is no answer: all that is asked for is missing."""
+        """Return the judgement on a missing answer: each operator of the task is missing."""
         compared = [self._compare(task, name, None) for name in task.operators]
         missing = tuple([report for report, _ in compared])
         planning = self.empty_result
@@ -229,7 +237,7 @@ class PaperRules(MatchingRules):
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """The result of each operator that is asked for, among the other gold ones that are asked for."""
+        """Return the result of planning with each operator of the task among gold operators, by name."""
         written = extract(text, self.readings)
         by_name = {} if isinstance(written, Unreadable) else written.value
         return {
@@ -297,7 +305,7 @@ def _check_operator(task: TransitionTask, action: PddlAction) -> tuple[PddlFindi
 
 
 def _replace_part(written: WrittenOperator, gold: PddlAction, replaced: ReplacedPart) -> WrittenOperator:
-    """An operator of an answer, of which only what is to replace the gold one's is its own."""
+    """Return the gold operator with the replaced part of the answer's operator."""
     own = written.action
     if replaced == "operator" or own is None:
         return written

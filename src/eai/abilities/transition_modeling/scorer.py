@@ -1,4 +1,4 @@
-"""Transition modeling: from an answer's text to a verdict, with counts by category of predicate."""
+"""The scorer of transition modeling: from the text of an answer to a verdict, with counts by category."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from eai.pddl.planning import PlannerOutcome, PlannerResult
 from eai.tasks.operator_task import TransitionTask
 
 _MAX_CACHED_CLAUSES = 1000
-"""How many clauses of answers to a task are remembered with what they speak of."""
+"""Maximum number of clauses whose predicates are cached for a task."""
 
 
 def count_by_category(
     sides: Iterable[SideMatch], contents: Mapping[str, ClauseContent], *, clauses: bool
 ) -> dict[str, Confusion]:
-    """The clauses that are matched, additional and missing by category; categories without any are left out.
+    """Return the numbers of matched, additional and missing clauses by category, without empty categories.
 
     Args:
-        sides: preconditions, or effects.
-        contents: what their clauses speak of, by text.
-        clauses: whether clauses are counted: each once in every category that its predicates have, `OTHER`
-            among them, and once in `ALL`. Else predicates are, without those that have no category.
+        sides: preconditions or effects.
+        contents: predicates of their clauses, by text.
+        clauses: whether clauses are counted: once in each category of their predicates, including `OTHER`,
+            and once in `ALL`. If False, predicates with a category are counted.
     """
     counts: dict[str, list[int]] = {}
     for side in sides:
@@ -50,11 +50,11 @@ def count_by_category(
 
 
 class TransitionModeling(Scorer):
-    """The scorer of one task; given a planner, all it says are pure functions of the answer.
+    """The scorer of one task. With a given planner, all results are pure functions of the answer.
 
     Args:
         task: the task.
-        rules: how answers are read, compared and planned with; shared by the tasks of a benchmark.
+        rules: the rules that judge answers; shared by the tasks of a benchmark.
     """
 
     def __init__(self, task: TransitionTask, rules: MatchingRules) -> None:
@@ -65,20 +65,23 @@ class TransitionModeling(Scorer):
         )
 
     def assess(self, text: str) -> Assessment:
-        """The verdict on an answer, and its words; the steps are those of the plan that was found."""
+        """Return the verdict on an answer with its explanation.
+
+        The steps are those of the plan that was found.
+        """
         judgement = self._rules.judge(self.task, text)
         return Assessment(self._verdict(judgement), partial(_explain, judgement))
 
     def score_missing_answer(self) -> OperatorVerdict:
-        """The verdict where there is no answer: all operators are missing."""
+        """Return the verdict on a missing answer: all operators are missing."""
         return self._verdict(self._rules.judge_missing_answer(self.task))
 
     def plan_one_at_a_time(
         self, text: str, replaced: ReplacedPart = "operator"
     ) -> Mapping[str, PlannerResult | None]:
-        """The result of each operator that is asked for, as the answer has it, among gold operators.
+        """Return the result of planning with each operator of the task among gold operators, by name.
 
-        None for one that the answer does not have; empty for an answer that is left out of all statistics.
+        The result is None for an operator that the answer lacks. The mapping is empty for an excluded answer.
         """
         return self._rules.plan_one_at_a_time(self.task, text, replaced)
 
@@ -110,7 +113,7 @@ class TransitionModeling(Scorer):
         )
 
     def _find_contents(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClauseContent]:
-        """The subject of each clause of the sides of operators, by its text."""
+        """Return the predicates of each clause of some operators, by the clause's text."""
         sides = [side for report in reports for side in (report.precondition, report.effect)]
         clauses = [each for side in sides for each in (*side.matched, *side.additional, *side.missing)]
         return {clause: self._cached_content(clause) for clause in clauses}
@@ -164,7 +167,7 @@ def _list_notes(judgement: Judgement) -> Iterator[str]:
 
 
 def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]:
-    """The clauses that each side lacks and has besides; of a side that cannot be read they are unknown."""
+    """Yield the missing and additional clauses of each side; for an unreadable side they are unknown."""
     unread = {finding.place for finding in report.offences if finding.offence.stops_reading}
     for side, found in (("precondition", report.precondition), ("effect", report.effect)):
         of_condition = match if side == "precondition" else None
@@ -183,7 +186,7 @@ def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iter
 
 
 def _describe_unbound(report: OperatorReport, side: str) -> str:
-    """A remark on the variables of a side that are no parameters: its clauses may look like gold ones."""
+    """Return a remark on variables that are no parameters. With them a clause may look like a gold clause."""
     place = f"{side} of {report.name}"
     kind = Offence.UNBOUND_VARIABLE
     names = [f"?{each.name}" for each in report.offences if each.offence is kind and each.place == place]
@@ -191,6 +194,6 @@ def _describe_unbound(report: OperatorReport, side: str) -> str:
 
 
 def _list_clauses(clauses: tuple[str, ...], *, are_any: bool) -> str:
-    """Clauses as such: what one of them says may stand inside another clause of the answer."""
+    """Return clauses as a list in words. Another clause of the answer may imply one of them."""
     noun = "alternative" if are_any else "clause"
     return f"{noun}{'s' if len(clauses) > 1 else ''} {', '.join(clauses)}"

@@ -18,26 +18,28 @@ from eai.world.fault import FaultKind
 
 
 class OperatorStatus(str, Enum):
-    """The fate of one operator."""
+    """How one operator was treated."""
 
     COMPARED = "compared"
     MISSING = "missing"
-    """Asked for, and not in the answer."""
+    """The task asks for the operator, but the answer does not have it."""
     UNREADABLE = "unreadable"
-    """In the answer, but its text is not PDDL."""
+    """The answer has the operator, but its text is not PDDL."""
     HALLUCINATED = "hallucinated"
-    """In the answer, and not asked for."""
+    """The answer has the operator, but the task does not ask for it."""
 
 
 @dataclass(frozen=True, slots=True)
 class OperatorReport:
-    """One operator that is asked for or written.
+    """The report on one operator of the task or the answer.
 
     Attributes:
-        precondition: clauses matched, additional and missing in the precondition; or predicates, if the
-            rules count those.
-        effect: the same for the effect.
-        offences: what is wrong with it, whatever the gold operator.
+        name: name of the operator.
+        status: how it was treated.
+        precondition: matched, additional and missing clauses of the precondition, or predicates if the rules
+            count predicates.
+        effect: matched, additional and missing clauses of the effect, or predicates.
+        offences: defects of the operator that do not depend on the gold operator.
     """
 
     name: str
@@ -48,15 +50,15 @@ class OperatorReport:
 
 
 OTHER = "other"
-"""The category of predicates that the domain does not have."""
+"""Category of predicates that the domain does not have."""
 
 
 class ClauseContent(NamedTuple):
-    """The subject of a clause.
+    """The predicates of a clause.
 
     Attributes:
-        predicates: those in it, by name.
-        categories: those of its predicates, each once; `OTHER` of predicates that have none.
+        predicates: names of its predicates.
+        categories: categories of its predicates, each once; `OTHER` for unknown predicates.
     """
 
     predicates: tuple[str, ...]
@@ -64,7 +66,7 @@ class ClauseContent(NamedTuple):
 
 
 def clause_content(clause: str, categories: Mapping[str, Category]) -> ClauseContent:
-    """The subject of a clause, which is written as PDDL or is a predicate's name."""
+    """Return the predicates of a clause. The clause is PDDL or the name of a predicate."""
     names = sorted(predicates_in(clause))
     kinds = [categories[name].value if name in categories else OTHER for name in names]
     return ClauseContent(tuple(names), tuple(dict.fromkeys(kinds)))
@@ -72,24 +74,24 @@ def clause_content(clause: str, categories: Mapping[str, Category]) -> ClauseCon
 
 @dataclass(frozen=True, slots=True)
 class OperatorVerdict(Verdict):
-    """The verdict on operators.
+    """The verdict on the operators of an answer.
 
     Attributes:
-        success: whether the plan that a planner finds with them works with the gold operators or, under rules
-            that do not ask for that, whether it finds one; None if no planner was asked.
-        counts: clauses matched, additional and missing, by side (precondition, effect) and category; or
-            predicates, if the rules count those.
-        literals: the same in literals, by side: partial credit for clauses of which a part is right; None if
-            the rules do not give it.
-        planner: what the planner made of them.
-        plan_works: whether the planner found a plan that works with the gold operators; None if none was
-            asked, or under rules that do not ask for that.
-        task_categories: the task's own categories, the first the more telling one.
-        operators: what comparing each operator with the gold one found out.
-        plan: the steps of the plan that was found.
-        planner_detail: what else the planner says.
-        planner_name: which planner was asked, with its version; None if none was.
-        clauses: what each clause of the operators' sides speaks of, by its text.
+        success: whether the plan found with the operators works with the gold operators. Under rules that do
+            not test this, whether a plan was found. None if no planner was used.
+        counts: numbers of clauses matched, additional and missing, by side (precondition, effect) and
+            category; of predicates if the rules count predicates.
+        literals: numbers of literals matched, additional and missing, by side. They give partial credit for
+            clauses that are partly right; None if the rules do not count literals.
+        planner: outcome of planning with the operators.
+        plan_works: whether the planner found a plan that works with the gold operators; None if no planner
+            was used, or under rules that do not test this.
+        task_categories: categories of the task, the more informative one first.
+        operators: comparison of each operator with the gold one.
+        plan: steps of the plan that was found.
+        planner_detail: further remarks of the planner.
+        planner_name: name and version of the planner; None if no planner was used.
+        clauses: predicates of each clause of the operators, by the clause's text.
     """
 
     success: bool | None = None
@@ -106,28 +108,28 @@ class OperatorVerdict(Verdict):
 
     @property
     def columns(self) -> Mapping[str, Json]:
-        """The outcome of planning with the operators, and the categories of the task."""
+        """The values by column: the outcome of planning with the operators, and the task's categories."""
         planner = None if self.planner is None else self.planner.value
         return {"planner": planner, "task_categories": " ".join(self.task_categories)}
 
     @property
     def planner_used(self) -> str | None:
-        """The planner."""
+        """Name of the planner that judged the answer; None if there was none."""
         return self.planner_name
 
     @property
     def second_planner_outcome(self) -> str | None:
-        """The outcome of the authority, where the built-in search did not decide."""
+        """Outcome of the second planner if the built-in search did not decide; None if it did."""
         _, then, authority = (self.planner_name or "").partition(", then ")
         decided = not then or not self.planner_detail.startswith(authority)
         return None if decided or self.planner is None else self.planner.value
 
     def credit(self, at_start: Sequence[bool]) -> Credit | None:
-        """By F1 of all clauses of both sides."""
+        """Return the credit by F1 of all clauses of preconditions and effects."""
         return credit_parts(overall_counts(counts_by_category(self)), self.error, self._faults())
 
     def _faults(self) -> Counter[FaultKind]:
-        """Operators that cannot be read or were not asked for, and what is wrong with the others."""
+        """Count unreadable and hallucinated operators, and the defects of the others."""
         faults = Counter([_STATUS_FAULTS[r.status] for r in self.operators if r.status in _STATUS_FAULTS])
         for report in self.operators:
             if report.status is OperatorStatus.COMPARED:
@@ -149,11 +151,11 @@ _OFFENCE_FAULTS = {
     Offence.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
     Offence.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
 }
-"""The kind of an operator's offence in the taxonomy of plans; any other is one of writing."""
+"""Kind of fault for each kind of defect of an operator. All other defects are parsing errors."""
 
 
 def counts_by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
-    """Return the counts of both sides, by category."""
+    """Return the sum of the counts of preconditions and effects, by category."""
     found: dict[str, Confusion] = {}
     for side in (verdict.counts or {}).values():
         for name, confusion in side.items():
@@ -162,5 +164,5 @@ def counts_by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
 
 
 def overall_counts(counts: Mapping[str, Confusion]) -> Confusion:
-    """Return the counts of both sides over all categories. A clause of several categories counts once."""
+    """Return the sum of the counts over all categories. A clause of several categories counts once."""
     return counts.get(ALL) or add_confusions(counts.values())
