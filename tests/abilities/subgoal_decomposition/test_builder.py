@@ -29,7 +29,7 @@ def formula(text: str) -> Formula:
 
 
 @pytest.mark.parametrize(
-    ("text", "literals", "to_be_done"),
+    ("text", "literals", "count_alternative_literals"),
     [
         ("lit(lamp)", 1, 1),
         ("lit(lamp) and not at(red, shed)", 2, 2),
@@ -41,10 +41,14 @@ def formula(text: str) -> Formula:
         ("forall x:place. (lit(x) or lit(lamp))", None, None),
     ],
 )
-def test_what_a_formula_comes_down_to(text: str, literals: int | None, to_be_done: int | None) -> None:
+def test_what_a_formula_comes_down_to(
+    text: str, literals: int | None, count_alternative_literals: int | None
+) -> None:
     places = START.scene.category("place").bit_count()
-    assert EXTENT.literals(formula(text)) == (2 * places if literals is None else literals)
-    assert EXTENT.to_be_done(formula(text)) == (2**places * places if to_be_done is None else to_be_done)
+    assert EXTENT.count_literals(formula(text)) == (2 * places if literals is None else literals)
+    assert EXTENT.count_alternative_literals(formula(text)) == (
+        2**places * places if count_alternative_literals is None else count_alternative_literals
+    )
 
 
 @pytest.mark.parametrize("quantifier", ["forall", "exists"])
@@ -53,9 +57,9 @@ def test_what_asks_for_too_much_is_refused_at_once(quantifier: str) -> None:
     text = " ".join(f"{quantifier} {name}. (" for name in names) + "at(x0, x11)" + ")" * 12
     assert OBJECTS**12 > MAX_LITERALS
     with pytest.raises(InputError, match="more than 100,000 literals"):
-        EXTENT.literals(formula(text))
+        EXTENT.count_literals(formula(text))
     with pytest.raises(InputError, match="more than 100,000 literals"):
-        EXTENT.to_be_done(formula(text))
+        EXTENT.count_alternative_literals(formula(text))
 
 
 @pytest.mark.parametrize("outer", QUANTIFIERS)
@@ -63,41 +67,41 @@ def test_what_asks_for_too_much_is_refused_at_once(quantifier: str) -> None:
 def test_every_quantifier_in_every_other_is_multiplied(outer: str, inner: str) -> None:
     text = outer.format("a", "b", inner.format("c", "d", "not (lit(a) implies lit(c))"))
     variables = text.count("pairs") + text.count(". (")
-    assert EXTENT.literals(formula(text)) == 2 * OBJECTS**variables
-    assert EXTENT.literals(formula(f"not ({text}) or {text}")) == 4 * OBJECTS**variables
+    assert EXTENT.count_literals(formula(text)) == 2 * OBJECTS**variables
+    assert EXTENT.count_literals(formula(f"not ({text}) or {text}")) == 4 * OBJECTS**variables
     deep = text
     for _ in range(5):
         deep = outer.format("a", "b", deep)
     with pytest.raises(InputError, match="more than 100,000 literals"):
-        EXTENT.literals(formula(deep))
+        EXTENT.count_literals(formula(deep))
 
 
 @pytest.mark.parametrize("quantifier", QUANTIFIERS)
 def test_a_category_bounds_what_any_quantifier_ranges_over(quantifier: str) -> None:
     places = START.scene.category("place").bit_count()
     text = quantifier.format("a: place", "b: place", "lit(a)")
-    assert EXTENT.literals(formula(text)) == places ** (2 if "pairs" in text else 1)
+    assert EXTENT.count_literals(formula(text)) == places ** (2 if "pairs" in text else 1)
 
 
 @pytest.mark.parametrize("inner", QUANTIFIERS)
 def test_what_ranges_over_nothing_costs_a_look_wherever_it_stands(inner: str) -> None:
     """A kind without objects made the whole count 0, and such a subgoal ran for minutes."""
     nothing = inner.format("c: unicorn", "d: unicorn", "lit(c)")
-    assert EXTENT.literals(formula(nothing)) == 1
-    assert EXTENT.literals(formula(f"forall a. (forpairs b, e. ({nothing}))")) == OBJECTS**3
-    assert EXTENT.literals(formula("forpairs a, b: unicorn. (lit(a))")) == OBJECTS
+    assert EXTENT.count_literals(formula(nothing)) == 1
+    assert EXTENT.count_literals(formula(f"forall a. (forpairs b, e. ({nothing}))")) == OBJECTS**3
+    assert EXTENT.count_literals(formula("forpairs a, b: unicorn. (lit(a))")) == OBJECTS
 
 
 def test_alternatives_of_nothing_are_counted() -> None:
     """Three choices for each pair of objects, none of which asks for anything, were unfolded one by one."""
     nothing = "exists b. (forall c: unicorn. (at(b, c)))"
-    assert EXTENT.to_be_done(formula(nothing)) == 3
+    assert EXTENT.count_alternative_literals(formula(nothing)) == 3
     with pytest.raises(InputError, match="more than 100,000 literals"):
-        EXTENT.to_be_done(formula(f"forall a. (forall e. ({nothing}))"))
+        EXTENT.count_alternative_literals(formula(f"forall a. (forall e. ({nothing}))"))
 
 
 def test_an_exists_tries_the_objects_of_the_task() -> None:
     variable = next(iter([formula("exists x. (lit(x))")])).variable  # type: ignore[attr-defined]
-    assert EXTENT.usable(variable) == [1, 2, 3]
-    assert EXTENT.everything(variable) == tuple(range(OBJECTS))
-    assert _QuantifierRange(replace(TASK, relevant=())).usable(variable) == tuple(range(OBJECTS))
+    assert EXTENT.usable_objects(variable) == [1, 2, 3]
+    assert EXTENT.all_objects(variable) == tuple(range(OBJECTS))
+    assert _QuantifierRange(replace(TASK, relevant=())).usable_objects(variable) == tuple(range(OBJECTS))

@@ -35,7 +35,7 @@ def plans(*literals: str, refinement: Refinement = REFINEMENT) -> list[str]:
     """What is done for a conjunction at the start."""
     wanted = [literal(text) for text in literals]
     holds = StateTest(And(tuple(map(formula, wanted))), SCENE)
-    return written(refinement.plans(wanted, holds, SCENE, TASK.relevant)(TASK.initial))
+    return written(refinement.make_planner(wanted, holds, SCENE, TASK.relevant)(TASK.initial))
 
 
 def written(found: SubgoalPlans) -> list[str]:
@@ -76,7 +76,7 @@ def test_several_shortest_sequences_are_all_found() -> None:
     domain = toy.DOMAIN.replace_operators(ring, shout)
     assert plans("lit hall", refinement=Refinement(domain)) == ["RING hall"], "they lead to one state"
     wanted = literal("lit hall")
-    distinguished = Refinement(domain).plans(
+    distinguished = Refinement(domain).make_planner(
         [wanted], StateTest(formula(wanted), SCENE), SCENE, TASK.relevant, {"RING", "SHOUT"}
     )
     assert written(distinguished(TASK.initial)) == ["RING hall", "SHOUT hall"]
@@ -85,7 +85,7 @@ def test_several_shortest_sequences_are_all_found() -> None:
 def test_a_subgoal_may_say_more_than_its_literals() -> None:
     lit, away = literal("lit lamp"), literal("not at robot shed")
     holds = StateTest(And((formula(lit), formula(away))), SCENE)
-    found = REFINEMENT.plans([lit], holds, SCENE, TASK.relevant)(TASK.initial)
+    found = REFINEMENT.make_planner([lit], holds, SCENE, TASK.relevant)(TASK.initial)
     assert found.has_failed, "the lamp is lit in the shed alone"
 
 
@@ -101,7 +101,7 @@ def test_a_subgoal_may_say_more_than_its_literals() -> None:
 def test_an_action_is_taken_after_what_makes_it_possible(action: str, expected: list[str]) -> None:
     operator, *names = action.split()
     ground = Action(operator, tuple([SCENE.index[name] for name in names]))
-    assert written(REFINEMENT.plans_to_take(ground, SCENE, TASK.relevant)(TASK.initial)) == expected
+    assert written(REFINEMENT.make_action_planner(ground, SCENE, TASK.relevant)(TASK.initial)) == expected
 
 
 def test_what_no_action_changes_is_not_brought_about() -> None:
@@ -162,7 +162,7 @@ def test_the_attempt_that_is_told_is_the_direct_one() -> None:
     holds = StateTest(And(tuple(map(formula, wanted))), SCENE)
     lift = toy.DOMAIN.compiled["LIFT"]
     held = lift.apply(TASK.initial, lift.bind(TASK.initial, (SCENE.index["red"],)))
-    found = refinement.plans(wanted, holds, SCENE, TASK.relevant)(held)
+    found = refinement.make_planner(wanted, holds, SCENE, TASK.relevant)(held)
     assert written(found) == ["STOW red"]
 
 
@@ -193,17 +193,17 @@ def test_of_what_holds_already_the_actions_are_told_that_say_they_are_not_needed
     literals: list[str], needless: str | None
 ) -> None:
     refinement = Refinement(toy.DOMAIN.replace_operators(LAY, STEP, DIM))
-    found = refinement.needless([literal(text) for text in literals], TASK.initial)
+    found = refinement.find_needless([literal(text) for text in literals], TASK.initial)
     assert (None if found is None else written(SubgoalPlans([found]))) == (
         None if needless is None else [needless]
     )
 
 
 def test_the_effort_of_a_search_is_told() -> None:
-    in_vain = REFINEMENT.plans([literal("lit lamp")], lambda _: False, SCENE, TASK.relevant)
+    in_vain = REFINEMENT.make_planner([literal("lit lamp")], lambda _: False, SCENE, TASK.relevant)
     assert 0 < in_vain(TASK.initial).effort <= 3 * 300, "three searches at most, each within its budget"
     efforts = [
-        REFINEMENT.plans([literal("lit lamp")] * changes, lambda _: False, SCENE, TASK.relevant)(
+        REFINEMENT.make_planner([literal("lit lamp")] * changes, lambda _: False, SCENE, TASK.relevant)(
             TASK.initial
         ).effort
         for changes in (1, 99, 100, 199, 200)
@@ -214,7 +214,7 @@ def test_the_effort_of_a_search_is_told() -> None:
 def test_nothing_longer_than_what_is_found_is_looked_for() -> None:
     nod = Operator("NOD", (toy.X,), (), (Add(toy.at(toy.X, AGENT)),), role=Role.MOVEMENT)
     refinement = Refinement(toy.DOMAIN.replace_operators(nod))
-    there = refinement.plans([literal("at robot shed")], lambda _: True, SCENE, TASK.relevant)
+    there = refinement.make_planner([literal("at robot shed")], lambda _: True, SCENE, TASK.relevant)
     found = there(TASK.initial)
     assert written(found) == ["GO shed"]
     assert found.effort == 3, "GO, NOD, and the first of what is longer; not GO after NOD"

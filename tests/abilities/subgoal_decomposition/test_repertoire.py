@@ -8,8 +8,8 @@ import eai.world as w
 from eai.abilities.subgoal_decomposition.repertoire import (
     CandidateAction,
     Repertoire,
-    distinguished,
     is_needless,
+    select_distinguished,
 )
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
@@ -31,15 +31,17 @@ WARDROBE = w.Scene(
     ("name", "helping"), [("PRESS", []), ("LIFT", ["LIFT", "DROP"]), ("DROP", ["LIFT", "DROP"])]
 )
 def test_what_changes_nothing_that_is_asked_for_helps_nobody(name: str, helping: list[str]) -> None:
-    found, movement = Repertoire(toy.DOMAIN).serving(frozenset({name}))
+    found, movement = Repertoire(toy.DOMAIN).find_supporters(frozenset({name}))
     assert [operator.name for operator in found] == helping
     assert movement == ["GO"]
 
 
 def test_what_an_action_does_with_the_agent_it_does_with_nothing_else() -> None:
     repertoire = Repertoire(DRESS)
-    assert repertoire.wanted([GroundAtom("worn", (0, 1), True)], WARDROBE) == {Action("WEAR", (1,)): 1}
-    assert repertoire.wanted([GroundAtom("worn", (2, 1), True)], WARDROBE) == {}
+    assert repertoire.find_achievers([GroundAtom("worn", (0, 1), True)], WARDROBE) == {
+        Action("WEAR", (1,)): 1
+    }
+    assert repertoire.find_achievers([GroundAtom("worn", (2, 1), True)], WARDROBE) == {}
 
 
 PUSH = w.Operator(
@@ -65,7 +67,7 @@ CLIMB = w.Operator(
 def test_what_may_bring_a_literal_about(predicate: str, names: tuple[str, ...], expected: list[str]) -> None:
     repertoire, scene = Repertoire(toy.DOMAIN.replace_operators(PUSH, CLIMB)), toy.initial().scene
     literal = GroundAtom(predicate, tuple([scene.index[name] for name in names]), True)
-    wanted = repertoire.wanted([literal], scene)
+    wanted = repertoire.find_achievers([literal], scene)
     found = [" ".join([a.operator, *(scene.objects[i].name for i in a.arguments)]) for a in wanted]
     assert found == expected
     assert set(wanted.values()) == {1}
@@ -81,11 +83,11 @@ def test_what_a_literal_leaves_open_is_whatever_fits() -> None:
     scene = w.Scene(domain.vocabulary, [w.WorldObject(name, name) for name in "abc"])
     literal = GroundAtom("lit", (0,), True)
     state = scene.state(["link(a, a)", "link(a, c)", "link(b, c)"])
-    assert repertoire.wanted([literal], scene, (0, 1, 2), state) == {
+    assert repertoire.find_achievers([literal], scene, (0, 1, 2), state) == {
         Action("SWITCH", (0, 0)): 1,
         Action("SWITCH", (0, 2)): 1,
     }
-    assert repertoire.wanted([literal], scene, (0, 1, 2)) == {
+    assert repertoire.find_achievers([literal], scene, (0, 1, 2)) == {
         Action("SWITCH", (0, 1)): 1,
         Action("SWITCH", (0, 2)): 1,
     }
@@ -100,7 +102,7 @@ def state_after(*steps: str) -> State:
 
 def ground(text: str, state: State) -> CandidateAction:
     (action,) = plan(text)
-    return CandidateAction.of(action, REPERTOIRE.known[action.operator], state)
+    return CandidateAction.create(action, REPERTOIRE.operators[action.operator], state)
 
 
 @pytest.mark.parametrize(
@@ -123,9 +125,11 @@ def test_checks_that_fail(
 ) -> None:
     state = state_after(*before)
     tried = ground(action, state)
-    assert tried.failing(state) == failing
+    assert tried.find_failing(state) == failing
     assert tried.is_possible(state) is (failing == [])
-    assert [tried.lacking(state, enough) for enough in (1, 2, 9)] == [min(lacking, n) for n in (1, 2, 9)]
+    assert [tried.count_unmovable_failures(state, enough) for enough in (1, 2, 9)] == [
+        min(lacking, n) for n in (1, 2, 9)
+    ]
     assert tried.is_hopeless(failing) is hopeless
     assert (tried.parts, tried.touched) == (0, 0), "it is for nothing yet"
 
@@ -142,7 +146,7 @@ def test_checks_that_fail(
 )
 def test_what_movement_may_mend(before: list[str], action: str, *, may_be: bool) -> None:
     state = state_after(*before)
-    assert ground(action, state).may_be_mended(state) is may_be
+    assert ground(action, state).can_movement_enable(state) is may_be
 
 
 def test_what_is_tried_without_success_is_no_check_of_the_kind_of_an_object() -> None:
@@ -158,11 +162,11 @@ def test_an_action_says_of_itself_that_it_is_needless(
 ) -> None:
     state = state_after(*before)
     tried = ground(action, state)
-    assert is_needless(tried.known.operator, tried.action, state) is needless
+    assert is_needless(tried.info.operator, tried.action, state) is needless
 
 
 def test_actions_that_matter_keep_their_order() -> None:
     lift, go, drop, press = steps = plan("LIFT red", "GO shed", "DROP red", "PRESS lamp")
-    assert distinguished(steps, {"PRESS", "LIFT"}) == (lift, press)
-    assert distinguished(steps, {"GO", "DROP"}) == (go, drop)
-    assert distinguished(steps, ()) == ()
+    assert select_distinguished(steps, {"PRESS", "LIFT"}) == (lift, press)
+    assert select_distinguished(steps, {"GO", "DROP"}) == (go, drop)
+    assert select_distinguished(steps, ()) == ()

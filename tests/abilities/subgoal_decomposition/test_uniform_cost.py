@@ -43,8 +43,8 @@ ACTIONS = [
 
 
 def movement(allowed: int) -> tuple[_Movement, Effort]:
-    known, effort = Repertoire(DOMAIN).known, Effort(allowed)
-    moves = [CandidateAction.of(action, known[action.operator], SITTING) for action in ACTIONS]
+    known, effort = Repertoire(DOMAIN).operators, Effort(allowed)
+    moves = [CandidateAction.create(action, known[action.operator], SITTING) for action in ACTIONS]
     return _Movement(moves, effort), effort
 
 
@@ -87,7 +87,7 @@ def test_without_anything_that_moves_there_is_no_movement() -> None:
     assert movement(0)[0]
 
 
-KNOWN = Repertoire(toy.DOMAIN).known
+KNOWN = Repertoire(toy.DOMAIN).operators
 MOST = 200_000
 
 
@@ -105,7 +105,9 @@ def test_few_parts_are_tested_and_what_it_takes_is_counted(lamps: int) -> None:
         return before & ~touched | sum(1 << i for i in range(lamps) if touched >> i & state.has("lit", i + 2))
 
     press = [
-        CandidateAction.of(Action("PRESS", (i + 2,)), KNOWN["PRESS"], start).for_parts(1 << i, everything)
+        CandidateAction.create(Action("PRESS", (i + 2,)), KNOWN["PRESS"], start).assign_parts(
+            1 << i, everything
+        )
         for i in range(lamps)
     ]
     goal = SearchGoal(0, met, everything, lambda _: False, ())

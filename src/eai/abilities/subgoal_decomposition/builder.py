@@ -70,16 +70,16 @@ class _QuantifierRange:
         self._scene = task.scene
         self._relevant = task.relevant
 
-    def everything(self, variable: f.Variable) -> Sequence[int]:
+    def all_objects(self, variable: f.Variable) -> Sequence[int]:
         """The objects of a variable's class: what a ``forall`` asks for."""
         return tuple(bits(self._scene.category(variable.category)))
 
-    def usable(self, variable: f.Variable) -> Sequence[int]:
+    def usable_objects(self, variable: f.Variable) -> Sequence[int]:
         """The task's objects of a class, or, if there are none, all in the scene: what ``exists`` tries."""
         mask = self._scene.category(variable.category)
         return [i for i in self._relevant if mask >> i & 1] or tuple(bits(mask))
 
-    def literals(self, formula: f.Formula) -> int:
+    def count_literals(self, formula: f.Formula) -> int:
         """How many literals a test of a formula may look at.
 
         A kind of which there is nothing counts as one thing: what stands within or around is looked at.
@@ -89,17 +89,17 @@ class _QuantifierRange:
         """
         match formula:
             case f.Exists(variable, body) | f.ForAll(variable, body) | f.Exactly(_, variable, body):
-                number = self._size(variable) * self.literals(body)
+                number = self._size(variable) * self.count_literals(body)
             case f.ForPairs(first, second, body):
-                number = self._size(first) * self._size(second) * self.literals(body)
+                number = self._size(first) * self._size(second) * self.count_literals(body)
             case _:
-                number = sum(map(self.literals, children(formula))) or 1
+                number = sum(map(self.count_literals, children(formula))) or 1
         return _check_limit(number)
 
     def _size(self, variable: f.Variable) -> int:
         return max(1, self._scene.category(variable.category).bit_count())
 
-    def to_be_done(self, formula: f.Formula) -> int:
+    def count_alternative_literals(self, formula: f.Formula) -> int:
         """How many literals the alternatives of a formula in negation normal form have, all together.
 
         An alternative counts as one at least, also if it asks for nothing of a kind of which there is none.
@@ -107,7 +107,7 @@ class _QuantifierRange:
         Raises:
             InputError: there are more than `MAX_LITERALS`, or a test looks at more.
         """
-        self.literals(formula)
+        self.count_literals(formula)
         return _check_limit(
             self._count_alternatives(formula) * max(1, self._max_alternative_literals(formula))
         )
@@ -120,9 +120,9 @@ class _QuantifierRange:
             case f.Or(parts):
                 choices = sum(map(self._count_alternatives, parts))
             case f.Exists(variable, body):
-                choices = len(self.usable(variable)) * self._count_alternatives(body)
+                choices = len(self.usable_objects(variable)) * self._count_alternatives(body)
             case f.ForAll(variable, body):
-                choices = self._count_alternatives(body) ** len(self.everything(variable))
+                choices = self._count_alternatives(body) ** len(self.all_objects(variable))
             case _:
                 choices = 1
         return min(choices, MAX_LITERALS + 1)
@@ -137,7 +137,7 @@ class _QuantifierRange:
             case f.Exists(_, body):
                 return self._max_alternative_literals(body)
             case f.ForAll(variable, body):
-                return len(self.everything(variable)) * self._max_alternative_literals(body)
+                return len(self.all_objects(variable)) * self._max_alternative_literals(body)
             case _:
                 return 1
 
@@ -216,7 +216,7 @@ class Programs:
         self.required = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_requirement)
         self.needless = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_needless_planner)
         self.plans = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner)
-        self.plans_to_take = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_action_planner)
+        self.make_action_planner = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_action_planner)
 
     def compile(self, written: WrittenSubgoals | Unreadable) -> CompiledAnswer | RejectedAnswer:
         """An answer whose subgoals are each a text of its own, each read by itself."""
@@ -251,12 +251,14 @@ class Programs:
         builder = _ProgramBuilder(self)
         start = 0
         for number in reversed(range(len(subgoals))):
-            start = builder.subgoal(negation_normal(builder.with_classes(subgoals[number])), number, start)
+            start = builder.subgoal(
+                negation_normal(builder.quantify_classes(subgoals[number])), number, start
+            )
         return builder.program[: start + 1]
 
     def _make_action_planner(self, action: Action) -> SubgoalPlanner:
         """The instruction to take an action."""
-        plans = self._refinement.plans_to_take(action, self.task.scene, self.task.relevant)
+        plans = self._refinement.make_action_planner(action, self.task.scene, self.task.relevant)
         return lru_cache(_MAX_CACHED_STATES)(plans)
 
     def _make_requirement(
@@ -276,7 +278,7 @@ class Programs:
                 return None
             return check(_EXCLUDED) if all(map(self._exclusion().excludes, alternatives)) else None
 
-        effort = self.extent.literals(formula) // _LITERALS_PER_ACTION
+        effort = self.extent.count_literals(formula) // _LITERALS_PER_ACTION
         return _Requirement(StateTest(meaning, self.task.scene), check(why), effort, cache(refused))
 
     def _make_needless_planner(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> SubgoalPlanner:
@@ -287,7 +289,7 @@ class Programs:
         effort = sum(map(len, alternatives)) // _LITERALS_PER_ACTION
 
         def plans(state: State) -> SubgoalPlans:
-            held = [self._refinement.needless(each, state) for each in alternatives]
+            held = [self._refinement.find_needless(each, state) for each in alternatives]
             fewest = min([plan for plan in held if plan is not None], key=len, default=())
             return SubgoalPlans((fewest,) if fewest else (), effort)
 
@@ -296,7 +298,7 @@ class Programs:
     def _make_planner(self, literals: tuple[GroundAtom, ...], required: _Requirement) -> SubgoalPlanner:
         """The ways to bring literals about that fulfil what is required; none where no state does."""
         made = cache(
-            lambda: self._refinement.plans(
+            lambda: self._refinement.make_planner(
                 literals,
                 required.holds,
                 self.task.scene,
@@ -323,7 +325,7 @@ class _ProgramBuilder:
         self._lexicon = programs.lexicon
         self._extent = programs.extent
 
-    def with_classes(self, subgoal: f.Formula) -> f.Formula:
+    def quantify_classes(self, subgoal: f.Formula) -> f.Formula:
         """A subgoal where the name of a class has become a variable for an object of it."""
         names = dict.fromkeys(
             term
@@ -347,7 +349,9 @@ class _ProgramBuilder:
         match formula:
             case f.Occurs():
                 action = self._lexicon.action(formula)
-                return self._add(Perform(self._programs.plans_to_take(action), number, then, MAX_ACTIONS))
+                return self._add(
+                    Perform(self._programs.make_action_planner(action), number, then, MAX_ACTIONS)
+                )
             case f.Then(parts):
                 for part in reversed(parts):
                     then = self.subgoal(part, number, then)
@@ -357,7 +361,7 @@ class _ProgramBuilder:
             case f.Or(parts):
                 return self._add_alternatives(parts, number, then)
             case f.Exists(variable, body):
-                instances = self._instances(variable, body, self._extent.usable(variable))
+                instances = self._instances(variable, body, self._extent.usable_objects(variable))
                 return self._add_alternatives(list(instances), number, then)
             case _:
                 raise _not_executable(formula)
@@ -385,7 +389,7 @@ class _ProgramBuilder:
         the subgoal may be an additional step.
         """
         observed = self._drop_unobserved(formula)
-        self._extent.to_be_done(observed)
+        self._extent.count_alternative_literals(observed)
         alternatives = tuple(dict.fromkeys(self._alternatives(observed)))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
@@ -415,10 +419,10 @@ class _ProgramBuilder:
                 for part in parts:
                     yield from self._alternatives(part)
             case f.Exists(variable, body):
-                for each in self._instances(variable, body, self._extent.usable(variable)):
+                for each in self._instances(variable, body, self._extent.usable_objects(variable)):
                     yield from self._alternatives(each)
             case f.ForAll(variable, body):
-                instances = self._instances(variable, body, self._extent.everything(variable))
+                instances = self._instances(variable, body, self._extent.all_objects(variable))
                 yield from self._alternatives(f.And(tuple(instances)))
             case _:
                 literal = self._lexicon.literal(formula)

@@ -24,7 +24,7 @@ from eai.abilities.subgoal_decomposition.repertoire import (
     Holds,
     Repertoire,
     is_needless,
-    named_in,
+    list_objects,
 )
 from eai.abilities.subgoal_decomposition.uniform_cost import Permitted, SearchGoal, find_plans
 from eai.planning.exclusion import ExclusionRules
@@ -60,7 +60,7 @@ class _SearchNeeds(NamedTuple):
     grounds: dict[Action, CandidateAction]
     wider: Callable[[State], Mapping[Action, int]] | None = None
 
-    def touched_by(self, operators: Iterable[str]) -> int:
+    def combine_touched(self, operators: Iterable[str]) -> int:
         """The mask of the parts that some operators can change."""
         return reduce(or_, [self.touched.get(name, 0) for name in operators], 0)
 
@@ -85,9 +85,9 @@ class Refinement:
 
     def brings_about(self, literal: GroundAtom) -> bool:
         """Whether any action changes what the literal is about."""
-        return bool(self._repertoire.writers(literal.predicate))
+        return bool(self._repertoire.find_writers(literal.predicate))
 
-    def plans(
+    def make_planner(
         self,
         literals: Sequence[GroundAtom],
         holds: Holds,
@@ -110,15 +110,15 @@ class Refinement:
             distinguished: the operators of which it matters that they are taken.
             test_effort: how many applied actions a test of the subgoal stands for.
         """
-        tests = [(1 << i, self._repertoire.test(each, scene)) for i, each in enumerate(literals)]
+        tests = [(1 << i, self._repertoire.make_test(each, scene)) for i, each in enumerate(literals)]
         everything = (1 << len(literals)) - 1
-        touched = self._repertoire.touched(literals)
-        wanted = self._repertoire.wanted(literals, scene)
-        named = named_in([literal.arguments for literal in literals], scene)
+        touched = self._repertoire.find_touched(literals)
+        wanted = self._repertoire.find_achievers(literals, scene)
+        named = list_objects([literal.arguments for literal in literals], scene)
 
         def wider(state: State) -> Mapping[Action, int]:
             fitting = None if self._repertoire.movement else state
-            return self._repertoire.wanted(literals, scene, objects, fitting)
+            return self._repertoire.find_achievers(literals, scene, objects, fitting)
 
         def met(state: State, touched: int, before: int) -> int:
             found = before & ~touched
@@ -133,27 +133,27 @@ class Refinement:
 
         return plans
 
-    def needless(self, literals: Sequence[GroundAtom], state: State) -> ActionSequence | None:
+    def find_needless(self, literals: Sequence[GroundAtom], state: State) -> ActionSequence | None:
         """The actions that would bring literals about and say themselves that they are not needed.
 
         That is for each literal the first that does, as its object is as it makes it; None if one of the
         literals does not hold.
         """
-        if not all(self._repertoire.test(each, state.scene)(state) for each in literals):
+        if not all(self._repertoire.make_test(each, state.scene)(state) for each in literals):
             return None
         found: list[Action] = []
         covered = 0
-        for action, parts in self._repertoire.wanted(literals, state.scene).items():
+        for action, parts in self._repertoire.find_achievers(literals, state.scene).items():
             releases = self._role(action) is Role.RELEASES
             if not releases and parts & ~covered and self._is_needless(action, state):
                 found.append(action)
                 covered |= parts
         return tuple(found)
 
-    def plans_to_take(self, action: Action, scene: Scene, objects: Sequence[int]) -> SubgoalPlanner:
+    def make_action_planner(self, action: Action, scene: Scene, objects: Sequence[int]) -> SubgoalPlanner:
         """An action, after the shortest sequence that makes it possible; the attempt where there is none."""
         goal = SearchGoal(0, lambda _, touched, __: touched, 1, lambda _: True, ())
-        named = named_in([action.arguments], scene)
+        named = list_objects([action.arguments], scene)
 
         def plans(state: State) -> SubgoalPlans:
             if self._is_needless(action, state):
@@ -174,26 +174,26 @@ class Refinement:
         none of these depends on where it is, that is only by means of any tool; where it does not, as in most
         of PDDL, it is by whatever fits.
         """
-        helping, movement = self._repertoire.serving(_operator_names(need.wanted))
+        helping, movement = self._repertoire.find_supporters(_operator_names(need.wanted))
         moves, changes = self._split_movement(need.wanted, need)
         handled = any(self._role(action) is not Role.RELEASES for action in need.wanted)
         takes = self._to_candidates(
             self._actions_of_role(helping, Role.TAKES, need.named if handled else ()), need
         )
-        touched = need.touched_by(movement)
+        touched = need.combine_touched(movement)
         moving = self._to_candidates(self._moves(movement, need.named), need)
         yield Permitted(changes, takes, moves, moving, touched)
         releases = self._to_candidates(self._actions_of_role(helping, Role.RELEASES, need.objects), need)
         if releases:
             yield Permitted(changes, [*takes, *releases], moves, moving, touched)
         wider = need.wanted if need.wider is None else need.wider(need.state)
-        _, movement = self._repertoire.serving(_operator_names(wider))
+        _, movement = self._repertoire.find_supporters(_operator_names(wider))
         if self._repertoire.movement and not movement:
             tools = self._repertoire.with_tools
             wider = {a: p for a, p in wider.items() if a in need.wanted or a.operator in tools}
         if movement or not wider.keys() <= need.wanted.keys():
             moves, changes = self._split_movement(wider, need)
-            touched = need.touched_by(movement)
+            touched = need.combine_touched(movement)
             moving = self._to_candidates(self._moves(movement, need.objects), need)
             yield Permitted(changes, [*takes, *releases], moves, moving, touched)
 
@@ -213,7 +213,7 @@ class Refinement:
         return {
             Action(o.name, arguments): 0
             for o in operators
-            if self._repertoire.known[o.name].role is role
+            if self._repertoire.operators[o.name].role is role
             for arguments in islice(permutations(objects, o.arity), MAX_LISTED)
         }
 
@@ -223,7 +223,7 @@ class Refinement:
             Action(name, arguments): 0
             for name in operators
             for arguments in islice(
-                product(places, repeat=self._repertoire.known[name].operator.operator.arity), MAX_LISTED
+                product(places, repeat=self._repertoire.operators[name].operator.operator.arity), MAX_LISTED
             )
         }
 
@@ -232,17 +232,17 @@ class Refinement:
         for action, parts in actions.items():
             ground = need.grounds.get(action)
             if ground is None:
-                known = self._repertoire.known[action.operator]
-                ground = need.grounds[action] = CandidateAction.of(action, known, need.state)
+                known = self._repertoire.operators[action.operator]
+                ground = need.grounds[action] = CandidateAction.create(action, known, need.state)
             touched = need.touched.get(action.operator, 0) | parts
-            grounds.append(ground.for_parts(parts, touched))
+            grounds.append(ground.assign_parts(parts, touched))
         return grounds
 
     def _is_needless(self, action: Action, state: State) -> bool:
-        return is_needless(self._repertoire.known[action.operator].operator, action, state)
+        return is_needless(self._repertoire.operators[action.operator].operator, action, state)
 
     def _role(self, action: Action) -> Role:
-        return self._repertoire.known[action.operator].role
+        return self._repertoire.operators[action.operator].role
 
 
 def _operator_names(actions: Iterable[Action]) -> frozenset[str]:

@@ -82,12 +82,12 @@ class _OperatorInfo(NamedTuple):
 
     operator: CompiledOperator
     role: Role
-    moved: tuple[bool, ...]
-    mended: tuple[bool, ...]
-    fixed: Truth
-    common: Truth
-    rest: Truth
-    unmoved: Truth
+    movable: tuple[bool, ...]
+    fixable: tuple[bool, ...]
+    fixed_checks_hold: Truth
+    common_checks_hold: Truth
+    rest_checks_hold: Truth
+    unmovable_checks_hold: Truth
 
 
 _OperatorPattern: TypeAlias = tuple[str, tuple[int | None, ...]]
@@ -121,13 +121,15 @@ class Repertoire:
         )
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
         self._changed = frozenset[str]().union(*self._writes.values())
-        self.known = {operator.name: self._inspect(operator) for operator in domain.operators}
-        self.writers = cache(self._writers)
-        self.serving = cache(self._serving)
+        self.operators = {operator.name: self._inspect(operator) for operator in domain.operators}
+        self.find_writers = cache(self._find_writers)
+        self.find_supporters = cache(self._find_supporters)
         self._cached_patterns = cache(self._find_patterns)
         self._compiled = cache(self._compile)
         self._taking = cache(
-            lambda name: Achiever(make_operator_schema(self.known[name].operator.operator), domain.vocabulary)
+            lambda name: Achiever(
+                make_operator_schema(self.operators[name].operator.operator), domain.vocabulary
+            )
         )
 
     def _find_tools(self, operator: Operator) -> set[Variable]:
@@ -136,20 +138,20 @@ class Repertoire:
             *[each.atom.arguments for each in self._effects[operator.name]]
         )
 
-    def _writers(self, predicate: str) -> Sequence[Operator]:
+    def _find_writers(self, predicate: str) -> Sequence[Operator]:
         """The operators that change what a predicate comes down to, in the order of their declaration."""
         sources = self._sources([Atom(predicate)])
         return [o for o in self._domain.operators if not self._writes[o.name].isdisjoint(sources)]
 
-    def touched(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
+    def find_touched(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
         """For each operator that can change the truth of some literals, by name, the mask of these."""
         touched: dict[str, int] = {}
         for i, literal in enumerate(literals):
-            for operator in self.writers(literal.predicate):
+            for operator in self.find_writers(literal.predicate):
                 touched[operator.name] = touched.get(operator.name, 0) | 1 << i
         return touched
 
-    def test(self, literal: GroundAtom, scene: Scene) -> Holds:
+    def make_test(self, literal: GroundAtom, scene: Scene) -> Holds:
         """Whether a literal holds in a state; what its predicate means is compiled once."""
         frame, truth = self._compiled(literal.predicate, len(literal.arguments), literal.truth)
         binding = frame.bind(scene, literal.arguments)
@@ -160,7 +162,7 @@ class Repertoire:
         frame, atom = Frame(variables), Atom(predicate, variables)
         return frame, ConditionCompiler(self._domain.vocabulary, frame).truth(atom if truth else Not(atom))
 
-    def wanted(
+    def find_achievers(
         self,
         literals: Sequence[GroundAtom],
         scene: Scene,
@@ -189,8 +191,8 @@ class Repertoire:
         self, literal: GroundAtom, scene: Scene, others: Sequence[int], fitting: State | None
     ) -> Iterable[Action]:
         """The actions that may bring a literal about."""
-        named = named_in([literal.arguments], scene)
-        objects = named_in([named, others], scene)
+        named = list_objects([literal.arguments], scene)
+        objects = list_objects([named, others], scene)
         agent = UNBOUND if scene.agent is None else scene.agent
         values = (agent, *named)
         shape = literal._replace(arguments=tuple([values.index(i) for i in literal.arguments]))
@@ -202,7 +204,7 @@ class Repertoire:
             else:
                 ways = self._find_fitting(operator, given, objects, fitting)
             found |= {Action(operator, arguments): None for arguments in ways if agent not in arguments}
-        moving = [action for action in found if self.known[action.operator].role is Role.MOVEMENT]
+        moving = [action for action in found if self.operators[action.operator].role is Role.MOVEMENT]
         return moving if moving and agent in literal.arguments else found
 
     def _find_fitting(
@@ -220,21 +222,21 @@ class Repertoire:
         """The ways to bring about a literal of numbered objects."""
         changes = changes_for(shape, self._domain.vocabulary, _number_named)
         found: dict[_OperatorPattern, None] = {}
-        for operator in self.writers(shape.predicate):
+        for operator in self.find_writers(shape.predicate):
             for effect, change in product(self._effects[operator.name], changes):
                 scope = _match_effect(effect, change)
                 if scope is not None:
                     found[operator.name, tuple([scope.get(p.name) for p in operator.parameters])] = None
         return tuple(found)
 
-    def _serving(self, names: frozenset[str]) -> tuple[Sequence[Operator], Sequence[str]]:
+    def _find_supporters(self, names: frozenset[str]) -> tuple[Sequence[Operator], Sequence[str]]:
         """The other operators that can make true what those of some names ask for, and so on.
 
         Those that take things or release them, and by name those that move the agent.
         """
         operators = self._domain.operators
         asking = [operator for operator in operators if operator.name in names]
-        hands = [o for o in operators if self.known[o.name].role in (Role.TAKES, Role.RELEASES)]
+        hands = [o for o in operators if self.operators[o.name].role in (Role.TAKES, Role.RELEASES)]
         helping = self._find_supporting(asking, hands, self._asks)
         movement = self._find_supporting([*asking, *helping], self.movement, self._checks)
         return helping, [o.name for o in self.movement if o in movement or o.name in names]
@@ -295,7 +297,7 @@ def _fill_arguments(given: Sequence[int | None], objects: Sequence[int]) -> Iter
             yield from ((index, *after) for after in _fill_arguments(rest, others))
 
 
-def named_in(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...]:
+def list_objects(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...]:
     """Objects, each once, without the agent."""
     return tuple(dict.fromkeys([i for each in arguments for i in each if i != scene.agent]))
 
@@ -340,7 +342,7 @@ class CandidateAction(NamedTuple):
     """
 
     action: Action
-    known: _OperatorInfo
+    info: _OperatorInfo
     binding: FrameBinding
     possible: dict[State, bool]
     results: dict[State, State]
@@ -348,59 +350,59 @@ class CandidateAction(NamedTuple):
     touched: int = 0
 
     @classmethod
-    def of(cls, action: Action, known: _OperatorInfo, state: State) -> CandidateAction:
+    def create(cls, action: Action, info: _OperatorInfo, state: State) -> CandidateAction:
         """An action of an operator, for a new search."""
-        return cls(action, known, known.operator.bind(state, action.arguments), {}, {})
+        return cls(action, info, info.operator.bind(state, action.arguments), {}, {})
 
-    def for_parts(self, parts: int, touched: int) -> CandidateAction:
+    def assign_parts(self, parts: int, touched: int) -> CandidateAction:
         """The action as one for some parts, that can change others."""
         return CandidateAction(
-            self.action, self.known, self.binding, self.possible, self.results, parts, touched
+            self.action, self.info, self.binding, self.possible, self.results, parts, touched
         )
 
     @property
     def is_achiever(self) -> bool:
         """Whether it changes the world, so that it is taken for a part of the goal and for nothing else."""
-        return self.known.role is Role.CHANGE
+        return self.info.role is Role.CHANGE
 
     def is_possible(self, state: State) -> bool:
         """Whether no check forbids it."""
-        return self.known.operator.is_possible(state, self.binding)
+        return self.info.operator.is_possible(state, self.binding)
 
     def is_ever_possible(self, state: State) -> bool:
         """Whether what no action changes is as it asks, in any state of the episode."""
-        return self.known.fixed(state, self.binding)
+        return self.info.fixed_checks_hold(state, self.binding)
 
     def is_possible_now(self, state: State) -> bool:
         """Whether nothing else forbids it where what is fixed and what is common to all objects do not."""
         found = self.possible.get(state)
         if found is None:
-            found = self.possible[state] = self.known.rest(state, self.binding)
+            found = self.possible[state] = self.info.rest_checks_hold(state, self.binding)
         return found
 
-    def may_be_mended(self, state: State) -> bool:
+    def can_movement_enable(self, state: State) -> bool:
         """Whether all that forbids it, beyond what is fixed and common, is what movement may mend."""
-        if not self.known.unmoved(state, self.binding):
+        if not self.info.unmovable_checks_hold(state, self.binding):
             return False
-        return not self.known.operator.tries or all(self.known.mended[i] for i in self.failing(state))
+        return not self.info.operator.tries or all(self.info.fixable[i] for i in self.find_failing(state))
 
-    def after(self, state: State) -> State:
+    def compute_result(self, state: State) -> State:
         """The state after it, whatever its checks say."""
         found = self.results.get(state)
         if found is None:
-            found = self.results[state] = self.known.operator.apply(state, self.binding)
+            found = self.results[state] = self.info.operator.apply(state, self.binding)
         return found
 
-    def failing(self, state: State) -> list[int]:
+    def find_failing(self, state: State) -> list[int]:
         """The numbers of the checks that fail; after the last of them is that of what is tried and fails."""
-        checks = self.known.operator.checks
+        checks = self.info.operator.checks
         found = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]
         return found if found or self.is_possible(state) else [len(checks)]
 
-    def lacking(self, state: State, enough: int) -> int:
+    def count_unmovable_failures(self, state: State, enough: int) -> int:
         """How many checks fail that movement cannot change, counted up to a number that is enough."""
         found = 0
-        for check, moved in zip(self.known.operator.checks, self.known.moved, strict=False):
+        for check, moved in zip(self.info.operator.checks, self.info.movable, strict=False):
             if not moved and not check.holds(state, self.binding):
                 found += 1
                 if found == enough:
@@ -409,7 +411,7 @@ class CandidateAction(NamedTuple):
 
     def is_hopeless(self, failing: Sequence[int]) -> bool:
         """Whether a check that fails asks for objects of another kind."""
-        checks = self.known.operator.checks
+        checks = self.info.operator.checks
         return any(checks[i].check.fault is FaultKind.AFFORDANCE for i in failing if i < len(checks))
 
 
@@ -419,6 +421,6 @@ def is_needless(operator: CompiledOperator, action: Action, state: State) -> boo
     return any(failure.check.check.fault is FaultKind.ADDITIONAL_STEP for failure in failures)
 
 
-def distinguished(plan: Sequence[Action], operators: Collection[str]) -> tuple[Action, ...]:
+def select_distinguished(plan: Sequence[Action], operators: Collection[str]) -> tuple[Action, ...]:
     """The actions of a plan of which it matters that they are taken."""
     return tuple([action for action in plan if action.operator in operators])

@@ -14,7 +14,7 @@ from itertools import tee
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, ActionSequence, SubgoalPlans
-from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, Holds, distinguished
+from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, Holds, select_distinguished
 from eai.planning.search import Effort, Node, OpenList, SearchEnd, best_first
 from eai.planning.successor_generator import PlanNode
 from eai.world.action import Action
@@ -138,9 +138,11 @@ class _Movement:
                 for ground in moves:
                     if ground.action.operator in taken or self._effort.is_used_up:
                         continue
-                    if ground.known.common(way.state, ground.binding) and ground.is_possible_now(way.state):
+                    if ground.info.common_checks_hold(way.state, ground.binding) and ground.is_possible_now(
+                        way.state
+                    ):
                         self._effort.used += 1
-                        after = ground.after(way.state)
+                        after = ground.compute_result(way.state)
                         if after not in seen:
                             seen.add(after)
                             farther.append(Node(after, 0, way.depth + 1, way, (ground.action,)))
@@ -213,7 +215,7 @@ class _UniformCostSearch:
         if node.depth < self._best:
             self._best = node.depth
             self._found = {}
-        kept = distinguished(node.plan(), self.goal.distinguished)
+        kept = select_distinguished(node.plan(), self.goal.distinguished)
         self._found.setdefault((node.state, kept), node)
 
     def _holds(self, state: State) -> bool:
@@ -230,12 +232,12 @@ class _UniformCostSearch:
                 continue
             name = ground.action.operator
             if name not in allowed:
-                allowed[name] = ground.known.common(node.state, ground.binding)
+                allowed[name] = ground.info.common_checks_hold(node.state, ground.binding)
             way = self._approach(node, ground) if allowed[name] else None
             if way is None:
                 continue
             self.effort.used += 1
-            after = ground.after(way.state)
+            after = ground.compute_result(way.state)
             touched = ground.touched | (self.permitted.touched if way.depth else 0)
             gained = self.goal.met(after, parts, 0) if is_achiever else 0
             if is_achiever and not gained:
@@ -259,7 +261,7 @@ class _UniformCostSearch:
             return None
         if ground.is_possible_now(state):
             return Node(state)
-        if not self.movement or not ground.may_be_mended(state):
+        if not self.movement or not ground.can_movement_enable(state):
             return None
         for way in self.movement.ways(state):
             if before + way.depth > self._best:
@@ -372,7 +374,7 @@ class _FailedSearch:
         for ground in self._permitted.achievers:  # what would help needs something else, or fails at a try
             attempt = self._try_action(first, ground)
             reported = self._choose_reported(attempt)
-            only_tries = attempt.failing == [len(ground.known.operator.checks)]
+            only_tries = attempt.failing == [len(ground.info.operator.checks)]
             if attempt.failing and (only_tries or reported is not attempt):
                 return (0, len(attempt.failing), len(attempt.plan)), reported
         return None
@@ -383,7 +385,7 @@ class _FailedSearch:
         if not missing:
             return 0
         self.effort += self._goal.step_effort
-        after = ground.after(node.state)
+        after = ground.compute_result(node.state)
         if not self._goal.met(after, ground.touched & missing, 0):
             return 0
         met = self._goal.met(after, ground.touched, node.met).bit_count()
@@ -391,7 +393,7 @@ class _FailedSearch:
 
     def _min_rank(self, node: PlanNode, ground: CandidateAction, met: int) -> _AttemptRank:
         """The least rank that an action may have, be it after movement."""
-        lacking = ground.lacking(node.state, len(ground.known.moved))
+        lacking = ground.count_unmovable_failures(node.state, len(ground.info.movable))
         return met, self._min_failing(node, ground, lacking), node.depth + 1
 
     def _min_failing(self, node: PlanNode, ground: CandidateAction, lacking: int) -> int:
@@ -401,13 +403,13 @@ class _FailedSearch:
     def _try_action(self, node: PlanNode, ground: CandidateAction) -> _TriedAction:
         """An action tried where, of all states that movement leads to, the fewest of its checks fail."""
         self.effort += 1
-        failing = ground.failing(node.state)
+        failing = ground.find_failing(node.state)
         best = _TriedAction(node, ground, (*node.plan(), ground.action), node.state, failing)
-        least = self._min_failing(node, ground, sum([not ground.known.moved[i] for i in failing]))
+        least = self._min_failing(node, ground, sum([not ground.info.movable[i] for i in failing]))
         if len(failing) > least:
             for way in self._movement.ways(node.state):
                 self.effort += 1
-                failing = ground.failing(way.state)
+                failing = ground.find_failing(way.state)
                 if len(failing) < len(best.failing):
                     plan = (*node.plan(), *way.plan(), ground.action)
                     best = _TriedAction(node, ground, plan, way.state, failing)
@@ -428,7 +430,7 @@ class _FailedSearch:
         mending = [
             self._try_action(node, other)
             for other in self._permitted.helping
-            if len(ground.failing(other.after(state))) < len(failing)
+            if len(ground.find_failing(other.compute_result(state))) < len(failing)
         ]
         if any(not each.failing and self._undoes_nothing(each) for each in mending):
             return None
@@ -436,4 +438,4 @@ class _FailedSearch:
 
     def _undoes_nothing(self, attempt: _TriedAction) -> bool:
         node, ground = attempt.node, attempt.ground
-        return self._goal.met(ground.after(attempt.state), ground.touched, node.met) == node.met
+        return self._goal.met(ground.compute_result(attempt.state), ground.touched, node.met) == node.met
