@@ -1,1 +1,1 @@
-"""Subgoal decomposition: the answer is a sequence of subgoals, which is carried out (paper, section 3)."""
+"""Subgoal decomposition: the model answers with a sequence of subgoals, to be executed (paper, section 3)."""

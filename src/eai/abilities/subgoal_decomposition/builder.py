@@ -1,12 +1,13 @@
-"""Subgoals made into programs for the search: the same for every domain.
+"""Build programs for the search from subgoals, in any domain.
 
-Each subgoal is a formula with all that the language has. What it says of one moment is brought about as a
-whole and tested then, by each of its alternatives: every part of an ``or``, every object for an ``exists``; a
-``forall`` asks for all objects of its class; the name of a class stands for any of the task's objects of that
-class; an action is carried out.
+A subgoal is a formula of the whole language. A condition on one moment is achieved as a whole and then
+tested, with each of its alternatives: each part of an ``or``, each object of an ``exists``. A ``forall``
+requires all objects of its class. The name of a class stands for any of the task's objects of that class. An
+action is executed.
 
-A few words can ask for millions of literals: quantifiers multiply, and so do alternatives. How much a subgoal
-comes down to is counted before anything is unfolded, and too much is refused, the same on every machine.
+A short formula can ask for millions of literals, because quantifiers and alternatives multiply. So literals
+are counted before anything is expanded, and a subgoal with too many is rejected, on every machine in the same
+way.
 """
 
 from __future__ import annotations
@@ -54,13 +55,13 @@ from eai.world.relation import bits
 from eai.world.state import State
 
 MAX_LITERALS = 100_000
-"""The most literals that a subgoal may come down to, and all its alternatives together."""
+"""Maximum number of literals of a subgoal, and of all its alternatives together."""
 
 TOO_MUCH = f"it comes down to more than {MAX_LITERALS:,} literals"
 
 
 class _QuantifierRange:
-    """The range of the quantifiers of subgoals, and how much that makes.
+    """The objects that quantifiers of subgoals range over, and the number of literals that result.
 
     Args:
         task: the task.
@@ -71,18 +72,21 @@ class _QuantifierRange:
         self._relevant = task.relevant
 
     def all_objects(self, variable: f.Variable) -> Sequence[int]:
-        """The objects of a variable's class: what a ``forall`` asks for."""
+        """Return the objects of a variable's class, which a ``forall`` requires."""
         return tuple(bits(self._scene.category(variable.category)))
 
     def usable_objects(self, variable: f.Variable) -> Sequence[int]:
-        """The task's objects of a class, or, if there are none, all in the scene: what ``exists`` tries."""
+        """Return the task's objects of a variable's class, or all of the scene if the task has none.
+
+        ``exists`` tries them.
+        """
         mask = self._scene.category(variable.category)
         return [i for i in self._relevant if mask >> i & 1] or tuple(bits(mask))
 
     def count_literals(self, formula: f.Formula) -> int:
-        """How many literals a test of a formula may look at.
+        """Return the maximum number of literals that a test of a formula looks at.
 
-        A kind of which there is nothing counts as one thing: what stands within or around is looked at.
+        An empty class counts as one object, since formulas inside and around the quantifier are looked at.
 
         Raises:
             InputError: there are more than `MAX_LITERALS`.
@@ -100,9 +104,9 @@ class _QuantifierRange:
         return max(1, self._scene.category(variable.category).bit_count())
 
     def count_alternative_literals(self, formula: f.Formula) -> int:
-        """How many literals the alternatives of a formula in negation normal form have, all together.
+        """Return the number of literals of all alternatives of a formula in negation normal form.
 
-        An alternative counts as one at least, also if it asks for nothing of a kind of which there is none.
+        An alternative counts as at least one literal, even if it requires nothing of an empty class.
 
         Raises:
             InputError: there are more than `MAX_LITERALS`, or a test looks at more.
@@ -113,7 +117,7 @@ class _QuantifierRange:
         )
 
     def _count_alternatives(self, formula: f.Formula) -> int:
-        """How many alternatives there are, counted no further than is allowed."""
+        """Return the number of alternatives, counted up to one more than `MAX_LITERALS`."""
         match formula:
             case f.And(parts):
                 choices = prod(map(self._count_alternatives, parts))
@@ -128,7 +132,7 @@ class _QuantifierRange:
         return min(choices, MAX_LITERALS + 1)
 
     def _max_alternative_literals(self, formula: f.Formula) -> int:
-        """How many literals one alternative has at most."""
+        """Return the maximum number of literals of one alternative."""
         match formula:
             case f.And(parts):
                 return sum(map(self._max_alternative_literals, parts))
@@ -149,23 +153,23 @@ def _check_limit(number: int) -> int:
 
 
 MAX_INSTRUCTIONS = 20_000
-"""The longest program; alternatives multiply where names or variables stand for several objects."""
+"""Maximum length of a program. Alternatives multiply if names or variables stand for several objects."""
 
 _LITERALS_PER_ACTION = 100
-"""How many literals of a formula are tested in the time in which an action is applied."""
+"""Number of literals whose tests cost as much as one applied action."""
 
 _MAX_EXCLUSION_LITERALS = 100
-"""How many literals a subgoal may have, over all alternatives, to be known to exclude each other."""
+"""Maximum number of literals of a subgoal, over all alternatives, that are tested for exclusion."""
 
 _MAX_CACHED_SUBGOALS = 32
-"""How many subgoals of a task are remembered."""
+"""Maximum number of cached subgoals of a task."""
 
 _MAX_CACHED_STATES = 16
-"""For how many states it is remembered what was done for one of them: those of all branches of a search."""
+"""Maximum number of states for which the plans of a subgoal are cached: those of all branches of a search."""
 
 
 class _FailureReason(NamedTuple):
-    """Why a subgoal does not hold: the id of the check, and in words."""
+    """Why a subgoal does not hold: the id of the check, and the reason in words."""
 
     id: str
     words: str
@@ -178,10 +182,15 @@ _NOT_DONE = _FailureReason("not_brought_about", "nothing that is done for it bri
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Requirement:
-    """A condition that must hold, as a test; the check that says what is wrong if not; what the test costs.
+    """A condition that must hold.
 
-    It is equal to itself alone: what all alternatives have in common is not hashed for each of them.
-    ``refused`` is the check where no state can meet it, by any alternative; it is found out when it is asked.
+    Requirements are compared by identity, so that what all alternatives share is not hashed for each of them.
+
+    Attributes:
+        holds: tests the condition.
+        check: the check that fails if the condition does not hold.
+        effort: cost of the test, in applied actions.
+        refused: returns a check that says why no state can meet the condition by any alternative, or None.
     """
 
     holds: Holds
@@ -198,9 +207,9 @@ class Programs:
 
     Args:
         task: the task.
-        lexicon: what subgoals may say.
-        refinement: finds what carries them out.
-        distinguished: the operators of which it matters to the goal that they are taken.
+        lexicon: the vocabulary of subgoals.
+        refinement: finds the actions for subgoals.
+        distinguished: operators whose use matters to the goal.
     """
 
     def __init__(
@@ -219,7 +228,7 @@ class Programs:
         self.make_action_planner = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_action_planner)
 
     def compile(self, written: WrittenSubgoals | Unreadable) -> CompiledAnswer | RejectedAnswer:
-        """An answer whose subgoals are each a text of its own, each read by itself."""
+        """Compile an answer. Each of its subgoals is read separately."""
         if isinstance(written, Unreadable):
             return replace(reject_unparseable(written.reason), spans=written.spans)
         return replace(self._compile(written), spans=written.spans)
@@ -242,11 +251,11 @@ class Programs:
             return reject_unparseable(str(error), written.repairs)
 
     def program(self, subgoals: Sequence[f.Formula]) -> Program:
-        """The program that carries out subgoals one after the other.
+        """Return the program that executes subgoals one after the other.
 
         Raises:
-            InputError: a subgoal is not a combination of states and actions that can be carried out one after
-                the other, or comes down to too much.
+            InputError: a subgoal is not a combination of states and actions that can be executed one after
+                the other, or has too many literals.
         """
         builder = _ProgramBuilder(self)
         start = 0
@@ -282,9 +291,9 @@ class Programs:
         return _Requirement(StateTest(meaning, self.task.scene), check(why), effort, cache(refused))
 
     def _make_needless_planner(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> SubgoalPlanner:
-        """The actions that say of themselves that they are not needed, where one of the alternatives holds.
+        """Return a planner of actions that fail as additional steps because an alternative holds already.
 
-        Of several that hold, those of the one with the fewest.
+        If several alternatives hold, the one with the fewest such actions counts.
         """
         effort = sum(map(len, alternatives)) // _LITERALS_PER_ACTION
 
@@ -296,7 +305,10 @@ class Programs:
         return lru_cache(_MAX_CACHED_STATES)(plans)
 
     def _make_planner(self, literals: tuple[GroundAtom, ...], required: _Requirement) -> SubgoalPlanner:
-        """The ways to bring literals about that fulfil what is required; none where no state does."""
+        """Return a planner that makes literals true and meets a requirement.
+
+        If no state can meet it, there is no plan.
+        """
         made = cache(
             lambda: self._refinement.make_planner(
                 literals,
@@ -317,7 +329,7 @@ class Programs:
 
 
 class _ProgramBuilder:
-    """Makes instructions from the end of a plan to its beginning."""
+    """Builds instructions from the end of a plan to its beginning."""
 
     def __init__(self, programs: Programs) -> None:
         self.program: list[Instruction] = [None]
@@ -326,7 +338,7 @@ class _ProgramBuilder:
         self._extent = programs.extent
 
     def quantify_classes(self, subgoal: f.Formula) -> f.Formula:
-        """A subgoal where the name of a class has become a variable for an object of it."""
+        """Replace the names of classes in a subgoal by variables for an object of the class."""
         names = dict.fromkeys(
             term
             for part in walk(subgoal)
@@ -340,9 +352,14 @@ class _ProgramBuilder:
         return quantify(f.Exists, [f.Variable(each.name, each.name) for each in names], subgoal)
 
     def subgoal(self, formula: f.Formula, number: int, then: int) -> int:
-        """Put a part of the subgoal of this number in front of instruction ``then``; returns the first one.
+        """Add instructions for a part of a subgoal, and return the number of the first one.
 
-        Negations stand at its leaves only.
+        Negations must stand at the leaves of the formula.
+
+        Args:
+            formula: the part.
+            number: number of the subgoal, from 0.
+            then: number of the instruction that follows.
         """
         if _speaks_of_states(formula):
             return self._add_condition(formula, number, then)
@@ -367,7 +384,7 @@ class _ProgramBuilder:
                 raise _not_executable(formula)
 
     def _add_together(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
-        """Actions in their order, before or after what shall hold when all is done."""
+        """Add actions in their order, before or after the conditions that must hold when all is done."""
         states = [part for part in parts if _speaks_of_states(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
         if not states:
@@ -379,14 +396,14 @@ class _ProgramBuilder:
         return self._fork([before, after], number)
 
     def _add_alternatives(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
-        """Several ways to continue, the first of them first."""
+        """Add several ways to continue, the first one first."""
         return self._fork([self.subgoal(each, number, then) for each in reversed(parts)], number)
 
     def _add_condition(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
-        """A condition that shall hold at one moment: brought about by one of its alternatives, and tested.
+        """Add a condition on one moment, which one of its alternatives makes true before it is tested.
 
-        Where it holds already, by whichever alternative, nothing is done; if it is all that the subgoal says,
-        the subgoal may be an additional step.
+        If it holds already, by any alternative, nothing is done. If the subgoal says nothing else
+        (``is_all``), it may then be an additional step.
         """
         observed = self._drop_unobserved(formula)
         self._extent.count_alternative_literals(observed)
@@ -410,7 +427,7 @@ class _ProgramBuilder:
         return self._add(Fork(lambda state: ways[required.holds(state)], number, 1 + required.effort))
 
     def _alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
-        """The literals to bring about, all of one alternative; nothing for what is only tested."""
+        """Yield the literals of each alternative. A part that can only be tested has no literals."""
         match formula:
             case f.And(parts):
                 for chosen in product(*map(self._alternatives, parts)):
@@ -429,7 +446,7 @@ class _ProgramBuilder:
                 yield () if literal is None else (literal,)
 
     def _drop_unobserved(self, formula: f.Formula) -> f.Formula:
-        """A formula where that of which the domain knows nothing is taken to be so."""
+        """Replace atoms that the domain does not observe by true."""
         match formula:
             case f.And(parts) | f.Or(parts):
                 return type(formula)(tuple([self._drop_unobserved(part) for part in parts]))
@@ -443,7 +460,7 @@ class _ProgramBuilder:
     def _instances(
         self, variable: f.Variable, body: f.Formula, indices: Iterable[int]
     ) -> Iterator[f.Formula]:
-        """The body for each of some objects, by the names that they have in the answer."""
+        """Yield the body for each object, by its name in the answer."""
         for index in indices:
             yield substitute(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
@@ -462,7 +479,7 @@ def _require(required: _Requirement, number: int, then: int) -> Require:
 
 
 def _speaks_of_states(formula: f.Formula) -> bool:
-    """Whether a formula is about one moment, and about no action."""
+    """Whether a formula is about one moment and mentions no action."""
     return is_state_formula(formula) and not any(isinstance(part, f.Occurs) for part in walk(formula))
 
 

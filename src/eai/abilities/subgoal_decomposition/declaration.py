@@ -1,4 +1,4 @@
-"""Subgoal decomposition as a registered ability: how it is asked and counted."""
+"""Declaration of subgoal decomposition: how a model is asked, and how answers are counted."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
 
 
 def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
-    """The contributions of one answer to each rate.
+    """Return the contributions of one answer to each rate.
 
-    What cannot be carried out counts by its category, and as a wrong number of arguments where that is the
-    error; what goes wrong on the way counts as the verdict says, or as `Counted`. ``granularity`` is how many
-    actions had to be added to one for each subgoal that actions were executed for.
+    An answer that cannot be executed counts by its category, or as a wrong number of arguments if that is its
+    error. Errors during execution count as the verdict says, or as its `SummaryCounts` say. ``granularity``
+    is the number of actions that the search added, for each subgoal for which actions were executed.
     """
     category = verdict.category
     wrong_arity = verdict.error is not None and verdict.error.kind is FaultKind.ARGUMENT_NUMBER
@@ -58,7 +58,7 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
 
 
 def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """The maker of scorers, imported where it is needed, so that reports load no search."""
+    """Return the maker of scorers. The import is delayed so that reports do not load the search."""
     from eai.abilities.subgoal_decomposition.refinement import Refinement
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 

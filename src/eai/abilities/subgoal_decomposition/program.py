@@ -1,4 +1,4 @@
-"""Programs: the subgoals of an answer as instructions for the search, or what keeps them from it."""
+"""Programs: the subgoals of an answer as instructions for the search, or why they cannot be executed."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from eai.world.operator import Check
 from eai.world.state import State
 
 ActionSequence: TypeAlias = Sequence[Action]
+"""A sequence of ground actions."""
 
 MAX_ACTIONS = 2
-"""How many actions carry out one subgoal at most, movement included."""
+"""Maximum number of actions for one subgoal, including movement."""
 
 
 TOO_FAR = Check(
@@ -27,17 +28,17 @@ TOO_FAR = Check(
     f"it takes more than {MAX_ACTIONS} actions: the states in between must be subgoals, too",
     id="too_many_actions",
 )
-"""The offence of a subgoal that takes more actions than it may."""
+"""The check that a subgoal fails if it needs more actions than allowed."""
 
 
 class SubgoalPlans(NamedTuple):
-    """The actions to take for a subgoal in a state.
+    """The plans for a subgoal in a state.
 
     Attributes:
-        plans: the plans for it, each to be tried; none if nothing is to be done there.
-        effort: how many actions were applied to states to find them.
-        refused: why nothing is done, and the subgoal fails; None where it does not.
-        has_failed: whether nothing brings it about, and not for the kind of its objects.
+        plans: the plans, which are all tried; empty if nothing must be done.
+        effort: number of actions that were applied to states to find the plans.
+        failed_check: why the subgoal fails without any action; None if it does not.
+        has_failed: whether no plan reaches the subgoal although its objects are of the right kind.
     """
 
     plans: Sequence[ActionSequence]
@@ -47,13 +48,17 @@ class SubgoalPlans(NamedTuple):
 
 
 SubgoalPlanner: TypeAlias = Callable[[State], SubgoalPlans]
-"""The actions to take for a subgoal in a state."""
+"""Finds the plans for a subgoal in a state."""
 
 
 class Perform(NamedTuple):
-    """Carry out a subgoal by one of the plans for it in the state at hand; if there is none, do nothing.
+    """Execute each plan for a subgoal in the present state. If there is no plan, do nothing.
 
-    No more than ``most`` actions are executed for one subgoal, if that is given.
+    Attributes:
+        plans: finds the plans.
+        subgoal: number of the subgoal, from 0.
+        then: number of the next instruction.
+        max_actions: maximum number of actions for one subgoal; None for no limit.
     """
 
     plans: SubgoalPlanner
@@ -63,7 +68,15 @@ class Perform(NamedTuple):
 
 
 class Require(NamedTuple):
-    """Continue if a subgoal holds; ``check`` says what is wrong if not, ``effort`` what the test costs."""
+    """Continue if a subgoal holds.
+
+    Attributes:
+        holds: tests the subgoal.
+        check: the check that fails if it does not hold.
+        subgoal: number of the subgoal, from 0.
+        then: number of the next instruction.
+        effort: cost of the test, in applied actions.
+    """
 
     holds: Callable[[State], bool]
     check: Check
@@ -73,9 +86,12 @@ class Require(NamedTuple):
 
 
 class Fork(NamedTuple):
-    """Continue a subgoal in each of the ways that are open in a state, those with greater numbers first.
+    """Continue a subgoal in several branches; branches with greater instruction numbers come first.
 
-    ``effort`` is what it costs to find them.
+    Attributes:
+        targets: returns the numbers of the next instructions in a state.
+        subgoal: number of the subgoal, from 0.
+        effort: cost of finding them, in applied actions.
     """
 
     targets: Callable[[State], Sequence[int]]
@@ -84,15 +100,22 @@ class Fork(NamedTuple):
 
 
 Instruction: TypeAlias = Perform | Require | Fork | None
-"""The next thing to do; None where all subgoals are carried out."""
+"""The next instruction; None if all subgoals were executed."""
 
 Program: TypeAlias = Sequence[Instruction]
-"""Instructions that lead to earlier ones only; the last one is the first to run, number 0 is None."""
+"""Instructions that lead only to earlier ones. The last instruction runs first; number 0 is None."""
 
 
 @dataclass(frozen=True, slots=True)
 class CompiledAnswer:
-    """An answer that can be carried out: its subgoals, their program, and how its text was read."""
+    """An answer that can be executed.
+
+    Attributes:
+        subgoals: its subgoals.
+        program: their program.
+        repairs: names of the repairs that reading needed.
+        spans: parts of the text and how each was treated.
+    """
 
     subgoals: tuple[Formula, ...]
     program: Program
@@ -106,7 +129,15 @@ MisusedName: TypeAlias = tuple[int, Misuse]
 
 @dataclass(frozen=True, slots=True)
 class RejectedAnswer:
-    """An answer that cannot be carried out: why, what is wrong with its names, and how its text was read."""
+    """An answer that cannot be executed.
+
+    Attributes:
+        category: its category.
+        error: the error.
+        repairs: names of the repairs that reading needed.
+        misused_names: the names that are not allowed.
+        spans: parts of the text and how each was treated.
+    """
 
     category: SubgoalCategory
     error: ErrorReport
@@ -118,7 +149,13 @@ class RejectedAnswer:
 def reject_unparseable(
     reason: str, repairs: tuple[str, ...] = (), subgoal: int | None = None
 ) -> RejectedAnswer:
-    """The rejection of what no plan can be made of, for the sake of this subgoal if it is one."""
+    """Return the rejection of an answer that cannot be parsed.
+
+    Args:
+        reason: the reason in words.
+        repairs: names of the repairs that reading needed.
+        subgoal: number of the subgoal that cannot be parsed; None if the reason is about the whole answer.
+    """
     error = ErrorReport(FaultKind.PARSING, subgoal, reason)
     return RejectedAnswer(SubgoalCategory.NOT_PARSEABLE, error, repairs)
 
@@ -127,7 +164,11 @@ _PRECEDENCE = ("unknown_predicate", "wrong_arity", "unknown_object")
 
 
 def reject_names(offences: Sequence[MisusedName], repairs: tuple[str, ...]) -> RejectedAnswer:
-    """The rejection for names that are not allowed: unknown predicates first, then numbers of objects."""
+    """Return the rejection of an answer with names that are not allowed.
+
+    Its error is the first misused name: unknown predicates come first, then wrong arities, then unknown
+    objects.
+    """
     subgoal, worst = min(offences, key=lambda offence: _PRECEDENCE.index(offence[1].kind))
     wrong_number = worst.kind == "wrong_arity"
     kind = FaultKind.ARGUMENT_NUMBER if wrong_number else FaultKind.HALLUCINATION

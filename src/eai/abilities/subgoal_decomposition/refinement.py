@@ -1,12 +1,12 @@
-"""Refinement: which actions carry out a subgoal, found by a small search on the declared domain.
+"""Refinement: find the actions for one subgoal by a small search in the declared domain.
 
-A subgoal is carried out by `MAX_ACTIONS` at most. An action that changes the world brings about a
-part of it; three other things (`Role`) may be done for its sake: *movement*, *taking* what the subgoal
-names into a hand, and *releasing* what a hand holds, where nothing else helps. So the goal of a task is
-no subgoal, unless it is as near as that. The shortest sequence is taken; of equally short ones all are handed
-on, for the search that carries out the whole answer to try. Effort is bounded by a number of applied actions,
-never by time; operators and objects are tried in their order. (Paper, section "Ability Module 2: Subgoal
-Decomposition": a breadth-first search with a bounded number of actions for each subgoal.)
+A subgoal gets at most `MAX_ACTIONS` actions. An action that changes the world makes a part of the subgoal
+true. Three other kinds of actions (`Role`) may prepare it: *movement*, *taking* an object of the subgoal into
+a hand, and, if nothing else helps, *releasing* an object. So a distant goal of the task cannot be a subgoal.
+The shortest plan is taken. If several plans have this length, the search over the whole answer tries all of
+them. Effort is limited by a number of applied actions, never by time. Operators and objects are tried in
+their order. (Paper, section "Ability Module 2: Subgoal Decomposition": a breadth-first search with a bounded
+number of actions for each subgoal.)
 """
 
 from __future__ import annotations
@@ -35,21 +35,24 @@ from eai.world.operator import Operator, Role
 from eai.world.state import Scene, State
 
 _MAX_TESTED_LITERALS = 200_000
-"""How many literals one search may test; of a subgoal with very many fewer actions are applied."""
+"""Maximum number of literals that one search may test.
+
+For a subgoal with very many literals fewer actions are applied.
+"""
 
 
 class _SearchNeeds(NamedTuple):
-    """The means of a search.
+    """The input of a search for the actions of a subgoal.
 
     Attributes:
-        state: where it begins.
-        wanted: what may bring the subgoal about, and the mask of the parts that each action is for.
-        touched: for each operator the mask of the parts that it can change besides.
-        named: the objects that the subgoal names.
-        objects: what actions may be about.
-        grounds: the actions that have been thought of.
-        wider: gives what may bring the subgoal about by means of other objects; None where an action is
-            wanted for its own sake, not for where it leads.
+        state: the start state.
+        wanted: actions that may reach the subgoal, with the mask of the parts that each is for.
+        touched: for each operator the mask of the parts that it can change.
+        named: the objects in the subgoal.
+        objects: the objects that actions may be about.
+        grounds: cache of the candidate actions.
+        wider: returns further actions that may reach the subgoal by means of other objects; None if the
+            subgoal is an action itself.
     """
 
     state: State
@@ -61,20 +64,20 @@ class _SearchNeeds(NamedTuple):
     wider: Callable[[State], Mapping[Action, int]] | None = None
 
     def combine_touched(self, operators: Iterable[str]) -> int:
-        """The mask of the parts that some operators can change."""
+        """Return the mask of the parts that some operators can change."""
         return reduce(or_, [self.touched.get(name, 0) for name in operators], 0)
 
 
 class Refinement:
-    """Finds what carries out subgoals of one domain.
+    """Finds the actions for subgoals of one domain.
 
     Args:
         domain: the domain.
-        budget: how many actions a search may apply to states for each literal of a subgoal.
+        budget: maximum number of actions that a search may apply, for each literal of a subgoal.
 
     Attributes:
         domain: the domain.
-        exclusion_rules: gives what its declaration says about facts that exclude each other.
+        exclusion_rules: returns the rules about facts that exclude each other in the domain.
     """
 
     def __init__(self, domain: Domain, budget: int = 300) -> None:
@@ -84,7 +87,7 @@ class Refinement:
         self._budget = budget
 
     def brings_about(self, literal: GroundAtom) -> bool:
-        """Whether any action changes what the literal is about."""
+        """Whether any action changes the predicate of a literal."""
         return bool(self._repertoire.find_writers(literal.predicate))
 
     def make_planner(
@@ -97,18 +100,18 @@ class Refinement:
         *,
         test_effort: int = 0,
     ) -> SubgoalPlanner:
-        """The actions in a state that make a subgoal hold, where it does not yet.
+        """Return a planner for a subgoal that does not hold yet.
 
-        Where it cannot be made to hold, it is what comes nearest, and then the action that fails, to be
-        diagnosed; nothing if none fails but there are too many.
+        If the subgoal cannot be reached, the planner returns the nearest plan and the action that fails, so
+        that the failure is diagnosed. If no action fails but the plan is too long, it returns no plan.
 
         Args:
-            literals: what the subgoal says of objects.
-            holds: whether the subgoal holds; it may say more than its literals.
+            literals: the literals of the subgoal.
+            holds: tests the subgoal, which may say more than its literals.
             scene: the scene.
-            objects: what actions may be about.
-            distinguished: the operators of which it matters that they are taken.
-            test_effort: how many applied actions a test of the subgoal stands for.
+            objects: the objects that actions may be about.
+            distinguished: operators whose use matters to the goal.
+            test_effort: cost of a test of the subgoal, in applied actions.
         """
         tests = [(1 << i, self._repertoire.make_test(each, scene)) for i, each in enumerate(literals)]
         everything = (1 << len(literals)) - 1
@@ -134,10 +137,9 @@ class Refinement:
         return plans
 
     def find_needless(self, literals: Sequence[GroundAtom], state: State) -> ActionSequence | None:
-        """The actions that would bring literals about and say themselves that they are not needed.
+        """Return actions that would make literals true and fail as additional steps, since the literals hold.
 
-        That is for each literal the first that does, as its object is as it makes it; None if one of the
-        literals does not hold.
+        For each literal this is the first such action. Returns None if one of the literals does not hold.
         """
         if not all(self._repertoire.make_test(each, state.scene)(state) for each in literals):
             return None
@@ -151,7 +153,7 @@ class Refinement:
         return tuple(found)
 
     def make_action_planner(self, action: Action, scene: Scene, objects: Sequence[int]) -> SubgoalPlanner:
-        """An action, after the shortest sequence that makes it possible; the attempt where there is none."""
+        """Return a planner for an action: the shortest plan that ends with it, or only the failing action."""
         goal = SearchGoal(0, lambda _, touched, __: touched, 1, lambda _: True, ())
         named = list_objects([action.arguments], scene)
 
@@ -167,12 +169,12 @@ class Refinement:
         return find_plans(goal, self._permitted_sets(need), need.state, budget)
 
     def _permitted_sets(self, need: _SearchNeeds) -> Iterator[Permitted]:
-        """The permitted actions, widened step by step.
+        """Yield sets of permitted actions, each wider than the one before.
 
-        First what is about nothing but the objects that are named; then releasing any object; then going to
-        any object, and changes of any where the literal leaves open about which. Where the agent moves, but
-        none of these depends on where it is, that is only by means of any tool; where it does not, as in most
-        of PDDL, it is by whatever fits.
+        The first set is about the named objects only. The second may release any object. The third may also
+        go to any object, and change any object if the literal leaves the object open. If the domain has
+        movement but the subgoal does not depend on the position, the third set is limited to any tool.
+        Without movement, as in most of PDDL, it allows all fitting objects.
         """
         helping, movement = self._repertoire.find_supporters(_operator_names(need.wanted))
         moves, changes = self._split_movement(need.wanted, need)
@@ -200,7 +202,7 @@ class Refinement:
     def _split_movement(
         self, wanted: Mapping[Action, int], need: _SearchNeeds
     ) -> tuple[list[CandidateAction], list[CandidateAction]]:
-        """The movement that is wanted for where it leads, and all else that is wanted."""
+        """Split the wanted actions into movement that is wanted for its destination, and all others."""
         leading = need.wider is not None
         moves = {a: p for a, p in wanted.items() if leading and self._role(a) is Role.MOVEMENT}
         changes = {action: parts for action, parts in wanted.items() if action not in moves}
@@ -209,7 +211,7 @@ class Refinement:
     def _actions_of_role(
         self, operators: Iterable[Operator], role: Role, objects: Sequence[int]
     ) -> dict[Action, int]:
-        """The actions by operators of a role about different objects; they are for no part."""
+        """Return the actions of a role about different objects, as helpers that are for no part."""
         return {
             Action(o.name, arguments): 0
             for o in operators
@@ -218,7 +220,7 @@ class Refinement:
         }
 
     def _moves(self, operators: Iterable[str], places: Sequence[int]) -> dict[Action, int]:
-        """The movement to places; it is for no part."""
+        """Return the movement to some objects, as helpers that are for no part."""
         return {
             Action(name, arguments): 0
             for name in operators

@@ -1,9 +1,9 @@
-"""The repertoire of a domain: what each operator is for, what it asks for and what it changes.
+"""The repertoire of a domain: the role of each operator, its conditions and its effects.
 
-All of it follows from the declaration and is the same for every scene, so it is found once. What concerns a
-predicate is found when that is first asked for: there are no more such tables than the vocabulary has
-predicates, affirmed or denied, of objects that are the same or not. Threads that ask at once find the same.
-`Ground` is an action by an operator, as one search may take it.
+It follows from the declaration and holds for all scenes, so it is computed once. Results about a predicate
+are computed on the first request and cached: there are at most as many tables as predicates, positive or
+negated, with equal or different objects. Threads that ask at the same time get equal results. A
+`CandidateAction` is an action by an operator in one search.
 """
 
 from __future__ import annotations
@@ -41,23 +41,24 @@ from eai.world.relation import mask_of
 from eai.world.state import Scene, State
 
 Holds: TypeAlias = Callable[[State], bool]
-"""Whether something holds in a state."""
+"""Tests a condition in a state."""
 
 _AGENT = 0
-"""The number of the agent in a `_OperatorPattern`; the objects of the literal are numbered from 1."""
+"""Number of the agent in an `_OperatorPattern`. The objects of the literal are numbered from 1."""
 
 _MAX_FITTING_ACTIONS = 10_000
-"""How many actions by one operator are thought of where a literal leaves open what they are about."""
+"""Maximum number of actions by one operator for a literal that leaves their objects open."""
 
 
 MAX_LISTED = 100_000
-"""Maximum number of actions by one operator that a search may take."""
+"""Maximum number of actions by one operator in a search."""
 
 
 class _CheckKind(Enum):
-    """Checks of an operator by what can change whether they hold.
+    """Kinds of checks of an operator, by what can change their truth.
 
-    No action can; some can, but it is the same for all objects and wherever the agent is; or anything can.
+    `FIXED`: no action can. `COMMON`: some action can, but the truth is the same for all objects and all
+    positions of the agent. `REST`: all other checks.
     """
 
     FIXED = "fixed"
@@ -66,18 +67,19 @@ class _CheckKind(Enum):
 
 
 class _OperatorInfo(NamedTuple):
-    """An operator as a search has to know it.
+    """An operator with the information that a search needs.
 
     Attributes:
-        operator: the operator, compiled.
-        role: what it is for.
-        moved: for each of its checks, and then for what it tries, whether movement can change it.
-        mended: likewise, whether movement can make it hold so that the action becomes possible: not if it
-            fails because there is no need for the action, nor what is tried.
-        fixed: whether it is possible as far as nothing is concerned that any action changes.
-        common: likewise, for what it asks of no object in particular and movement does not change.
-        rest: whether nothing else makes it impossible.
-        unmoved: whether nothing of the rest does that movement does not mend; what is tried is left out.
+        operator: the compiled operator.
+        role: its role.
+        movable: for each check, and then for the things that it tries, whether movement can change the truth.
+        fixable: for each check whether movement can establish it so that the action becomes possible. False
+            for checks that fail because the action is not needed, and for the things that it tries.
+        fixed_checks_hold: tests the checks that no action can change.
+        common_checks_hold: tests the checks that are the same for all objects and positions.
+        rest_checks_hold: tests all other checks.
+        unmovable_checks_hold: tests the other checks that movement cannot establish, without the things that
+            it tries.
     """
 
     operator: CompiledOperator
@@ -91,7 +93,10 @@ class _OperatorInfo(NamedTuple):
 
 
 _OperatorPattern: TypeAlias = tuple[str, tuple[int | None, ...]]
-"""How an operator, by name, may bring a literal about; None is an argument that the literal leaves open."""
+"""Name and arguments of an operator that may make a literal true.
+
+An argument is None if the literal leaves it open.
+"""
 
 
 class Repertoire:
@@ -101,9 +106,11 @@ class Repertoire:
         domain: the domain.
 
     Attributes:
-        known: the operators by name.
-        movement: the operators that move the agent; of those that do the same the first.
-        with_tools: the names of the others with an argument that no effect speaks of.
+        operators: the operators by name.
+        movement: the operators that move the agent, without duplicates.
+        with_tools: names of the other operators that have an argument which no effect mentions.
+        find_writers: returns the operators that change a predicate (cached).
+        find_supporters: returns the operators that support others (cached).
     """
 
     def __init__(self, domain: Domain) -> None:
@@ -133,18 +140,18 @@ class Repertoire:
         )
 
     def _find_tools(self, operator: Operator) -> set[Variable]:
-        """The parameters that no effect changes anything of."""
+        """Return the parameters that no effect mentions."""
         return {*operator.parameters}.difference(
             *[each.atom.arguments for each in self._effects[operator.name]]
         )
 
     def _find_writers(self, predicate: str) -> Sequence[Operator]:
-        """The operators that change what a predicate comes down to, in the order of their declaration."""
+        """Return the operators that change the stored predicates behind a predicate, in declared order."""
         sources = self._sources([Atom(predicate)])
         return [o for o in self._domain.operators if not self._writes[o.name].isdisjoint(sources)]
 
     def find_touched(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
-        """For each operator that can change the truth of some literals, by name, the mask of these."""
+        """Return for each operator that can change some literals, by name, the mask of these literals."""
         touched: dict[str, int] = {}
         for i, literal in enumerate(literals):
             for operator in self.find_writers(literal.predicate):
@@ -152,7 +159,7 @@ class Repertoire:
         return touched
 
     def make_test(self, literal: GroundAtom, scene: Scene) -> Holds:
-        """Whether a literal holds in a state; what its predicate means is compiled once."""
+        """Return the test of a literal. The meaning of its predicate is compiled once."""
         frame, truth = self._compiled(literal.predicate, len(literal.arguments), literal.truth)
         binding = frame.bind(scene, literal.arguments)
         return lambda state: truth(state, [*binding])  # quantifiers write into it, in any number of threads
@@ -169,17 +176,17 @@ class Repertoire:
         others: Sequence[int] = (),
         fitting: State | None = None,
     ) -> dict[Action, int]:
-        """The actions that may bring literals about, each with the mask of those that it is for.
+        """Return the actions that may make literals true, each with the mask of the literals that it is for.
 
-        They are about the objects of a literal, all different, or about others where it leaves open about
-        which. Where the agent is, what it faces and its posture is a matter of movement only.
+        The actions are about the objects of a literal, all different, or about others if the literal leaves
+        the object open. Position, direction and posture of the agent are changed by movement only.
 
         Args:
             literals: the literals.
             scene: the scene.
-            others: the other objects.
-            fitting: a state, to leave out the actions that what no action changes makes impossible; then an
-                action may be about one object twice.
+            others: other objects.
+            fitting: a state. If given, actions that a fixed check forbids are left out, and an action may be
+                about one object twice.
         """
         wanted: dict[Action, int] = {}
         for i, literal in enumerate(literals):
@@ -190,7 +197,7 @@ class Repertoire:
     def _actions_for(
         self, literal: GroundAtom, scene: Scene, others: Sequence[int], fitting: State | None
     ) -> Iterable[Action]:
-        """The actions that may bring a literal about."""
+        """Return the actions that may make a literal true."""
         named = list_objects([literal.arguments], scene)
         objects = list_objects([named, others], scene)
         agent = UNBOUND if scene.agent is None else scene.agent
@@ -210,7 +217,7 @@ class Repertoire:
     def _find_fitting(
         self, operator: str, given: Sequence[int | None], objects: Sequence[int], state: State
     ) -> list[tuple[int, ...]]:
-        """The arguments, some of them given, with which what no action changes is as an operator asks."""
+        """Return the arguments with which the fixed checks of an operator hold. Some arguments are given."""
         taken = self._taking(operator)
         scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
         usable = mask_of(objects)
@@ -219,7 +226,7 @@ class Repertoire:
         return [taken.arguments(binding) for binding in islice(found, _MAX_FITTING_ACTIONS)]
 
     def _find_patterns(self, shape: GroundAtom) -> Sequence[_OperatorPattern]:
-        """The ways to bring about a literal of numbered objects."""
+        """Return the patterns of operators that may make a literal of numbered objects true."""
         changes = changes_for(shape, self._domain.vocabulary, _number_named)
         found: dict[_OperatorPattern, None] = {}
         for operator in self.find_writers(shape.predicate):
@@ -230,9 +237,10 @@ class Repertoire:
         return tuple(found)
 
     def _find_supporters(self, names: frozenset[str]) -> tuple[Sequence[Operator], Sequence[str]]:
-        """The other operators that can make true what those of some names ask for, and so on.
+        """Return the operators that establish the conditions of others, directly or through further ones.
 
-        Those that take things or release them, and by name those that move the agent.
+        The first result has operators that take or release objects, the second the names of those that move
+        the agent.
         """
         operators = self._domain.operators
         asking = [operator for operator in operators if operator.name in names]
@@ -271,7 +279,7 @@ class Repertoire:
         candidates: Sequence[Operator],
         asks: Mapping[str, frozenset[str]],
     ) -> list[Operator]:
-        """The candidates that change what operators ask for, or what such candidates do, in their order."""
+        """Return the candidates that change conditions of the operators or of other such candidates."""
         found: list[Operator] = []
         asking = list(operators)
         while asking:
@@ -281,7 +289,7 @@ class Repertoire:
         return [operator for operator in candidates if operator in found]
 
     def _sources(self, formulas: Iterable[Formula]) -> frozenset[str]:
-        """The stored predicates that formulas come down to."""
+        """Return the stored predicates that formulas depend on."""
         return frozenset(find_stored_predicates(predicates_of(*formulas), self._domain.vocabulary))
 
 
@@ -298,24 +306,24 @@ def _fill_arguments(given: Sequence[int | None], objects: Sequence[int]) -> Iter
 
 
 def list_objects(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...]:
-    """Objects, each once, without the agent."""
+    """Return the objects in some arguments, each once, without the agent."""
     return tuple(dict.fromkeys([i for each in arguments for i in each if i != scene.agent]))
 
 
 def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
-    """The parameters' objects where an effect makes a change; None if it does not."""
+    """Return the objects of the parameters for which an effect makes a change, or None if it does not."""
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
     return match_atom(effect.atom, change.arguments, _number_named)
 
 
 def _number_named(constant: Constant) -> int | None:
-    """Return the number of the object that a constant in a `_OperatorPattern` names, or None."""
+    """Return the number of the object that a constant in an `_OperatorPattern` names, or None."""
     return _AGENT if constant == AGENT else None
 
 
 def _drop_duplicates(operators: Iterable[Operator]) -> list[Operator]:
-    """Of operators that check and do the same the first."""
+    """Return the operators without those that equal an earlier one in checks and effects."""
     kept: dict[object, Operator] = {}
     for operator in operators:
         kept.setdefault((operator.parameters, operator.checks, operator.effects, operator.tries), operator)
@@ -323,22 +331,22 @@ def _drop_duplicates(operators: Iterable[Operator]) -> list[Operator]:
 
 
 def _deciding_conditions(operator: Operator) -> Iterator[Formula]:
-    """All that an operator's checks ask for."""
+    """Yield the conditions of all checks of an operator."""
     for checks in (operator.checks, *(each.checks for each in operator.tries)):
         yield from [check.condition for check in checks]
 
 
 class CandidateAction(NamedTuple):
-    """An action that may be taken.
+    """An action that a search may take.
 
     Attributes:
         action: the action.
-        known: its operator.
-        binding: the operator's variables for its objects; for one search alone.
-        possible: what `is_possible_now` has found, by state.
-        results: what `after` has found, by state.
-        parts: the mask of the parts of the goal that it is for; 0 if it helps another one.
-        touched: the mask of the parts that it can change.
+        info: its operator.
+        binding: binding of the operator's variables to its objects, for one search.
+        possible: cache of `is_possible_now`, by state.
+        results: cache of `compute_result`, by state.
+        parts: mask of the parts of the goal that the action is for; 0 if it prepares another action.
+        touched: mask of the parts that it can change.
     """
 
     action: Action
@@ -351,56 +359,59 @@ class CandidateAction(NamedTuple):
 
     @classmethod
     def create(cls, action: Action, info: _OperatorInfo, state: State) -> CandidateAction:
-        """An action of an operator, for a new search."""
+        """Return a candidate action for a new search."""
         return cls(action, info, info.operator.bind(state, action.arguments), {}, {})
 
     def assign_parts(self, parts: int, touched: int) -> CandidateAction:
-        """The action as one for some parts, that can change others."""
+        """Return the action with the masks of the parts that it is for and that it can change."""
         return CandidateAction(
             self.action, self.info, self.binding, self.possible, self.results, parts, touched
         )
 
     @property
     def is_achiever(self) -> bool:
-        """Whether it changes the world, so that it is taken for a part of the goal and for nothing else."""
+        """Whether the action changes the world, so that it is taken only for a part of the goal."""
         return self.info.role is Role.CHANGE
 
     def is_possible(self, state: State) -> bool:
-        """Whether no check forbids it."""
+        """Whether all checks hold."""
         return self.info.operator.is_possible(state, self.binding)
 
     def is_ever_possible(self, state: State) -> bool:
-        """Whether what no action changes is as it asks, in any state of the episode."""
+        """Whether the fixed checks hold. They are the same in all states of the episode."""
         return self.info.fixed_checks_hold(state, self.binding)
 
     def is_possible_now(self, state: State) -> bool:
-        """Whether nothing else forbids it where what is fixed and what is common to all objects do not."""
+        """Whether the other checks hold. The fixed and the common checks must hold."""
         found = self.possible.get(state)
         if found is None:
             found = self.possible[state] = self.info.rest_checks_hold(state, self.binding)
         return found
 
     def can_movement_enable(self, state: State) -> bool:
-        """Whether all that forbids it, beyond what is fixed and common, is what movement may mend."""
+        """Whether movement can establish all failing checks. The fixed and the common checks must hold."""
         if not self.info.unmovable_checks_hold(state, self.binding):
             return False
         return not self.info.operator.tries or all(self.info.fixable[i] for i in self.find_failing(state))
 
     def compute_result(self, state: State) -> State:
-        """The state after it, whatever its checks say."""
+        """Return the state after the action, even if its checks fail."""
         found = self.results.get(state)
         if found is None:
             found = self.results[state] = self.info.operator.apply(state, self.binding)
         return found
 
     def find_failing(self, state: State) -> list[int]:
-        """The numbers of the checks that fail; after the last of them is that of what is tried and fails."""
+        """Return the numbers of the failing checks.
+
+        The number after the last check stands for the things that it tries.
+        """
         checks = self.info.operator.checks
         found = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]
         return found if found or self.is_possible(state) else [len(checks)]
 
     def count_unmovable_failures(self, state: State, enough: int) -> int:
-        """How many checks fail that movement cannot change, counted up to a number that is enough."""
+        """Return the number of failing checks that movement cannot change, counted up to ``enough``."""
         found = 0
         for check, moved in zip(self.info.operator.checks, self.info.movable, strict=False):
             if not moved and not check.holds(state, self.binding):
@@ -410,17 +421,17 @@ class CandidateAction(NamedTuple):
         return found
 
     def is_hopeless(self, failing: Sequence[int]) -> bool:
-        """Whether a check that fails asks for objects of another kind."""
+        """Whether a failing check requires objects of another kind."""
         checks = self.info.operator.checks
         return any(checks[i].check.fault is FaultKind.AFFORDANCE for i in failing if i < len(checks))
 
 
 def is_needless(operator: CompiledOperator, action: Action, state: State) -> bool:
-    """Whether an action says of itself that it is an additional step."""
+    """Whether an action fails as an additional step."""
     failures = operator.failures(state, operator.bind(state, action.arguments))
     return any(failure.check.check.fault is FaultKind.ADDITIONAL_STEP for failure in failures)
 
 
 def select_distinguished(plan: Sequence[Action], operators: Collection[str]) -> tuple[Action, ...]:
-    """The actions of a plan of which it matters that they are taken."""
+    """Return the actions of a plan whose operators matter to the goal."""
     return tuple([action for action in plan if action.operator in operators])

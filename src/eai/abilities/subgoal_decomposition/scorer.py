@@ -1,7 +1,4 @@
-"""Subgoal decomposition: from the text of an answer to its verdict, the same for every domain.
-
-The reports of the search are put into the terms of verdicts.
-"""
+"""The scorer of subgoal decomposition: from the text of an answer to its verdict, in any domain."""
 
 from __future__ import annotations
 
@@ -37,14 +34,14 @@ from eai.world.state import Scene
 
 
 def category_of(outcome: ExplorationResult) -> SubgoalCategory:
-    """The category of an answer that could be carried out."""
+    """Return the category of an answer that could be executed."""
     if outcome.success:
         return SubgoalCategory.CORRECT
     return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
 
 
 def error_of(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None:
-    """The error that ended a branch, if one did; the step is the number of the subgoal, from 0."""
+    """Return the error that ended a branch, or None. Its step is the number of the subgoal, from 0."""
     failure = branch.failure
     if failure is None:
         return None
@@ -58,19 +55,20 @@ def error_of(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None
 class SubgoalDecomposition(Scorer):
     """The scorer of the subgoals for one task.
 
-    Whole answers are tested before anything is executed: whether there are subgoals, then all names. Then
-    every way to carry them out is tried (`search`). An answer succeeds if one way reaches the goal: the parts
-    of the task's temporal goal, or else its action goals, are met in order, all goals about states hold at
-    the end, and those over time on the whole way. Errors are those of one way, the one reported; the goals
-    are those of the way that reaches most. One that is not carried out reaches no goal.
+    The whole answer is tested before any action is executed: whether it has subgoals, then all names. Then
+    all ways to execute it are searched (`search`). An answer succeeds if one branch of the search reaches the
+    goal. The parts of the task's temporal goal, or else its action goals, must be met in order. All goals
+    about states must hold at the end, and all goals over time during the execution. Errors are those of the
+    reported branch. The goals are those of the branch that reaches most. An answer that is not executed
+    reaches no goal.
 
     Args:
         task: the task.
-        domain: the world in which subgoals are carried out.
-        notation: how they are written; by default with the names that the domain declares.
-        refinement: finds what carries them out; that of the domain by default.
-        goals: what tests the goals of the task; by default as `GoalTest` does.
-        limits: how long the search may take. Only answers with a great many alternatives get there.
+        domain: the domain in which subgoals are executed.
+        notation: the notation of subgoals; by default the names that the domain declares.
+        refinement: finds the actions for subgoals; by default `Refinement`.
+        goals: the test of the task's goals; by default `GoalTest`.
+        limits: limits of the search. Only answers with a great many alternatives reach them.
     """
 
     def __init__(
@@ -95,14 +93,14 @@ class SubgoalDecomposition(Scorer):
         self._limits = limits or ExplorationLimits()
 
     def assess(self, text: str) -> Assessment:
-        """The verdict on an answer, and what becomes of it step by step in the reported branch."""
+        """Return the verdict on an answer. The explanation shows the steps of the reported branch."""
         assessment = self._assess(text)
         if self.excluded is None:
             return assessment
         return Assessment(SubgoalVerdict(excluded=self.excluded), assessment.explain)
 
     def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
-        """The answer as a program for the search, or what is wrong with it."""
+        """Return the answer as a program for the search, or why it cannot be executed."""
         return self._programs.compile(self.notation.read(text))
 
     @cached_property
@@ -111,7 +109,7 @@ class SubgoalDecomposition(Scorer):
         return Programs(self.task, self.lexicon, refinement, self._goal.actions)
 
     def _assess(self, text: str) -> Assessment:
-        """The assessment as if the task were not excluded."""
+        """Return the assessment as if the task were not excluded."""
         compiled = self.compile(text)
         if isinstance(compiled, RejectedAnswer):
             return self._refuse(compiled, compiled.repairs)
@@ -121,7 +119,7 @@ class SubgoalDecomposition(Scorer):
         return Assessment(self._judge(compiled, outcome), partial(self._explain, compiled, outcome))
 
     def _temporal_goal(self) -> Formula | None:
-        """The temporal goal in the words of the domain."""
+        """Return the temporal goal in the names of the domain."""
         text = self.task.temporal_goal
         return None if text is None else self.lexicon.meaning(read_formula(text, self.lexicon.signature)[0])
 
@@ -179,16 +177,15 @@ class SubgoalDecomposition(Scorer):
         )
 
     def _find_best_branch(self, outcome: ExplorationResult) -> Branch:
-        """Of the ways to carry out the subgoals the one in which most goals are reached.
+        """Return the branch in which most goals are reached: the reported branch if no other reaches more.
 
-        It is the reported one if none reaches more. The paper takes the maximum over all sequences of actions
-        (section "Ability Module 2: Subgoal Decomposition"), and goals count where a sequence of actions
-        stops: so a way that fails counts as far as it goes.
+        The paper takes the maximum over all sequences of actions (section "Ability Module 2: Subgoal
+        Decomposition"). Goals count in the state where a sequence stops, so a failed branch counts, too.
         """
         return max(self._ways(outcome), key=lambda branch: sum(self._reached(branch)))
 
     def _most_conditions(self, outcome: ExplorationResult) -> Share:
-        """Return the greatest partial success of all ways to carry out the subgoals."""
+        """Return the greatest partial success of all branches."""
         best = Share(0, 0)
         for branch in self._ways(outcome):
             share = self.goals.partial(branch.state, executed(branch), self._reached(branch))
@@ -202,16 +199,16 @@ class SubgoalDecomposition(Scorer):
         return best
 
     def _ways(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
-        """The ways to carry out the subgoals whose goals count, first the reported one."""
+        """Return the branches whose goals count, the reported one first."""
         return (outcome.reported, *outcome.ended)
 
     def _reached(self, branch: Branch) -> tuple[bool, ...]:
-        """For each goal, in order, whether a branch reaches it."""
+        """For each goal, in order, return whether a branch reaches it."""
         course = branch.trajectory if self.goals.watches else None
         return self.goals.reached(branch.state, executed(branch), course)
 
     def _reached_without_running(self) -> tuple[bool, ...]:
-        """For each goal, in order, whether an answer that is not carried out reaches it."""
+        """For each goal, in order, return whether an answer that is not executed reaches it."""
         return self.goals.none_reached
 
     def _explain(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> Explanation:
@@ -255,5 +252,5 @@ class SubgoalDecomposition(Scorer):
 
 
 def executed(branch: Branch) -> Sequence[str]:
-    """The names of the actions that were executed in a branch, in order."""
+    """Return the names of the executed actions of a branch, in order."""
     return [step.action.operator for step in branch.steps if step.fault is None]

@@ -1,17 +1,16 @@
-"""Exploration of all ways of carrying out a sequence of subgoals, and how far each comes with the goal.
+"""Search all ways to execute a sequence of subgoals, and compute the progress of each towards the goal.
 
-A subgoal can be translated into several plans, and an ``or`` leaves a choice of subgoals; each choice makes a
-branch, and all branches are explored. Branches that meet in one state, with the same subgoals left and the
-same progress towards the goal, have the same future, so that only the best of them are followed: 2^k choices
-do not cost 2^k executions. What is reported is what a search without merging would report. (The states that a
-branch has been through can make its last error a wrong order instead of a missing step, but no branch is
-preferred for that.)
+A subgoal can have several plans, and an ``or`` offers a choice of subgoals. Each choice makes a branch, and
+all branches are explored. Branches with the same state, the same remaining subgoals and the same progress
+have the same future. Only the best of them are continued, so 2^k choices do not cost 2^k executions. The
+reported branch is that of a search without merging, except for one detail. Earlier states of a branch can
+turn its last error from a missing step into a wrong order, and no branch is preferred for that.
 
-The goal is a sequence of state formulas, ``f1 then f2 then ...`` (as all goals of the data set are): the
-first part is met at the earliest position at which it holds, each further part at the earliest one after
-that. An action belongs to the position of the state in which it is taken; the last position has none. So the
-number of parts met so far is all that a search has to know of the past. This is `eai.logic.semantics` for
-such sequences, step by step (held equal by a test).
+The goal is a sequence of state formulas, ``f1 then f2 then ...`` (as are all goals of the data set). The
+first part is met at the earliest position at which it holds, each further part at the earliest later
+position. An action belongs to the position of the state in which it is taken; the last position has none. So
+the search needs to know only the number of parts met so far. This computes `eai.logic.semantics` for such
+sequences step by step (a test compares the two).
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ from eai.world.state import Scene, State
 
 
 class _GoalPart:
-    """One part of a goal: a formula on a state and the action taken there."""
+    """One part of a goal: a formula about a state and the action taken in it."""
 
     __slots__ = ("_actions", "_formula", "_scene", "_test")
 
@@ -65,14 +64,14 @@ class _GoalPart:
         return self._test(action.operator)(state, action.arguments)
 
     def _compile(self, name: str | None) -> StateTest:
-        """The part where an action of this name, or none that it mentions, is taken."""
+        """Return the test of the part at a position with this action; None stands for no relevant action."""
         formula = self._formula
         at_action = rewrite(formula, lambda leaf, _: _fix_action(leaf, name)) if self._actions else formula
         return StateTest(at_action, self._scene)
 
 
 def _fix_action(leaf: f.Leaf, name: str | None) -> f.Formula:
-    """A leaf where the action of this name is taken: its occurrence becomes equality of the objects."""
+    """Replace the occurrence of an action by equality of its objects, if the position has this action."""
     if not isinstance(leaf, f.Occurs):
         return leaf
     if leaf.action != name:
@@ -85,18 +84,18 @@ class GoalProgress:
     """The parts of a goal over a scene.
 
     Args:
-        goal: the parts, to be met one after the other.
+        goal: the parts, which must be met one after the other.
         scene: the scene.
-        at_end: whether the last state is as it must be besides; None asks for nothing.
-        on_course: likewise, of all that happens on a way there.
+        at_end: a further test of the last state; None for no test.
+        on_course: a further test of the whole trajectory; None for no test.
 
     Attributes:
-        actions: the operators that it asks for.
-        on_course: whether the whole course is as it must be; None where it does not matter.
+        actions: the operators in the goal.
+        on_course: the test of the whole trajectory; None for no test.
 
     Raises:
         InputError: the goal is not a sequence of state formulas.
-        DomainError: it uses a predicate or an object that there is not.
+        DomainError: it uses an unknown predicate or object.
     """
 
     def __init__(
@@ -116,41 +115,41 @@ class GoalProgress:
         self.actions = frozenset([e.action for part in parts for e in walk(part) if isinstance(e, f.Occurs)])
 
     def advance(self, met: int, state: State, action: Action) -> int:
-        """How many parts are met after a position, of which ``met`` were before it."""
+        """Return the number of parts met after a position, given the number before it."""
         if met < len(self._parts) and self._parts[met].holds(state, action):
             return met + 1
         return met
 
     def is_reached(self, met: int, final: State) -> bool:
-        """Whether the goal is reached where a trajectory ends; its last state may meet the last part."""
+        """Whether the goal is reached at the end of a trajectory. The last state may meet the last part."""
         missing = len(self._parts) - met
         met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final, None))
         return met_by_now and (self._at_end is None or self._at_end(final))
 
 
 _MIN_BRANCHES_TO_MERGE = 5
-"""With fewer branches than this it is cheaper to explore twins than to look for them."""
+"""Minimum number of branches for which searching for equal ones is cheaper than exploring them."""
 
 
 class _TriedSteps(NamedTuple):
-    """A step, and those that were tried before it, which are shared by all branches that begin with them."""
+    """A step and the steps before it, which all branches with the same beginning share."""
 
     step: Step
     before: _TriedSteps | None
 
 
 class Branch(NamedTuple):
-    """One way of carrying out the subgoals, so far.
+    """One way to execute the subgoals, so far.
 
     Attributes:
-        past: the initial state, then the state after each executed action.
-        tried: every action tried, with its fault if it was not executed.
-        errors: the number of faults.
-        met: the goal's summary of the branch.
-        subgoal: the number of the subgoal that was carried out last.
+        past: the initial state and the state after each executed action.
+        tried: all tried actions, with the fault of each action that was not executed.
+        errors: number of faults.
+        met: number of met parts of the goal.
+        subgoal: number of the subgoal that was executed last.
         failure: the fault that ended the branch.
-        executed: how many actions have been executed for that subgoal.
-        refined: for how many subgoals actions have been executed.
+        executed: number of actions executed for that subgoal.
+        refined: number of subgoals for which actions were executed.
     """
 
     past: History
@@ -163,17 +162,17 @@ class Branch(NamedTuple):
     refined: int = 0
 
     def count_executed(self, subgoal: int) -> int:
-        """How many actions have been executed for a subgoal, if it is the last one."""
+        """Return the number of actions executed for a subgoal, if it is the last one; else 0."""
         return self.executed if self.subgoal == subgoal else 0
 
     @property
     def state(self) -> State:
-        """The last state reached."""
+        """The present state."""
         return self.past.state
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """Every action tried, in order."""
+        """All tried actions, in order."""
         found, tried = [], self.tried
         while tried is not None:
             found.append(tried.step)
@@ -182,12 +181,12 @@ class Branch(NamedTuple):
 
     @property
     def trajectory(self) -> Trajectory:
-        """The actions that were tried and what came of them."""
+        """The tried actions and the states after them."""
         return Trajectory(self.past.states, self.steps)
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """All faults in order: those of steps, then that of a required subgoal which does not hold."""
+        """All faults in order: those of steps, then that of a required subgoal that does not hold."""
         faults = tuple([step.fault for step in self.steps if step.fault is not None])
         if self.failure is None or len(faults) == self.errors:
             return faults
@@ -195,19 +194,22 @@ class Branch(NamedTuple):
 
 
 def _rank_success(branch: Branch) -> int:
-    """The rank of a branch that may succeed: the fewest errors first."""
+    """Return the rank of a branch that may succeed: the number of errors."""
     return branch.errors
 
 
 def _rank_failure(branch: Branch) -> tuple[int, int]:
-    """The rank of a branch that does not reach the goal: of the fewest errors the longest first."""
+    """Return the rank of a branch that fails: the number of errors, then the longest plan."""
     return branch.errors, -branch.past.number
 
 
 def _merge_branches(branches: list[Branch], subgoal: int, *, with_pasts: bool) -> list[Branch]:
-    """Of branches with the same future those to report if they succeed, and if they fail; in order.
+    """Drop branches with the same future, except the best ones for success and for failure. Keep the order.
 
-    They continue with the subgoal of a number. ``with_pasts``: it matters to the goal which way they came.
+    Args:
+        branches: the branches.
+        subgoal: number of the subgoal that they continue with.
+        with_pasts: whether the executed actions matter to the goal, so that branches with others stay apart.
     """
     if len(branches) < _MIN_BRANCHES_TO_MERGE:
         return branches
@@ -222,15 +224,18 @@ def _merge_branches(branches: list[Branch], subgoal: int, *, with_pasts: bool) -
 
 
 _PAST_STATES_PER_ACTION = 16
-"""How many states of the past are looked at in the time in which an action is applied."""
+"""Number of past states whose tests cost as much as one applied action."""
 
 
 _NO_SUBGOAL = -1
-"""The number of no subgoal."""
+"""Number that stands for no subgoal."""
 
 
 def _end_branch(branch: Branch, subgoal: int, check: Check, earlier: int | None = None) -> Branch:
-    """The branch that ends at a subgoal for which no action is taken, be it that it held earlier."""
+    """Return the branch ended at a subgoal without an action.
+
+    ``earlier`` is the last state in which it held, if any.
+    """
     kind = check.fault if earlier is None else FaultKind.WRONG_ORDER
     fault = Fault(kind, check, earlier)
     return branch._replace(errors=branch.errors + 1, subgoal=subgoal, failure=fault)
@@ -238,13 +243,13 @@ def _end_branch(branch: Branch, subgoal: int, check: Check, earlier: int | None 
 
 @dataclass(frozen=True, slots=True)
 class ExplorationLimits:
-    """How much a search may do.
+    """Limits of a search.
 
     Attributes:
-        attempts: actions that may be tried, over all branches.
-        branches: branches with which any one subgoal may be begun; of more the first are followed. All that
-            carry out the last one are tested for the goal.
-        effort: actions that may be applied to states to find out what is to be done, over all branches.
+        attempts: maximum number of tried actions, over all branches.
+        branches: maximum number of branches with which a subgoal is begun; the first ones are followed. All
+            branches that execute the last subgoal are tested for the goal.
+        effort: maximum number of actions applied to states to find plans, over all branches.
     """
 
     attempts: int = 20_000
@@ -253,7 +258,7 @@ class ExplorationLimits:
 
 
 ExplorationEnd: TypeAlias = Literal["complete", "attempts", "branches", "effort"]
-"""Why a search ended: it has seen all, or has come to one of its limits."""
+"""Why a search ended: it is complete, or reached one of its limits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,14 +266,14 @@ class ExplorationResult:
     """The result of a search.
 
     Attributes:
-        reported: of the branches that reach the goal, or else of those that carry out all subgoals, or else
-            of all: the one with the fewest errors; of several the first, or, if none reaches the goal, the
-            one with the most actions.
-        success: some branch reaches the goal.
-        executable: some branch carries out all subgoals.
-        end: why the search ended; if not for being complete, ``reported`` is the best of what was seen.
-        attempts: the number of actions that were tried.
-        ended: all branches that were carried out or failed, in the order found.
+        reported: the branch with the fewest errors among those that reach the goal, or else those that
+            execute all subgoals, or else all. Of several the first one, or, if none reaches the goal, the one
+            with most actions.
+        success: whether a branch reaches the goal.
+        executable: whether a branch executes all subgoals.
+        end: why the search ended. If it is not complete, ``reported`` is the best branch seen.
+        attempts: number of tried actions.
+        ended: all branches that ended, in the order found.
     """
 
     reported: Branch
@@ -286,14 +291,14 @@ def search(
     goal: GoalProgress,
     limits: ExplorationLimits,
 ) -> ExplorationResult:
-    """Carry out a program of subgoals in all ways.
+    """Execute a program of subgoals in all ways.
 
     Args:
-        domain: the world.
-        initial: where it begins.
-        program: the subgoals.
-        goal: what is to be reached.
-        limits: how much the search may do.
+        domain: the domain.
+        initial: the initial state.
+        program: the program.
+        goal: the goal.
+        limits: the limits of the search.
     """
     return _Exploration(domain, program, goal, limits).run(Branch(History(initial)))
 
@@ -331,7 +336,10 @@ class _Exploration:
         return self._make_result(start)
 
     def _select_branches(self, waiting: list[Branch], instruction: Instruction) -> list[Branch]:
-        """The branches that continue: all of them with a test that ends a subgoal or the answer."""
+        """Return the branches that continue.
+
+        A test that ends a subgoal or the answer continues all of them.
+        """
         subgoal = _NO_SUBGOAL if instruction is None else instruction.subgoal
         branches = _merge_branches(waiting, subgoal, with_pasts=self._goal.on_course is not None)
         if not isinstance(instruction, Perform | Fork):
@@ -392,7 +400,10 @@ class _Exploration:
                 self._finish(after, self._failed)
 
     def _follow(self, branch: Branch, plan: ActionSequence, instruction: Perform) -> Branch:
-        """The branch after a plan, or after the first step that fails; of too long a plan none is taken."""
+        """Return the branch after a plan, or after its first failing step.
+
+        A plan that is too long ends the branch.
+        """
         past, tried, errors, met = branch.past, branch.tried, branch.errors, branch.met
         subgoal, most = instruction.subgoal, instruction.max_actions
         executed, refined = branch.count_executed(subgoal), branch.refined
@@ -427,7 +438,10 @@ class _Exploration:
             self._finish(failed, self._failed)
 
     def _find_earlier(self, branch: Branch, instruction: Require) -> int | None:
-        """The number of the latest state in which what is required held; any where that takes too long."""
+        """Return the latest state in which a required subgoal held.
+
+        If the limit is reached, any state may be returned.
+        """
 
         def held(state: State) -> bool:
             self._effort.used += instruction.effort
@@ -436,7 +450,7 @@ class _Exploration:
         return branch.past.last_where(instruction.holds, held)
 
     def _finish(self, branch: Branch, among: list[Branch]) -> None:
-        """A branch has come to its end, as one of its kind."""
+        """Record that a branch has ended, in one of the lists."""
         self._ended.append(branch)
         among.append(branch)
 

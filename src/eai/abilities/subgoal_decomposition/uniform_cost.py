@@ -1,9 +1,10 @@
-"""Uniform-cost search for the actions that carry out a subgoal from a state: the shortest plans.
+"""Uniform-cost search for the shortest plans that reach a subgoal from a state.
 
-Actions that may bring the subgoal about, and those that may make them possible, are permitted in turn
-(`refinement`), each after the shortest movement that it needs. If no plan is found, the result is the
-plan nearest to the subgoal, and the action that fails. It stays beside `eai.planning.planner`, with which it
-shares nodes, open list and loop: a subgoal needs several shortest plans, and the planner gives one plan.
+Actions that may reach the subgoal, and actions that may make them possible, are permitted in growing sets
+(`refinement`). Each action follows the shortest movement that it needs. If no plan is found, the result is
+the plan nearest to the subgoal and the action that fails. This module shares nodes, open list and loop with
+`eai.planning.planner`. It is separate because a subgoal needs several shortest plans, and the planner gives
+one.
 """
 
 from __future__ import annotations
@@ -21,28 +22,28 @@ from eai.world.action import Action
 from eai.world.state import State
 
 MAX_PLANS = 4
-"""The most sequences that are found for one subgoal."""
+"""Maximum number of plans for one subgoal."""
 
 _PARTS_PER_ACTION = 16
-"""How many parts are tested in the time in which an action is applied."""
+"""Number of parts whose tests cost as much as one applied action."""
 
 _MAX_MOVEMENTS = 3
-"""Movements before one action: to stand up, to go there and to turn to it."""
+"""Maximum number of movements before one action: to stand up, to go there and to turn to it."""
 
 
 MovementPath: TypeAlias = PlanNode
-"""Movement from a state, and the state after it."""
+"""A path of movements from a state, with the state at its end."""
 
 
 class Permitted(NamedTuple):
-    """The permitted actions.
+    """The permitted actions of a search.
 
     Attributes:
-        achievers: what may bring the subgoal about.
-        helping: what may make that possible.
-        moving: movement that may bring the subgoal about.
-        movement: what moves the agent.
-        touched: the mask of the parts that movement can change.
+        achievers: actions that may reach the subgoal.
+        helping: actions that may make those possible.
+        moving: movement that may reach the subgoal.
+        movement: actions that move the agent.
+        touched: mask of the parts that movement can change.
     """
 
     achievers: Sequence[CandidateAction]
@@ -56,13 +57,13 @@ class SearchGoal(NamedTuple):
     """The goal of a search.
 
     Attributes:
-        at_start: the mask of its parts that hold where the search begins.
-        met: the mask of those that hold in a state: of the parts in a mask they are looked at, of the others
-            it is those of another mask.
-        everything: the mask of all parts.
-        holds: whether what it asks for besides its parts holds in a state.
-        distinguished: the operators of which it matters that they are taken, whatever state they lead to.
-        effort: how many applied actions a test of `holds` stands for.
+        at_start: mask of the parts that hold in the start state.
+        met: takes a state, a mask of parts to test and the mask of parts that held before; returns the mask
+            of parts that hold.
+        everything: mask of all parts.
+        holds: tests the rest of the goal in a state.
+        distinguished: operators whose use matters, whatever state they lead to.
+        effort: cost of `holds`, in applied actions.
     """
 
     at_start: int
@@ -74,12 +75,12 @@ class SearchGoal(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many parts it has."""
+        """Number of parts."""
         return self.everything.bit_count()
 
     @property
     def step_effort(self) -> int:
-        """How many applied actions one stands for after which all parts are tested."""
+        """Cost of one applied action with a test of all parts, in applied actions."""
         return 1 + self.size // _PARTS_PER_ACTION
 
 
@@ -106,11 +107,11 @@ def find_plans(goal: SearchGoal, sets: Iterable[Permitted], start: State, budget
 
 
 class _Movement:
-    """Where movement leads: what makes another action possible, and is done as often as that needs it.
+    """The movement paths from states. Paths are explored as far as other actions need them.
 
     Args:
-        moves: what moves the agent.
-        effort: how many actions may be applied to states.
+        moves: actions that move the agent.
+        effort: the limit of applied actions.
     """
 
     def __init__(self, moves: Sequence[CandidateAction], effort: Effort) -> None:
@@ -122,7 +123,7 @@ class _Movement:
         return bool(self._moves)
 
     def ways(self, state: State) -> Iterable[MovementPath]:
-        """All that movement leads to, the shortest ways first; found as far as it is looked at."""
+        """Yield all movement paths from a state, the shortest first. They are explored lazily."""
         if state not in self._ways:
             (self._ways[state],) = tee(self._explore(state), 1)
         return copy(self._ways[state])  # which remembers what others have looked at
@@ -151,22 +152,22 @@ class _Movement:
 
 
 class _UniformCostSearch:
-    """A search by the length of plans, of which none has more than `MAX_ACTIONS`.
+    """A search for the shortest plans of at most `MAX_ACTIONS` actions.
 
-    Of a node ``met`` is the mask of the parts that hold in its state.
+    The attribute ``met`` of a node is the mask of the parts that hold in its state.
 
     Args:
-        goal: what it is for.
-        permitted: what may be done.
-        budget: how many actions may be applied to states.
+        goal: the goal.
+        permitted: the permitted actions.
+        budget: maximum number of actions applied to states.
 
     Attributes:
-        goal: what it is for.
-        permitted: what may be done.
-        effort: how many actions have been applied to states.
-        movement: where movement leads.
-        nodes: the states that were reached without what is searched for, the nearest first.
-        out_of_reach: what movement does not make possible, and where.
+        goal: the goal.
+        permitted: the permitted actions.
+        effort: number of actions applied to states.
+        movement: the movement paths.
+        nodes: the visited states without the goal, the nearest first.
+        out_of_reach: pairs of a state and an action that no movement makes possible there.
     """
 
     def __init__(self, goal: SearchGoal, permitted: Permitted, budget: int) -> None:
@@ -184,7 +185,10 @@ class _UniformCostSearch:
         self._found: dict[object, PlanNode] = {}
 
     def shortest(self, start: State) -> list[ActionSequence]:
-        """The shortest plans, at most `MAX_PLANS`; no two to one state that the goal cannot distinguish."""
+        """Return the shortest plans, at most `MAX_PLANS`.
+
+        Plans that the goal cannot distinguish are found once.
+        """
         actions = (*self.permitted.achievers, *self.permitted.helping)
         self._grounds = [ground for ground in actions if ground.is_ever_possible(start)]
         self._push(Node(start, self.goal.at_start))
@@ -192,13 +196,13 @@ class _UniformCostSearch:
         return [node.plan() for node in self._found.values()]
 
     def _push(self, node: PlanNode) -> None:
-        """Queue a node; of equally long plans the first comes first."""
+        """Queue a node. Of equally long plans the earlier one comes first."""
         self._lengths[node.state] = node.depth
         self._open.push(node, node.depth, self._pushed)
         self._pushed += 1
 
     def _visit(self, node: PlanNode) -> PlanNode | SearchEnd | None:
-        """Expand a node, unless plans as short are known; the last one where they are as many as may be."""
+        """Expand a node, unless equally short plans are known. Return a node or an end to stop the search."""
         self.nodes.append(node)
         if node.depth < self._best:
             for child in self._children(node):
@@ -211,7 +215,7 @@ class _UniformCostSearch:
         return SearchEnd.STATES if self.effort.is_used_up else None
 
     def _keep(self, node: PlanNode) -> None:
-        """Keep one of the shortest ways to what is searched for; those that are longer are forgotten."""
+        """Keep one of the shortest plans; longer ones are dropped."""
         if node.depth < self._best:
             self._best = node.depth
             self._found = {}
@@ -219,12 +223,12 @@ class _UniformCostSearch:
         self._found.setdefault((node.state, kept), node)
 
     def _holds(self, state: State) -> bool:
-        """Whether all that is asked for holds; a long formula costs as much as it is long."""
+        """Whether the whole goal holds. The cost grows with the length of its formula."""
         self.effort.used += self.goal.effort
         return self.goal.holds(state)
 
     def _children(self, node: PlanNode) -> Iterator[PlanNode]:
-        """The successors of a node, in plans no longer than the best."""
+        """Yield the successors of a node, in plans no longer than the best one."""
         allowed: dict[str, bool] = {}
         for ground in self._grounds:
             is_achiever, parts = ground.is_achiever, ground.parts & ~node.met
@@ -255,7 +259,7 @@ class _UniformCostSearch:
                     yield Node(way.state, met, depth, node, way.plan())
 
     def _approach(self, node: PlanNode, ground: CandidateAction) -> MovementPath | None:
-        """The shortest movement that makes an action possible; None if none does, or it takes too long."""
+        """Return the shortest movement that makes an action possible, or None if no short one does."""
         state, before = node.state, node.depth + 1
         if before > self._best:
             return None
@@ -273,21 +277,22 @@ class _UniformCostSearch:
 
 
 _MAX_FAILURE_STATES = 16
-"""How many states are looked at for what fails there: where it begins, where most parts are met, others."""
+"""Maximum number of states in which failing actions are searched: the start, then those with most met."""
 
 _MAX_FAILURE_TESTS = 200_000
-"""How many parts may be tested there; of a goal with very many fewer states are looked at."""
+"""Maximum number of parts that are tested in these states. A goal with very many parts gets fewer states."""
 
 
 _AttemptRank: TypeAlias = tuple[int, int, int]
-"""How near an attempt comes: the least would meet most parts, lacks least for that, and is the shortest.
+"""Rank of a failed attempt; the smallest is the nearest to the goal.
 
-These are the negative number of parts that would be met, the number of checks that fail, and of actions.
+It holds the negated number of parts that would be met, the number of failing checks, and the number of
+actions.
 """
 
 
 class _TriedAction(NamedTuple):
-    """An action that is tried: where, after what, and the numbers of the checks that fail."""
+    """An action that is tried after a plan, its state, and the numbers of the failing checks."""
 
     node: PlanNode
     ground: CandidateAction
@@ -297,15 +302,16 @@ class _TriedAction(NamedTuple):
 
 
 _NearestAttempt: TypeAlias = tuple[_AttemptRank, _TriedAction | None]
-"""How near an attempt comes, and the one to report; None where a plan would be too long."""
+"""Rank of an attempt, and the attempt to report; None if a plan would be too long."""
 
 
 def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
-    """The plan that comes nearest to the goal of searches that found none, and the action that fails there.
+    """Return the failed plan that comes nearest to the goal of searches without a plan.
 
-    That is the most direct of those that lack least for what would meet most parts, or another action that
-    would mend what it lacks; none if nothing fails, but it takes too long. Where each part can be reached,
-    but not together with the others, the plan is the shortest that meets most parts.
+    The plan ends with the failing action. Of the actions that would meet most parts it is the one with the
+    fewest failing checks, then the shortest plan; or another action that would establish its failing checks.
+    If no action fails but the plan is too long, there is no plan. If all parts can be reached, but not
+    together, the plan is the shortest one that meets most parts.
     """
     failing = [_FailedSearch(search) for search in searches]
     most_met = max([each.most_met for each in failing])
@@ -325,14 +331,14 @@ def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans
 
 
 class _FailedSearch:
-    """A search that found nothing.
+    """A search without a plan.
 
     Args:
         search: the search.
 
     Attributes:
-        effort: how many actions have been applied to states, or looked at after movement.
-        most_met: how many parts are met in one of its states, at the most.
+        effort: number of actions applied to states, or tested after movement.
+        most_met: maximum number of parts met in one of its states.
     """
 
     def __init__(self, search: _UniformCostSearch) -> None:
@@ -350,9 +356,9 @@ class _FailedSearch:
         ]
 
     def nearest(self) -> _NearestAttempt | None:
-        """The attempt that comes nearest to the goal; None if none brings more of it about than was made.
+        """Return the attempt nearest to the goal, or None if none meets more parts than were met.
 
-        What fails and would bring about no more than was made otherwise is not reported.
+        A failing action is not reported if it would meet no more parts than were met otherwise.
         """
         best: _TriedAction | None = None
         rank: _AttemptRank = (0, 0, 0)
@@ -380,7 +386,7 @@ class _FailedSearch:
         return None
 
     def _count_met_after(self, node: PlanNode, ground: CandidateAction) -> int:
-        """How many parts are met after an action that is for one; 0 if there are no more than before."""
+        """Return the number of parts met after an action, or 0 if there are no more than before."""
         missing = ground.parts & ~node.met
         if not missing:
             return 0
@@ -392,16 +398,16 @@ class _FailedSearch:
         return met if met > node.met.bit_count() else 0
 
     def _min_rank(self, node: PlanNode, ground: CandidateAction, met: int) -> _AttemptRank:
-        """The least rank that an action may have, be it after movement."""
+        """Return the smallest rank that an action may have, possibly after movement."""
         lacking = ground.count_unmovable_failures(node.state, len(ground.info.movable))
         return met, self._min_failing(node, ground, lacking), node.depth + 1
 
     def _min_failing(self, node: PlanNode, ground: CandidateAction, lacking: int) -> int:
-        """How many checks of an action fail at least, of which so many do: one, where it is out of reach."""
+        """Return a lower bound of the failing checks of an action: at least one if it is out of reach."""
         return lacking or int((node.state, ground.action) in self._out_of_reach)
 
     def _try_action(self, node: PlanNode, ground: CandidateAction) -> _TriedAction:
-        """An action tried where, of all states that movement leads to, the fewest of its checks fail."""
+        """Try an action in the reachable state in which the fewest of its checks fail."""
         self.effort += 1
         failing = ground.find_failing(node.state)
         best = _TriedAction(node, ground, (*node.plan(), ground.action), node.state, failing)
@@ -418,9 +424,10 @@ class _FailedSearch:
         return best
 
     def _choose_reported(self, attempt: _TriedAction) -> _TriedAction | None:
-        """The attempt, or one at another action that would mend what fails, where all such actions fail.
+        """Return the attempt that is reported for a failed attempt, or None if no attempt is reported.
 
-        None where it does not fail but is too long, or such an action is possible and undoes nothing.
+        Actions that would establish its failing checks come first, if all of them fail. The result is None if
+        the attempt is only too long, or if such an action is possible and undoes nothing.
         """
         node, ground, _, state, failing = attempt
         if not failing:

@@ -29,14 +29,14 @@ class SubgoalVerdict(PlanVerdict):
 
     Attributes:
         category: the outcome.
-        goals_elsewhere: whether the goals are those of another way to carry the subgoals out than the
-            reported one, which reaches fewer.
-        errors: the kinds of all errors of the reported way to carry them out, in order.
-        offences: what is wrong with names, each kind once.
-        search: why the search for a way ended, or None if there was none.
+        goals_elsewhere: whether the goals are those of another branch of the search, because the reported
+            branch reaches fewer.
+        errors: kinds of all errors in the reported branch, in order.
+        offences: kinds of wrong names, each once.
+        search: why the search ended; None if there was no search.
         tried_actions: number of actions that the search tried.
-        refined: for how many subgoals actions were executed, on the reported way.
-        added_actions: how many more actions than one for each of them.
+        refined: number of subgoals for which actions were executed in the reported branch.
+        added_actions: number of executed actions minus ``refined``.
     """
 
     category: SubgoalCategory | None = None
@@ -49,15 +49,15 @@ class SubgoalVerdict(PlanVerdict):
     added_actions: int | None = None
 
     def faults(self) -> Mapping[FaultKind, int]:
-        """All errors of the way that is reported, or else those of any plan."""
+        """Return the number of faults by kind: all errors of the reported branch, or those of any plan."""
         return Counter(self.errors) or PlanVerdict.faults(self)
 
     def credit(self, at_start: Sequence[bool]) -> Credit | None:
-        """As of any plan, with what the search added."""
+        """Return the credit for the executed subgoals, with the number of actions that the search added."""
         earned = PlanVerdict.credit(self, at_start)
         return None if earned is None else replace(earned, added_actions=self.added_actions or 0)
 
     def as_missing_answer(self) -> Self:
-        """As of any plan; there is no outcome."""
+        """Return this verdict as one on a missing answer, without a category."""
         unanswered = PlanVerdict.as_missing_answer(self)
         return unanswered if self.excluded is not None else replace(unanswered, category=None)
