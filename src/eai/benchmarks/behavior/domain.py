@@ -1,4 +1,4 @@
-"""The BEHAVIOR domain: everyday household chores with two hands, sliced food, dust, stains and heat."""
+"""The BEHAVIOR domain: household chores with two hands, sliced food, dust, stains and heat."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from eai.world.operator import Operator, sort_checks
 
 @cache
 def as_meant() -> Domain:
-    """The domain as the paper means it: the declared one, with checks in the paper's order."""
+    """Return the domain with the paper's order of checks; the robot moves to the objects of its actions."""
     return _build_household([add_movement(sort_checks(operator)) for operator in make_operators()])
 
 
 def as_declared() -> Domain:
-    """The domain with the reference's order of checks."""
+    """Return the domain with the reference's order of checks."""
     return _build_household(make_operators())
 
 
 def _build_household(operators: Sequence[Operator]) -> Domain:
-    """The household with these operators.
+    """Return the household with these operators.
 
-    The robot sees what it holds and what is in nothing that is closed, but no parts of what is whole.
+    The robot sees held objects, and objects that are not shut in. It does not see halves of unsliced objects.
     """
     return Domain(
         "behavior",

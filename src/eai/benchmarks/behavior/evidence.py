@@ -16,7 +16,7 @@ _FILE = "evidence.toml"
 
 
 GroundRelation: TypeAlias = tuple[str, str, str]
-"""A relation of two objects: the predicate and their names."""
+"""A relation of two objects: the predicate and both names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,10 +24,10 @@ class _Volumes:
     """Estimated volumes in cubic metres.
 
     Attributes:
-        default: of an object of any other model.
-        part: of a half, relative to the whole.
-        of_model: by model category.
-        of_object: by scene and name, before anything else.
+        default: volume of an object without another entry.
+        ratio_of_half: volume of a half, relative to the whole.
+        by_model: volume by model category.
+        by_object: volume by scene and name, before all other entries.
     """
 
     default: float
@@ -36,23 +36,23 @@ class _Volumes:
     by_object: Mapping[tuple[str, str], float]
 
     def get_volume(self, scene: str, name: str, model: str) -> float:
-        """The volume of an object."""
+        """Return the volume of an object."""
         return self.by_object.get((scene, name), self.by_model.get(model, self.default))
 
 
 @dataclass(frozen=True, slots=True)
 class UnpublishedFacts:
-    """All facts that are in no published file.
+    """All facts that no published file has.
 
     Attributes:
         initially_open: model categories whose objects are open at the start.
         standing: model categories whose objects stand on the floor of their room unless placed elsewhere.
-        added: relations of a task that its problem file lacks.
-        removed: of a task, predicate and source of relations that its problem file has wrongly.
-        listed_relations_only: tasks whose published verdicts on subgoals come out with the
-            relations of the problem file and no others.
-        volumes: sizes.
-        sha256: digest of the table, to be recorded with every result made from it.
+        added: relations that a problem file lacks, by task.
+        removed: predicate and source of wrong relations of a problem file, by task.
+        listed_relations_only: tasks whose published verdicts on subgoals result from the problem file's
+            relations alone.
+        volumes: estimated volumes.
+        sha256: digest of the table, recorded with every result made from it.
     """
 
     initially_open: frozenset[str]
@@ -66,7 +66,7 @@ class UnpublishedFacts:
 
 @cache
 def load_evidence() -> UnpublishedFacts:
-    """The table of this package."""
+    """Return the table of this package."""
     content = resources.files("eai.benchmarks.behavior").joinpath(_FILE).read_bytes()
     table = parse_toml(content.decode())
     added, removed, volume = table["added_relations"], table["removed_relations"], table["volume"]

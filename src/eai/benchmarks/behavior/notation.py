@@ -1,9 +1,9 @@
-"""The notations of answers to BEHAVIOR's prompts: goals and subgoals, and the names that they may use.
+"""The notations of goals and subgoals in answers to BEHAVIOR's prompts, and the names that they may use.
 
 Goals name objects by instance, as in ``rag.n.01_1``. Subgoals are an object with the key ``output``, anywhere
-in the text: a list of formulas. ``toggled.on`` and the hyphen of t-shirts are spelt as formulas can have
-them, which is the repair ``spelling``. The prompt rules out quantifiers and the robot as an object: a
-quantifier cannot be read, and literals about the robot are taken to hold.
+in the text: a list of formulas. ``toggled.on`` and the hyphen of t-shirts are respelt for formulas, which
+counts as the repair ``spelling``. The prompt excludes quantifiers and the robot as an object: a quantifier
+cannot be read, and literals about the robot count as true.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from eai.world.domain import Domain
 from eai.world.state import Scene
 
 STATES = tuple(state.name for state in p.GOAL_STATES if state.name != "burnt")
-"""The states that goals of the published file speak of."""
+"""States in the goals of the published file."""
 
 RELATIONS = tuple(sorted([*(relation.name for relation in p.GOAL_RELATIONS), "touching"]))
-"""The relations of the same."""
+"""Relations in the goals of the published file."""
 
 _UNARY_PREDICATES = (
     *(state.name.replace("toggled_on", "toggledon") for state in p.GOAL_STATES),
@@ -73,13 +73,13 @@ PREDICATE_ARITIES: Mapping[str, int] = {
     **{f"isIn{room}": 1 for room in _ROOMS},
     **dict.fromkeys(RELATIONS, 2),
 }
-"""Every predicate of subgoals with its number of objects (``base_vocabulary.json``)."""
+"""Number of objects of each predicate of subgoals (``base_vocabulary.json``)."""
 
 UNOBSERVED = frozenset(PREDICATE_ARITIES) - {*_UNARY_PREDICATES, *RELATIONS, "inHandOfRobot"}
-"""Predicates about rooms, sight and reach, of which the symbolic scene knows nothing."""
+"""Predicates about rooms, sight and reach, which the symbolic scene cannot evaluate."""
 
 ROBOT_NAMES = frozenset(("agent", "agent_n_01", "agent.1", "agent_n_01.1"))
-"""Names of the robot in subgoals. The symbolic scene does not know where it is."""
+"""Names of the robot in subgoals. The symbolic scene does not know its position."""
 
 DOMAIN_NAMES: Mapping[str, str] = {
     "toggledon": "toggled_on",
@@ -88,19 +88,25 @@ DOMAIN_NAMES: Mapping[str, str] = {
     "holds_rh": p.in_right_hand.name,
     "holds_lh": p.in_left_hand.name,
 }
-"""Predicate of answers -> its name in the domain, where that is another."""
+"""Predicate of answers -> its name in the domain, if that differs."""
 
 ACTION_ARITIES: Mapping[str, int | None] = {
     **{operator.name.lower(): operator.arity for operator in behavior.as_meant().operators},
     **dict.fromkeys(("burn", "stain", "unclean")),
 }
-"""Every action with its number of objects; of three the vocabulary does not say it."""
+"""Number of objects of each action; None for three actions, which the vocabulary leaves open."""
 
 _NUMBERED = re.compile(r"(.+)_(\d+)")
 
 
 def make_lexicon(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> FormulaLexicon:
-    """The meanings of these names in the domain."""
+    """Return the lexicon that maps names of answers to the domain.
+
+    Args:
+        scene: the scene.
+        signature: the names that formulas may use.
+        objects: objects by name.
+    """
     categories = {
         n: c for n, c in map_category_predicates(scene).items() if scene.vocabulary.arity(n) is None
     }
@@ -111,23 +117,23 @@ def make_lexicon(scene: Scene, signature: Signature, objects: Mapping[str, int])
 
 
 def map_category_predicates(scene: Scene) -> dict[str, str]:
-    """The predicates that say that an object is of a category -> the category."""
-    categories = dict.fromkeys(thing.category for thing in scene.objects)
+    """Return the category for each predicate that asserts a category."""
+    categories = dict.fromkeys(obj.category for obj in scene.objects)
     return {category.replace(".", "_"): category for category in categories if "." in category}
 
 
 def map_object_names(scene: Scene) -> dict[str, int]:
-    """Name that an object may have -> the object: ``jar.0``, also ``jar_0``.
+    """Return the object for each accepted name: ``jar.0``, also ``jar_0``.
 
-    Names of formulas have no hyphens; where an object's name does, an underscore stands for it.
+    Names in formulas have no hyphens: underscores replace them.
     """
-    names = {thing.name.replace("-", "_"): i for i, thing in enumerate(scene.objects)}
+    names = {obj.name.replace("-", "_"): i for i, obj in enumerate(scene.objects)}
     return {**names, **{_write_dotted(name): i for name, i in names.items()}}
 
 
 def map_published_names(scene: Scene) -> dict[str, int]:
-    """Name in the reference -> the object of a task; parts of objects have none."""
-    return {_write_dotted(thing.name): i for i, thing in enumerate(scene.objects) if "." in thing.category}
+    """Return the object for each name in the reference; parts of objects have none."""
+    return {_write_dotted(obj.name): i for i, obj in enumerate(scene.objects) if "." in obj.category}
 
 
 def _write_dotted(name: str) -> str:
@@ -139,21 +145,21 @@ _SPELLINGS = (("toggled.on", "toggledon"), ("toggled_on", "toggledon"), ("t-shir
 
 
 class BehaviorSubgoals(SubgoalNotation):
-    """The words of BEHAVIOR's prompts."""
+    """Subgoals in the words of BEHAVIOR's prompts."""
 
     def __init__(self) -> None:
         super().__init__(behavior.as_meant())
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
-        """The prompts' names of states, actions and objects."""
-        known = {name: arity for name, arity in ACTION_ARITIES.items() if arity is not None}
+        """Return the lexicon of the prompts' states, actions and objects."""
+        actions = {name: arity for name, arity in ACTION_ARITIES.items() if arity is not None}
         objects = map_object_names(scene)
         names = {*objects, *ROBOT_NAMES}
         predicates = {**dict.fromkeys(map_category_predicates(scene), 1), **PREDICATE_ARITIES}
-        return make_lexicon(scene, Signature(predicates, known, names), objects)
+        return make_lexicon(scene, Signature(predicates, actions, names), objects)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
-        """Read the subgoals in an answer, or say why they cannot be read."""
+        """Return the subgoals in an answer, or the reason why the answer cannot be read."""
         written = read_output(text, frozenset())
         if isinstance(written, Unreadable):
             return written
@@ -163,16 +169,16 @@ class BehaviorSubgoals(SubgoalNotation):
 
 
 def _respell(subgoal: str) -> str:
-    for written, meant in _SPELLINGS:
-        subgoal = subgoal.replace(written, meant)
+    for written, accepted in _SPELLINGS:
+        subgoal = subgoal.replace(written, accepted)
     return subgoal
 
 
 class _BehaviorPlans(JsonPlans):
-    """The default notation of plans, which also knows the names of goals, as in ``rag.n.01_1``."""
+    """The default notation of plans, which also accepts instance names, as in ``rag.n.01_1``."""
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """Return the lookup of names of the scene and of goals."""
+        """Return the lookup of objects by name and by instance name."""
         find = super().objects(task)
         index = {instance: task.scene.index[name] for name, instance in _map_instances(task).items()}
 
@@ -188,9 +194,10 @@ PLANS = _BehaviorPlans()
 
 
 class BehaviorGoals(JsonGoals):
-    """Capitals do not matter, ``toggledon`` is another spelling of ``toggled_on``; there are no actions.
+    """Goals in the words of BEHAVIOR's prompts: states and relations, no actions.
 
-    The goals are those of a published file, in which a few are not those of the problem files.
+    Capitals do not matter, and ``toggledon`` is another spelling of ``toggled_on``. The goals are those of a
+    published file; a few differ from the goals of the problem files.
     """
 
     symmetric: ClassVar[frozenset[str]] = frozenset({"nextto", "touching"})
@@ -199,39 +206,41 @@ class BehaviorGoals(JsonGoals):
         super().__init__((GoalKind.STATE, GoalKind.RELATION))
 
     def word(self, text: str) -> str:
-        """A word in small letters."""
+        """Return a word in lower case."""
         return text.strip().lower().replace("toggledon", "toggled_on")
 
     def words(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
-        """The states and relations that goals of the published file speak of; touching is being next to."""
+        """Return states and relations in goals of the published file; ``touching`` means next to."""
         arities = {**dict.fromkeys(STATES, 1), **dict.fromkeys(RELATIONS, 2)}
         return {(name, arity): DOMAIN_NAMES.get(name, name) for name, arity in arities.items()}
 
     def names(self, task: Task) -> tuple[str, ...]:
-        """The instance that each object is; parts of objects are none."""
+        """Return the instance name of each object; parts of objects keep their own name."""
         instances = _map_instances(task)
-        return tuple([instances.get(thing.name, thing.name) for thing in task.scene.objects])
+        return tuple([instances.get(obj.name, obj.name) for obj in task.scene.objects])
 
     def alternatives(self, task: Task) -> tuple[Alternatives, ...]:
-        """The published goals, each as its ground options; of a task that is not published, its own."""
+        """Return the published goals, each as its ground options; an unpublished task has its own goals."""
         if not isinstance(task, BehaviorTask):
             return super().alternatives(task)
         names = {instance: name for name, instance in _map_instances(task).items()}
 
-        @cache  # most conditions stand in many options of a goal
+        @cache  # most conditions occur in many options of a goal
         def leaf(condition: GoalCondition) -> LiteralChoice:
             return LiteralChoice(_to_literal(condition, names))
 
         def choice(options: tuple[GroundOption, ...]) -> Choice:
             return AnyOf(tuple([AllOf(tuple(map(leaf, option))) for option in options]))
 
-        return tuple([Alternatives("condition", None, choice(each)) for each in task.record.goal_options])
+        return tuple(
+            [Alternatives("condition", None, choice(options)) for options in task.record.goal_options]
+        )
 
 
 def _map_instances(task: Task) -> Mapping[str, str]:
-    """The instance that each object is, by the object's name; nothing where the task is not published."""
-    things = task.record.objects if isinstance(task, BehaviorTask) else ()
-    return {thing.name: thing.instance for thing in things}
+    """Return the instance name of each object by name; empty if the task is unpublished."""
+    objs = task.record.objects if isinstance(task, BehaviorTask) else ()
+    return {obj.name: obj.instance for obj in objs}
 
 
 def _to_literal(condition: GoalCondition, names: Mapping[str, str]) -> Literal:

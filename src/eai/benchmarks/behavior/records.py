@@ -1,7 +1,7 @@
-"""The BEHAVIOR tasks as plain records, read from the store: one text line a task, decoded on first use.
+"""The BEHAVIOR tasks as plain records of the store: one line of text a task, decoded on first use.
 
-Records hold what published files say and nothing else. What no file says is in `evidence`; scenes
-and goals are made from both in `tasks`.
+Records have only the facts of published files. Other facts are in `evidence`; `tasks` makes scenes and goals
+from both.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ PACK = "behavior"
 """Name of the pack with the records of BEHAVIOR."""
 
 TASKS_MEMBER = "tasks.jsonl"
-"""One line a task, in data set order."""
+"""Member with one task a line, in data set order."""
 
 OPTIONS_MEMBER = "goal_options.jsonl"
-"""One line a task, in data set order: what goal interpretation compares answers with."""
+"""Member with the goals of goal interpretation: one task a line, in data set order."""
 
 FLOOR = "room_floor"
-"""The model category of the floor of a room."""
+"""Model category of floors."""
 
 STATE_OF_ABILITY: Mapping[str, str] = {
     ability.name: state.name.removeprefix("is_") for ability, state in STATES
 }
-"""Which ability of the taxonomy lets an object be in which state."""
+"""Ability of the taxonomy -> the state that it makes possible."""
 
 GoalCondition: TypeAlias = tuple[str | tuple[str, ...], ...]
 """``(predicate, instance, ...)``, or ``("not", (predicate, instance, ...))``."""
 
 GroundOption: TypeAlias = tuple[GoalCondition, ...]
-"""One way to meet a goal: all of these conditions."""
+"""Conditions that together reach a goal; a goal may have several options."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,12 +46,12 @@ class BehaviorObject:
     """An object of a task.
 
     Attributes:
-        name: as actions name it, such as ``rag_51``.
-        instance: as BDDL names it, such as ``rag.n.01_1``.
-        category: the synset that the problem declares it with.
-        model: its category among the simulator's models, such as ``rag``; `FLOOR` for floors.
-        synset: the synset that the taxonomy gives that category; its abilities are the object's.
-        abilities: sorted.
+        name: name in actions, such as ``rag_51``.
+        instance: name in BDDL, such as ``rag.n.01_1``.
+        category: synset in the problem's declaration.
+        model: category among the simulator's models, such as ``rag``; `FLOOR` for floors.
+        synset: synset of that category in the taxonomy, which defines the abilities.
+        abilities: abilities, sorted.
     """
 
     name: str
@@ -63,23 +63,23 @@ class BehaviorObject:
 
     @property
     def is_floor(self) -> bool:
-        """Whether it is the floor of a room."""
+        """Whether the object is the floor of a room."""
         return self.model == FLOOR
 
     @property
     def states(self) -> tuple[str, ...]:
-        """The predicates of the states that it can be in."""
+        """Predicates of the possible states."""
         return tuple(state for ability, state in STATE_OF_ABILITY.items() if ability in self.abilities)
 
     @property
     def half_names(self) -> tuple[str, ...]:
-        """The names of what it falls into when it is sliced."""
+        """Names of both halves of a sliceable object; empty for other objects."""
         return tuple(f"{self.name}_part_{i}" for i in range(2)) if "sliceable" in self.abilities else ()
 
 
 @dataclass(frozen=True, slots=True)
 class BehaviorRecord:
-    """One task as the published files have it.
+    """A task as in the published files.
 
     Attributes:
         id: the data set's id: activity, definition, scene, instance and date of a recorded demonstration.
@@ -87,11 +87,11 @@ class BehaviorRecord:
         definition: number of the activity's problem file.
         scene: the simulator's scene.
         instruction: the activity in one English sentence.
-        objects: in the order of the problem file, without the agent.
+        objects: objects in the order of the problem file, without the agent.
         problem: the problem file; it names objects by instance.
-        plan: a human's plan as the data set has it (one action is misspelt): actions with their objects.
-        goal_options: goal interpretation's goals, each as all its ground options in the published order. They
-            are those of an earlier wording of three problems than `problem` (spec: (a)).
+        plan: a human's plan from the data set, as actions with objects; one action is misspelt.
+        goal_options: goals of goal interpretation, each as all its ground options in the published order. For
+            three tasks they follow an earlier wording than `problem` (spec: (a)).
     """
 
     id: str
@@ -106,7 +106,7 @@ class BehaviorRecord:
 
 
 def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
-    """The records of a pack, in data set order; a record is decoded once, on first use."""
+    """Return the records of a pack, in data set order; a record is decoded once, on first use."""
     lines, options = _split_by_id(pack.read(TASKS_MEMBER)), _split_by_id(pack.read(OPTIONS_MEMBER))
 
     def read(task_id: str) -> BehaviorRecord:
@@ -116,7 +116,7 @@ def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
 
 
 def _split_by_id(content: bytes) -> dict[str, bytes]:
-    """The lines of a member: each is an id, a tab and JSON."""
+    """Return the JSON of each line by id. A line is an id, a tab and JSON."""
     pairs = (line.split(b"\t", 1) for line in content.splitlines())
     return {task_id.decode(): text for task_id, text in pairs}
 

@@ -21,10 +21,10 @@ from eai.world.action import Action
 from eai.world.state import Fact, Scene, State, WorldObject
 
 MAX_GRASPABLE_VOLUME = 1.5
-"""The volume up to which an object can be grasped, in m3 (reference: ``evolving_graph.py`` grasp)."""
+"""Maximum volume of a graspable object, in m3 (reference: ``evolving_graph.py`` grasp)."""
 
 MUCH_LARGER_RATIO = 5
-"""The ratio of volumes above which a thing falls off when its support is grasped (ibid.)."""
+"""Ratio of volumes above which cargo falls off when its support is grasped (same source)."""
 
 _ABILITY_PREDICATES: Mapping[str, str] = {
     **{ability.name: ability.name for ability, _ in p.STATES},
@@ -32,23 +32,23 @@ _ABILITY_PREDICATES: Mapping[str, str] = {
     "cleaningTool": p.cleaning_tool.name,
     "coldSource": p.cold_source.name,
 }
-"""Ability of the taxonomy -> predicate; the domain has no use for the others."""
+"""Ability of the taxonomy -> predicate; the domain does not use other abilities."""
 
-_MODEL_PREDICATES = {each.name for each in (p.sink, p.dishwasher, p.teapot, p.saucepan, p.detergent)}
-"""Model categories that actions ask for."""
+_MODEL_PREDICATES = {kind.name for kind in (p.sink, p.dishwasher, p.teapot, p.saucepan, p.detergent)}
+"""Model categories that actions check."""
 
 RELATIONS = frozenset(p.STORED)
-"""The relations of BDDL; every other predicate of it is a state of one object."""
+"""Relations of BDDL; all its other predicates are states of one object."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BehaviorTask(Task):
-    """A task of BEHAVIOR, with what its data set says besides.
+    """A task of BEHAVIOR with its data set record.
 
     Attributes:
         record: the task as published; its problem names objects by instance, as in ``rag.n.01_1``.
-        initial_as_published: the initial state in which the published verdicts on subgoals come
-            out; that of the same scene, mostly `initial` itself.
+        initial_as_published: the initial state that reproduces the published verdicts on subgoals. It has the
+            same scene as `initial`, and mostly is `initial` itself.
     """
 
     record: BehaviorRecord
@@ -59,17 +59,17 @@ BehaviorTasks: TypeAlias = TaskSet[BehaviorTask]
 
 
 def build_tasks(records: TaskSet[BehaviorRecord], evidence: UnpublishedFacts) -> BehaviorTasks:
-    """The tasks of the records; their digest is that of the data and of the evidence."""
+    """Return the tasks of the records; their digest covers the data and the evidence."""
     sha256 = hashlib.sha256(f"{records.sha256}{evidence.sha256}".encode()).hexdigest()
     return TaskSet(records, lambda task_id: build_task(records[task_id], evidence), sha256)
 
 
 def build_task(record: BehaviorRecord, evidence: UnpublishedFacts) -> BehaviorTask:
-    """The task of a record.
+    """Return the task of a record.
 
     Args:
-        record: what published files say.
-        evidence: what they do not say.
+        record: the facts of published files.
+        evidence: facts that published files lack.
     """
     builder = _BehaviorTaskBuilder(record, evidence)
     initial = builder.build_state(collect_initial_relations(record, evidence))
@@ -90,7 +90,7 @@ def build_task(record: BehaviorRecord, evidence: UnpublishedFacts) -> BehaviorTa
 
 
 def open_tasks(source: Source | None = None) -> BehaviorTasks:
-    """The BEHAVIOR tasks, fetched first when they are not there.
+    """Return the BEHAVIOR tasks; download them first if they are missing.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
@@ -101,7 +101,7 @@ def open_tasks(source: Source | None = None) -> BehaviorTasks:
 def collect_initial_relations(
     record: BehaviorRecord, evidence: UnpublishedFacts
 ) -> tuple[GroundRelation, ...]:
-    """The relations of objects at the start, by name: as listed, as assumed, as found by evidence."""
+    """Return the initial relations of objects by name: listed, assumed and added by evidence."""
     listed = read_listed_relations(record)
     removed = evidence.removed.get(record.id, ())
     kept = tuple(relation for relation in listed if relation[:2] not in removed)
@@ -109,8 +109,8 @@ def collect_initial_relations(
 
 
 def read_listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
-    """The relations of a problem file, by name; without those of the robot."""
-    name_of = {thing.instance: thing.name for thing in record.objects}
+    """Return the relations of a problem file by name, without those of the robot."""
+    name_of = {obj.instance: obj.name for obj in record.objects}
     return tuple(
         (fact.predicate, name_of[source.name], name_of[target.name])
         for fact in record.problem.initial
@@ -123,80 +123,76 @@ def read_listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
 def assume_standing_relations(
     record: BehaviorRecord, evidence: UnpublishedFacts
 ) -> tuple[GroundRelation, ...]:
-    """For furniture that the problem file places nowhere: it stands on the floor of its room."""
+    """Return relations for furniture without a place in the problem file: it stands on its room's floor."""
     stated = [fact for fact in record.problem.initial if fact.predicate == "inroom"]
     rooms = {fact.arguments[0].name: fact.arguments[1].name for fact in stated}
-    floors = {rooms[o.instance]: o.name for o in record.objects if o.is_floor and o.instance in rooms}
+    floors = {
+        rooms[obj.instance]: obj.name for obj in record.objects if obj.is_floor and obj.instance in rooms
+    }
     listed = read_listed_relations(record)
     placed = {source for predicate, source, _ in listed if predicate in ("inside", "ontop", "onfloor")}
     return tuple(
-        ("onfloor", thing.name, floors[rooms[thing.instance]])
-        for thing in record.objects
-        if thing.model in evidence.standing
-        and thing.name not in placed
-        and rooms.get(thing.instance) in floors
+        ("onfloor", obj.name, floors[rooms[obj.instance]])
+        for obj in record.objects
+        if obj.model in evidence.standing and obj.name not in placed and rooms.get(obj.instance) in floors
     )
 
 
 def yield_initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> Iterator[tuple[str, str]]:
-    """State and name of each object that is in it at the start."""
-    name_of = {thing.instance: thing.name for thing in record.objects}
+    """Yield each initial state with the name of its object."""
+    name_of = {obj.instance: obj.name for obj in record.objects}
     for fact in record.problem.initial:
         if len(fact.arguments) == 1:
             yield fact.predicate, name_of[fact.arguments[0].name]
-    for thing in record.objects:
-        if thing.model in evidence.initially_open and "open" in thing.states:
-            yield "open", thing.name
+    for obj in record.objects:
+        if obj.model in evidence.initially_open and "open" in obj.states:
+            yield "open", obj.name
 
 
 class _BehaviorTaskBuilder:
-    """Makes scene, state and goals of one task."""
+    """Builds scene, state and goals of one task."""
 
     def __init__(self, record: BehaviorRecord, evidence: UnpublishedFacts) -> None:
         self._record = record
         self._evidence = evidence
-        parts = (
-            WorldObject(part, f"half_{thing.model}") for thing in record.objects for part in thing.half_names
-        )
-        whole = (WorldObject(thing.name, thing.category) for thing in record.objects)
+        parts = (WorldObject(half, f"half_{obj.model}") for obj in record.objects for half in obj.half_names)
+        whole = (WorldObject(obj.name, obj.category) for obj in record.objects)
         self.scene = Scene(VOCABULARY, (*whole, *parts))
         self._index = self.scene.index
 
     def build_state(self, relations: Iterable[GroundRelation]) -> State:
-        """The state at the start, with these relations."""
+        """Return the initial state with these relations."""
         return self.scene.state(
             (*self._yield_kinds(), *self._yield_volume_comparisons(), *self._yield_situation(relations))
         )
 
     def yield_goals(self) -> Iterator[Goal]:
-        """The goals of the problem file, about objects by name."""
+        """Yield the goals of the problem file, about objects by name."""
         problem = self._record.problem
-        names = {thing.instance: thing.name for thing in self._record.objects}
+        names = {obj.instance: obj.name for obj in self._record.objects}
         for formula in operands(rename_objects(problem.goal, names), And):
             yield Goal(_classify_goal(formula), formula)
 
     def yield_script(self) -> Iterator[Action]:
-        """The human's plan; a misspelt action keeps its name."""
+        """Yield the human's plan; a misspelt action keeps its name."""
         for action, objects in self._record.plan:
             yield Action(action, tuple([self._index[name] for name in objects]))
 
     def _yield_kinds(self) -> Iterator[Fact]:
-        """The category of each object."""
-        for thing in self._record.objects:
-            names = [_ABILITY_PREDICATES[a] for a in thing.abilities if a in _ABILITY_PREDICATES]
-            names += [thing.model] if thing.model in _MODEL_PREDICATES else []
-            names += [p.floor.name] if thing.is_floor else []
-            for each in (thing.name, *thing.half_names):
-                yield from (Fact(name, (self._index[each],)) for name in names)
-            for part in thing.half_names:
-                yield Fact(p.part_of.name, (self._index[part], self._index[thing.name]))
+        for obj in self._record.objects:
+            names = [_ABILITY_PREDICATES[a] for a in obj.abilities if a in _ABILITY_PREDICATES]
+            names += [obj.model] if obj.model in _MODEL_PREDICATES else []
+            names += [p.floor.name] if obj.is_floor else []
+            for object_name in (obj.name, *obj.half_names):
+                yield from (Fact(name, (self._index[object_name],)) for name in names)
+            for half in obj.half_names:
+                yield Fact(p.part_of.name, (self._index[half], self._index[obj.name]))
 
     def _yield_volume_comparisons(self) -> Iterator[Fact]:
-        """The comparisons of the volumes of the objects."""
-        known, scene = self._evidence.volumes, self._record.scene
-        volumes = [known.get_volume(scene, thing.name, thing.model) for thing in self._record.objects]
-        for thing, volume in zip(self._record.objects, tuple(volumes), strict=True):
-            volumes += [known.ratio_of_half * volume] * len(thing.half_names)
+        estimates, scene = self._evidence.volumes, self._record.scene
+        volumes = [estimates.get_volume(scene, obj.name, obj.model) for obj in self._record.objects]
+        for obj, volume in zip(self._record.objects, tuple(volumes), strict=True):
+            volumes += [estimates.ratio_of_half * volume] * len(obj.half_names)
         for i, mine in enumerate(volumes):
             if mine > MAX_GRASPABLE_VOLUME:
                 yield Fact(p.ungraspable.name, (i,))
@@ -207,7 +203,7 @@ class _BehaviorTaskBuilder:
                         yield Fact(p.much_larger.name, (i, j))
 
     def _yield_situation(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
-        """States and places at the start."""
+        """Yield the initial states and positions."""
         for state, name in yield_initial_states(self._record, self._evidence):
             yield Fact(f"is_{state}", (self._index[name],))
         for predicate, source, target in relations:
@@ -218,8 +214,8 @@ class _BehaviorTaskBuilder:
         yield from self._yield_robot_floor()
 
     def _yield_robot_floor(self) -> Iterator[Fact]:
-        """The floor that the robot stands on."""
-        floors = {thing.instance: thing.name for thing in self._record.objects if thing.is_floor}
+        """Yield the floor below the robot."""
+        floors = {obj.instance: obj.name for obj in self._record.objects if obj.is_floor}
         for fact in self._record.problem.initial:
             source, *target = (term.name for term in fact.arguments)
             if fact.predicate == "onfloor" and source.startswith("agent.") and target[0] in floors:
@@ -227,5 +223,5 @@ class _BehaviorTaskBuilder:
 
 
 def _classify_goal(formula: Formula) -> GoalKind:
-    """Relation if the goal speaks of any, else state."""
+    """Return the kind of a goal: relation if it contains a relation, else state."""
     return GoalKind.STATE if RELATIONS.isdisjoint(predicates_of(formula)) else GoalKind.RELATION

@@ -1,1 +1,1 @@
-"""BEHAVIOR-1K: a symbolic reading of a thousand household activities."""
+"""BEHAVIOR-1K: a symbolic model of a thousand household activities."""

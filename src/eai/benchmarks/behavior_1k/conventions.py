@@ -1,8 +1,8 @@
-"""The hidden facts of a scene of BEHAVIOR-1K, in words: sources, floors, and conventions of the household.
+"""The hidden facts of a BEHAVIOR-1K scene, in words: sources, floors, and conventions of the household.
 
-Which tool removes a stain, how hot a toaster is and what a recipe takes are conventions. Prompts state those
-that matter for the activity, unless a benchmark tests whether a model knows them. What a source holds and
-where furniture stands is no knowledge: every prompt for plans states it.
+Conventions are, for example, the tool that removes a stain, the heat of a toaster, and the ingredients of a
+recipe. Prompts list the relevant conventions, unless a benchmark tests whether a model knows them. Contents
+of sources and positions of furniture are not knowledge: every prompt for plans lists them.
 """
 
 from __future__ import annotations
@@ -59,20 +59,20 @@ class SceneReader:
         return self._state.has(predicate.name, *[self._index[name] for name in names])
 
     def _find_things(self, predicate: Predicate) -> list[str]:
-        """The things of which a predicate holds."""
+        """Return the names of all objects with a predicate."""
         return [self._names[i] for i in bits(self._state.mask(predicate.name))]
 
     def _find_targets(self, predicate: Predicate, name: str) -> list[str]:
-        """The things to which a thing stands in a relation."""
+        """Return the names of the targets of an object under a relation."""
         return [self._names[i] for i in bits(self._state.relation(predicate.name).row(self._index[name]))]
 
     def _find_sources(self, predicate: Predicate, name: str) -> list[str]:
-        """The things that stand in a relation to a thing."""
+        """Return the names of the sources of an object under a relation."""
         return [self._names[i] for i in bits(self._state.relation(predicate.name).column(self._index[name]))]
 
 
 def conventions(task: Task) -> str:
-    """Return the sources, floors and conventions that matter in a task, each kind below its heading."""
+    """Return the sources, floors and relevant conventions of a task, each kind below its heading."""
     return "\n\n".join(
         filter(
             None, (describe_situation(task), _join_below(HEADING, _ConventionWriter(task.initial).lines()))
@@ -86,12 +86,12 @@ def describe_situation(task: Task) -> str:
 
 
 def _join_below(heading: str, lines: Iterable[str]) -> str:
-    listed = list(lines)
-    return "\n".join((heading, *listed)) if listed else ""
+    texts = list(lines)
+    return "\n".join((heading, *texts)) if texts else ""
 
 
 class _SituationWriter(SceneReader):
-    """States what sources give, and the floors of objects that rest on nothing."""
+    """Describes sources, and the floors of objects without support."""
 
     def lines(self) -> Iterator[str]:
         """Yield a line for each source and each floor."""
@@ -99,7 +99,7 @@ class _SituationWriter(SceneReader):
             given = self._find_targets(p.gives, source)
             if given:
                 yield f"- {source} {self._describe_source(source, _join_names(given))}."
-        resting = reduce(or_, [self._state.relation(place).sources for place in p.SUPPORTS])
+        resting = reduce(or_, [self._state.relation(support).sources for support in p.SUPPORTS])
         free = {*self._find_things(p.present)} - {self._names[i] for i in bits(resting)}
         for floor in self._find_things(p.floor):
             above = [name for name in self._find_sources(p.by_floor, floor) if name in free]
@@ -107,7 +107,7 @@ class _SituationWriter(SceneReader):
                 yield f"- {floor} is the floor of {_join_names(above)}."
 
     def _describe_source(self, source: str, given: str) -> str:
-        """Return the way in which a source gives: a fixed one to FILL and SOAK, another to POUR and APPLY."""
+        """Return the verb phrase of a source: fixed sources serve FILL and SOAK, others POUR and APPLY."""
         if not self._has(p.fixed, source):
             return f"always holds {given}"
         running = ", while it is switched on" if self._has(p.toggleable, source) else ""
@@ -115,7 +115,7 @@ class _SituationWriter(SceneReader):
 
 
 class _ConventionWriter(SceneReader):
-    """States the static facts of a scene."""
+    """Describes the static facts of a scene."""
 
     def lines(self) -> Iterator[str]:
         """Yield a line for each convention."""
@@ -132,7 +132,7 @@ class _ConventionWriter(SceneReader):
                 yield f"- {name} can be attached to {_join_names(fitting)}."
 
     def _describe_removal(self, substance: str) -> str:
-        """The ways to remove a substance that covers something."""
+        """Return the ways to remove a substance from an object."""
         wiping = {how: self._find_sources(manner, substance) for manner, how in _WIPING_WORDS.items()}
         ways = [f"by wiping with {_join_names(tools)} ({how})" for how, tools in wiping.items() if tools]
         washing, solvents = (
@@ -152,7 +152,7 @@ class _ConventionWriter(SceneReader):
         return f"- {substance} is removed {'; '.join(ways) or 'by nothing here'}.{dissolved}"
 
     def _describe_heat(self) -> Iterator[str]:
-        """Yield the needs of sources of heat and cold, and their effects on things here."""
+        """Yield the requirements of sources of heat and cold, and their effects in this scene."""
         sources = self._find_things(p.heat_source)
         food = {name for source in sources for name in self._find_targets(p.cooks, source)}
         for source in (*sources, *self._find_things(p.cold_source)):
@@ -168,7 +168,7 @@ class _ConventionWriter(SceneReader):
             yield f"- {source} works {', '.join(needs) or 'always'}{does}."
 
     def _describe_products(self, name: str) -> Iterator[str]:
-        """Yield the products of cutting and heating a thing."""
+        """Yield the products of cutting and heating an object."""
         halves = self._find_sources(p.part_of, name)
         if halves:
             yield f"- SLICE makes {_join_names(halves)} of {name}."
@@ -200,7 +200,7 @@ class _ConventionWriter(SceneReader):
         return f"- {_join_names(made)} {are} made{state} {how} of {taken}{over}{alone}."
 
     def _describe_ingredients(self, recipe: str, role: Predicate) -> str:
-        """The things that a recipe takes in a role, and whether they are to be cooked."""
+        """Return the ingredients in a role, with notes on those that must be raw or cooked."""
         raw, cooked = self._find_targets(p.raw, recipe), self._find_targets(p.cooked_first, recipe)
         notes = {**dict.fromkeys(raw, " (not cooked)"), **dict.fromkeys(cooked, " (cooked)")}
         return _join_names([f"{name}{notes.get(name, '')}" for name in self._find_targets(role, recipe)])

@@ -1,7 +1,7 @@
-"""From the source distribution of ``bddl`` 3.6.0 to the pack `behavior_1k`; nothing of it is imported.
+"""Convert the source distribution of ``bddl`` 3.6.0 to the pack `behavior_1k`; nothing of it is imported.
 
-It has the definitions of the activities, what kinds of objects can do, with parameters, and the rules by
-which kinds become others. Of the kinds and rules the pack has those that any activity can come to speak of.
+The distribution has the definitions of the activities, abilities of object kinds with parameters, and rules
+that turn kinds into others. The pack contains only kinds and rules that some activity can use.
 """
 
 from __future__ import annotations
@@ -26,30 +26,30 @@ CORRECTIONS: Mapping[str, tuple[str, str]] = {
     "loading_the_car": (") ) (not (open ?car.n.01_1) ) )", ") (not (open ?car.n.01_1) ) ) )"),
     "wash_a_baseball_cap": ("\\", ""),
 }
-"""Two slips of the pen and what is meant: a goal beside the conjunction, a stray backslash."""
+"""Corrections of two slips: a goal outside the conjunction, and a stray backslash."""
 
 _PLAIN_ABILITIES = {
     *("openable", "toggleable", "slicer", "fillable", "cloth", "drapeable", "rope", "mixingTool"),
     *("sceneObject", "substance", "liquid", "visualSubstance", "flammable", "freezable"),
 }
-"""Abilities of which only matters whether a kind has them."""
+"""Abilities without parameters: a kind has them or not."""
 
 _TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temperature", 40.0)}
-"""Abilities with the temperature from which on they show, and that of kinds which name none."""
+"""Ability -> the key of its threshold temperature, and the default threshold in degrees Celsius."""
 
 
 def convert_tasks(files: Bundle, report: ReportProgress) -> dict[str, bytes]:
-    """The members of the pack `behavior_1k`, of which there is no progress to report.
+    """Return the members of the pack `behavior_1k`. No progress is reported.
 
     Raises:
-        DataError: a file is absent or not as expected.
+        DataError: a file is absent or has an unexpected form.
     """
     texts = dict(_read_definitions(files))
     rules = _read_rules(files)
-    known = set(_SYNSET.findall(json.dumps(rules))) | set(_SYNSET.findall(" ".join(texts.values())))
+    mentioned = set(_SYNSET.findall(json.dumps(rules))) | set(_SYNSET.findall(" ".join(texts.values())))
     annotated = _read_json(files, "bddl/generated_data/propagated_annots_params.json")
     kinds = {
-        synset: dict(_select_abilities(annotated[synset])) for synset in sorted(known & annotated.keys())
+        synset: dict(_select_abilities(annotated[synset])) for synset in sorted(mentioned & annotated.keys())
     }
     removers: list[object] = []
     for abilities in kinds.values():
@@ -69,7 +69,7 @@ def _compact(value: object) -> bytes:
 
 
 def _number_value(values: list[object], value: object) -> int:
-    """The place of a value in a list; there are nine kinds of removers in all."""
+    """Return the index of a value in a list, appending it if it is new; there are nine kinds of removers."""
     if value not in values:
         values.append(value)
     return values.index(value)
@@ -83,20 +83,20 @@ def _read_json(files: Bundle, path: str) -> Any:
 
 
 def _read_definitions(files: Bundle) -> Iterator[tuple[str, str]]:
-    """The definitions by name, each on one line, in alphabetical order."""
+    """Yield names and definitions, each on one line, in alphabetical order."""
     for path in sorted(files.names):
         match = _DEFINITION.fullmatch(path)
         if match is not None:
             text = re.sub(r";[^\n]*", "", files.read(path).decode()).lower()
             text = re.sub(r"\( ", "(", " ".join(text.split()))
-            wrong, meant = CORRECTIONS.get(match[1], ("", ""))
+            wrong, corrected = CORRECTIONS.get(match[1], ("", ""))
             if wrong not in text:
-                raise DataError(f"{path}: expected the slip of the pen {wrong!r}")
-            yield match[1], text.replace(wrong, meant) if wrong else text
+                raise DataError(f"{path}: expected the known slip {wrong!r}; the file is another version")
+            yield match[1], text.replace(wrong, corrected) if wrong else text
 
 
 def _select_abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
-    """The abilities of a kind that the domain asks for, with what they need."""
+    """Yield the abilities of a kind that the domain uses, with their parameters."""
     for name, parameters in annotated.items():
         if name in _PLAIN_ABILITIES:
             yield name, True
@@ -115,9 +115,9 @@ def _select_abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, objec
 
 
 def _read_remover(parameters: Mapping[str, Any]) -> Mapping[str, object] | None:
-    """By substance how a tool removes it: with what soaked in it, switched on, or just so; None for never.
+    """Return the manner in which a tool removes each substance, or None if the kind has no conditions.
 
-    A few kinds that stand for others have no conditions of their own; they remove what a rag does.
+    A few abstract kinds have none; they remove substances as a rag does.
     """
     if not parameters:
         return None
@@ -141,7 +141,7 @@ def _read_manner(conditions: Sequence[Sequence[Any]] | None) -> str | list[str] 
 
 
 def _read_rules(files: Bundle) -> dict[str, object]:
-    """The rules by which things become others."""
+    """Return the rules that turn objects into others."""
 
     def rules(name: str) -> Any:
         return _read_json(files, f"{_RULES}/{name}.json")
@@ -175,7 +175,7 @@ def _read_rules(files: Bundle) -> dict[str, object]:
 
 
 def _read_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Return the products by kind; boiled water, which some need besides, is no part of it."""
+    """Return the product by kind; boiled water, which some rules also need, is left out."""
     return {
         next(name for name in rule["input_synsets"] if not name.startswith("cooked__")): next(
             iter(rule["output_synsets"])
@@ -185,9 +185,11 @@ def _read_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
 
 
 def _read_recipe(by: str, rule: Mapping[str, Any]) -> dict[str, object]:
-    """A recipe: what it takes, how and by what it is made, and what comes of it."""
+    """Return a recipe: ingredients, method, vessel, heat source and products."""
     states = rule.get("input_states") or {}
-    result = [state for each in (rule.get("output_states") or {}).values() for state, so in each if so]
+    result = [
+        state for pairs in (rule.get("output_states") or {}).values() for state, holds in pairs if holds
+    ]
     toppings = {}
     for pair, ((relation, _),) in states.items():
         if "," in pair:
@@ -197,7 +199,9 @@ def _read_recipe(by: str, rule: Mapping[str, Any]) -> dict[str, object]:
         "name": rule["rule_name"],
         "by": by,
         "takes": rule["input_synsets"],
-        "cooked": {name: so for name, each in states.items() for state, so in each if state == "cooked"},
+        "cooked": {
+            name: holds for name, pairs in states.items() for state, holds in pairs if state == "cooked"
+        },
         "toppings": toppings,
         "vessel": next(iter(rule.get("container") or rule.get("machine") or {"": 0})),
         "source": next(iter(rule.get("heat_source") or {"": 0})),

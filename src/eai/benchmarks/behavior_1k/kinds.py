@@ -1,4 +1,4 @@
-"""The annotations of BEHAVIOR-1K: kinds of objects, and the rules by which they become others."""
+"""The annotations of BEHAVIOR-1K: kinds of objects, and the rules that turn kinds into others."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ PACK = "behavior_1k"
 """Name of the pack with these activities and annotations."""
 
 ACTIVITIES, KINDS, RULES, PLANS = "activities.txt", "kinds.json", "rules.json", "plans.txt"
-"""The members of the pack: the first and the last have one line an activity."""
+"""Members of the pack. `ACTIVITIES` and `PLANS` have one line per activity."""
 
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 
 RAG = "rag.n.01"
-"""How a kind removes substances that stands for others and has no conditions of its own (`convert`)."""
+"""The kind whose manners of removal serve for abstract kinds without conditions (`convert`)."""
 
 WATER, BOILED_WATER = "water.n.06", "cooked__water.n.01"
 WASHER, DRYER = "washer.n.03", "clothes_dryer.n.01"
 MELTING_TEMPERATURE, LIGHTING_TEMPERATURE = 100, 1000
-"""Temperatures in degrees Celsius: `MeltingRule`, and the flame of a lighter."""
+"""Temperatures in degrees Celsius: of `MeltingRule`, and of the flame of a lighter."""
 
 Manner: TypeAlias = str | list[str] | None
-"""How a tool removes a substance: just so ([]), soaked with one of these, ``toggled_on``, or not (None)."""
+"""How a tool removes a substance: dry ([]), soaked with a listed solvent, ``toggled_on``, or never (None)."""
 
 
 def lemma(synset: str) -> str:
-    """The name of a kind without its sense: ``mug`` of ``mug.n.04``."""
+    """Return the name of a kind without its sense: ``mug`` for ``mug.n.04``."""
     return _SYNSET.sub(lambda match: match[1].replace("-", "_"), synset)
 
 
 class _HeatSource(NamedTuple):
-    """A source of heat or cold: its temperature, and what it needs to work on something."""
+    """A source of heat or cold: its temperature in degrees Celsius, and its conditions of operation."""
 
     temperature: float
     needs: tuple[str, ...]
@@ -46,18 +46,18 @@ class _HeatSource(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
-    """A rule that makes things of several others.
+    """A rule that makes objects from several others.
 
     Attributes:
-        name: its name.
-        by: what is done: ``machine``, ``stirring`` or ``heat``.
-        takes: how many of each kind.
-        cooked: kinds that must be cooked, or must not.
-        toppings: what lies on or covers which other kind.
-        vessel: the kind of the machine, or of what it is heated in; empty for anything that can be filled.
-        source: the kind of what heats or cools it, if it is heated.
-        makes: how many of each kind come of it.
-        result: the states in which they come to be.
+        name: name of the recipe.
+        by: method: ``machine``, ``stirring`` or ``heat``.
+        takes: number of each ingredient kind.
+        cooked: ingredient kind -> whether it must be cooked, or must not be.
+        toppings: topping kind -> the kind that it lies on or covers.
+        vessel: kind of the machine or heated vessel; empty for any fillable object.
+        source: kind of the source of heat or cold; empty if the recipe is not heated.
+        makes: number of each product kind.
+        result: states of the products.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Recipe:
 
 @dataclass(frozen=True, slots=True)
 class Making:
-    """A way to make a kind: by what, of what, with what at hand, and by which recipe, if by one."""
+    """A way to make a kind: method, ingredient kinds, required equipment, and its recipe, if any."""
 
     by: str
     takes: tuple[str, ...]
@@ -83,16 +83,16 @@ class Making:
 
 @dataclass(frozen=True)
 class _KindRules:
-    """The rules; each mapping is from a kind to what it becomes.
+    """The rules; each mapping is from a kind to its product.
 
     Attributes:
-        slice: the kind of its halves, and how many.
-        dice: what its dice are, by ``raw`` and ``cooked``.
-        melt: what it melts to.
-        cook: what a substance becomes when it is hot enough.
-        cook_in_water: the same for what needs boiled water.
-        wash: by substance: what water must have in it to wash it off; None for what never is.
-        fits: which kind can be attached to which.
+        slice: kind and number of the halves.
+        dice: kind of the dice, by ``raw`` and ``cooked``.
+        melt: product of melting.
+        cook: product of a substance when it is hot enough.
+        cook_in_water: product of a substance that needs boiled water and heat.
+        wash: by substance, the solvents that the water needs to wash it off; None if it cannot be washed off.
+        fits: pairs of kinds: the first can be attached to the second.
         recipes: the recipes.
     """
 
@@ -129,11 +129,11 @@ class _KindRules:
 
 
 class Kinds:
-    """The kinds, each with its abilities, and the rules.
+    """The kinds with their abilities, and the rules.
 
     Args:
-        values: the content of the member of kinds.
-        rules: that of the member of rules.
+        values: content of the member `KINDS`.
+        rules: content of the member `RULES`.
     """
 
     def __init__(self, values: Mapping[str, Any], rules: object) -> None:
@@ -142,32 +142,32 @@ class Kinds:
         self.rules = TypeAdapter(_KindRules).validate_python(rules)
 
     def has(self, synset: str, *abilities: str) -> bool:
-        """Whether a kind has one of these abilities."""
-        known = self._kinds.get(synset, {})
-        return any(ability in known for ability in abilities)
+        """Whether a kind has at least one of the abilities."""
+        owned = self._kinds.get(synset, {})
+        return any(ability in owned for ability in abilities)
 
     def get_threshold(self, synset: str, ability: str) -> float | None:
-        """The temperature from which on an ability shows; None without the ability."""
-        found = self._kinds.get(synset, {}).get(ability)
-        return None if found is None else float(found)
+        """Return the threshold temperature of an ability, or None if the kind lacks the ability."""
+        temperature = self._kinds.get(synset, {}).get(ability)
+        return None if temperature is None else float(temperature)
 
     def get_heat_source(self, synset: str, ability: str) -> _HeatSource | None:
-        """The source of heat or cold that a kind is; None if it is none."""
-        found = self._kinds.get(synset, {}).get(ability)
-        return None if found is None else _HeatSource(found["temperature"], tuple(found["needs"]))
+        """Return the heat or cold source of a kind, or None if the kind lacks the ability."""
+        source = self._kinds.get(synset, {}).get(ability)
+        return None if source is None else _HeatSource(source["temperature"], tuple(source["needs"]))
 
     def get_substances(self, synset: str) -> Sequence[str]:
-        """The substances that a source or an applier gives."""
-        found: Sequence[str] = self._kinds.get(synset, {}).get("gives", ())
-        return found
+        """Return the substances that a source or an applier gives."""
+        substances: Sequence[str] = self._kinds.get(synset, {}).get("gives", ())
+        return substances
 
     def get_manner(self, tool: str, substance: str) -> Manner:
-        """How a kind of tool removes a substance."""
+        """Return the manner in which a kind of tool removes a substance."""
         number = self._kinds.get(tool, {}).get("removes")
         if number is None:
             return None
         manners = self._removers[number] or self._removers[self._kinds[RAG]["removes"]] or {}
         kind = "fluid" if self.has(substance, "liquid") else "non_fluid"
         kind = "visual" if self.has(substance, "visualSubstance") else kind
-        found: Manner = manners[substance if substance in manners else kind]
-        return found
+        manner: Manner = manners[substance if substance in manners else kind]
+        return manner

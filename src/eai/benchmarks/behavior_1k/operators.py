@@ -1,8 +1,8 @@
-"""The actions of BEHAVIOR-1K: what each one checks, in order, and what it does.
+"""The actions of BEHAVIOR-1K, each with its ordered checks and its effects.
 
-OmniGibson decides by physics; this is a symbolic reading of it. Each action says below what it is read from:
-``primitives`` are ``action_primitives/symbolic_semantic_action_primitives.py``, ``rules``
-``transition_rules.py``, ``states`` ``object_states/``; what these leave open is decided in
+OmniGibson decides by physics; these operators are a symbolic model of it. Each docstring names the source:
+``primitives`` is ``action_primitives/symbolic_semantic_action_primitives.py``, ``rules`` is
+``transition_rules.py``, ``states`` is ``object_states/``. Decisions that the sources leave open are in
 `docs/behavior-1k.md` (D1 to D11), frozen as `READING`.
 """
 
@@ -22,91 +22,91 @@ from eai.world.operator import Check, Operator, Role, additional, affordance, mi
 from eai.world.vocabulary import Predicate
 
 READING = "b1k-1"
-"""The name of the decisions in force; a changed decision is another reading."""
+"""Name of the set of decisions in force; a changed decision gets a new name."""
 
 MOVABLE = affordance(~p.fixed(X), "{x} cannot be moved")
 HAND_FREE = missing(~p.hands_full(), "both hands are full")
 
 
-def require_existing(thing: Variable) -> Check:
-    """The thing has come to be, and is not used up."""
-    return missing(p.real(thing), f"{{{thing.name}}} does not exist now")
+def require_existing(obj: Variable) -> Check:
+    """Return the check that an object has been made, and is not used up."""
+    return missing(p.real(obj), f"{{{obj.name}}} does not exist now")
 
 
-def require_reachable(thing: Variable) -> Check:
-    """The thing is in nothing that is closed."""
-    shut = Exists(Z, p.closed(Z) & p.within(thing, Z))
-    return missing(~p.shut_in(thing), f"{{{thing.name}}} is inside something that is closed", witness=shut)
+def require_reachable(obj: Variable) -> Check:
+    """Return the check that an object is in no closed container."""
+    shut = Exists(Z, p.closed(Z) & p.within(obj, Z))
+    return missing(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut)
 
 
-def require_object(thing: Variable) -> Check:
-    """The thing is an object."""
-    reason = f"{{{thing.name}}} is a substance: only what holds it can be handled"
-    return affordance(~p.substance(thing) & ~p.recipe(thing), reason)
+def require_object(obj: Variable) -> Check:
+    """Return the check that a name means an object, not a substance or a recipe."""
+    reason = f"{{{obj.name}}} is a substance: only what holds it can be handled"
+    return affordance(~p.substance(obj) & ~p.recipe(obj), reason)
 
 
-def require_in_hand(thing: Variable) -> Check:
-    """The thing is in a hand."""
-    return missing(p.held(thing), f"{{{thing.name}}} is not in a hand")
+def require_in_hand(obj: Variable) -> Check:
+    """Return the check that an object is in a hand."""
+    return missing(p.held(obj), f"{{{obj.name}}} is not in a hand")
 
 
 def require_different(one: Variable, other: Variable) -> Check:
-    """The things are two."""
+    """Return the check that two objects differ."""
     return affordance(~Equals(one, other), f"{{{one.name}}} cannot be used with itself")
 
 
-def require_ability(thing: Variable, ability: Predicate, reason: str) -> Check:
-    """The thing is of a kind for this."""
-    return affordance(ability(thing), f"{{{thing.name}}} {reason}")
+def require_ability(obj: Variable, ability: Predicate, reason: str) -> Check:
+    """Return the check that an object's kind has an ability."""
+    return affordance(ability(obj), f"{{{obj.name}}} {reason}")
 
 
-def take_from_place(thing: Variable) -> tuple[Effect, ...]:
-    """The thing leaves its place."""
+def take_from_place(obj: Variable) -> tuple[Effect, ...]:
+    """Return effects that remove an object from its place."""
     places = (p.lies_in, p.lies_on, p.laid_over, p.draped_on, p.stands_under)
     return (
-        *(Delete(place(thing, ANYTHING)) for place in places),
-        *both_ways(Delete, p.stands_by(thing, ANYTHING)),
-        Delete(p.stands_under(ANYTHING, thing)),
+        *(Delete(place(obj, ANYTHING)) for place in places),
+        *both_ways(Delete, p.stands_by(obj, ANYTHING)),
+        Delete(p.stands_under(ANYTHING, obj)),
     )
 
 
-def use_up(thing: Variable) -> tuple[Effect, ...]:
-    """The thing is no more."""
+def use_up(obj: Variable) -> tuple[Effect, ...]:
+    """Return effects that end the existence of an object."""
     states = (p.is_cooked, p.is_frozen, p.is_hot, p.is_on_fire, p.present, p.held)
     relations = (p.attached_to, p.has_cover, p.soaked_with)
     return (
-        *take_from_place(thing),
-        *(Delete(relation(thing, ANYTHING)) for relation in relations),
-        *(Delete(state(thing)) for state in states),
+        *take_from_place(obj),
+        *(Delete(relation(obj, ANYTHING)) for relation in relations),
+        *(Delete(state(obj)) for state in states),
     )
 
 
-def put_with(thing: Variable, neighbour: Variable) -> tuple[Effect, ...]:
-    """The thing comes to rest where its neighbour does; beside what rests on nothing, on the floor there."""
+def put_with(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
+    """Return effects that put an object onto the support of its neighbour, or onto the neighbour's floor."""
     return (
-        Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(thing, C)),)),
-        Let(C, p.lies_on(neighbour, C), (Add(p.lies_on(thing, C)),)),
+        Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(obj, C)),)),
+        Let(C, p.lies_on(neighbour, C), (Add(p.lies_on(obj, C)),)),
         When(
             ~Exists(C, p.lies_in(neighbour, C) | p.lies_on(neighbour, C)),
-            (Let(F, p.floor_of(neighbour, F), (Add(p.lies_on(thing, F)),)),),
+            (Let(F, p.floor_of(neighbour, F), (Add(p.lies_on(obj, F)),)),),
         ),
     )
 
 
-def _go_to(thing: Variable) -> Effect:
-    """The robot goes to where a thing is."""
-    return Let(F, p.floor_of(thing, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
+def _go_to(obj: Variable) -> Effect:
+    """Return the effect that moves the robot to the floor of an object."""
+    return Let(F, p.floor_of(obj, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
 
 
 def navigate_to() -> Operator:
-    """From primitives NAVIGATE_TO."""
+    """Return NAVIGATE_TO (from primitives NAVIGATE_TO)."""
     return Operator(
         "NAVIGATE_TO", (X,), (require_existing(X),), (_go_to(X),), "go to the object", role=Role.MOVEMENT
     )
 
 
 def grasp() -> Operator:
-    """From primitives GRASP; a hand has no name."""
+    """Return GRASP (from primitives GRASP). Hands have no names."""
     checks = (
         MOVABLE,
         affordance(~p.floor(X), "{x} is a floor"),
@@ -125,7 +125,7 @@ def grasp() -> Operator:
 
 
 def release() -> Operator:
-    """From primitives RELEASE."""
+    """Return RELEASE (from primitives RELEASE)."""
     effects = (Delete(p.held(X)), Let(F, p.robot_on(F), (Add(p.lies_on(X, F)),)))
     text = "let go of the object in a hand; it comes to lie on the floor where the robot is"
     return Operator("RELEASE", (X,), (require_in_hand(X),), effects, text, role=Role.RELEASES)
@@ -134,7 +134,7 @@ def release() -> Operator:
 def _make_placing_action(
     name: str, text: str, effects: tuple[Effect, ...], *checks: Check, others: tuple[Variable, ...] = (Y,)
 ) -> Operator:
-    """Return an action that puts what is in a hand somewhere."""
+    """Return an action that puts a held object somewhere."""
     needed = [require_in_hand(X)]
     for other in others:
         needed += [
@@ -147,7 +147,10 @@ def _make_placing_action(
 
 
 def make_placing_actions() -> Iterator[Operator]:
-    """From primitives PLACE_ON_TOP and PLACE_INSIDE, states next_to, under, overlaid, draped, attached_to."""
+    """Yield all placing actions.
+
+    From primitives PLACE_ON_TOP and PLACE_INSIDE; states next_to, under, overlaid, draped, attached_to.
+    """
     first, is_cloth = "the first object, which is in a hand,", require_ability(X, p.cloth, "is no cloth")
     inside = require_ability(Y, p.container, "has no inside"), missing(~p.closed(Y), "{y} is closed")
     fits = affordance(p.fits(X, Y), "{x} cannot be attached to {y}")
@@ -174,7 +177,7 @@ def make_placing_actions() -> Iterator[Operator]:
 
 
 def detach() -> Operator:
-    """From states attached_to."""
+    """Return DETACH (from states attached_to)."""
     checks = (
         require_existing(X),
         missing(p.attached_to(X, Y), "{x} is not attached to {y}"),
@@ -195,7 +198,7 @@ def _make_state_action(
     to: bool,
     hand: Check = HAND_FREE,
 ) -> Operator:
-    """An object is put into a state, or taken out of it."""
+    """Return an action that sets or clears a state of an object."""
     already = f"{{x}} is {'' if to else 'not '}{state.name.removeprefix('is_').replace('_', ' ')} already"
     checks = (
         require_ability(X, ability, f"is not {ability.name}"),
@@ -208,7 +211,10 @@ def _make_state_action(
 
 
 def make_state_actions() -> Iterator[Operator]:
-    """From primitives OPEN, CLOSE, TOGGLE_ON, TOGGLE_OFF; states folded."""
+    """Yield the actions that set states: OPEN, CLOSE, TOGGLE_ON, TOGGLE_OFF, FOLD and UNFOLD.
+
+    From the primitives of the first four names; states folded.
+    """
     hand = missing(p.held(X) | ~p.hands_full(), "both hands are full", (~p.hands_full(),))
     yield _make_state_action("OPEN", p.openable, p.is_open, "open the object", to=True)
     yield _make_state_action("CLOSE", p.openable, p.is_open, "close the object", to=False)
@@ -224,7 +230,10 @@ def make_state_actions() -> Iterator[Operator]:
 
 
 def slice_() -> Operator:
-    """From primitives CUT, rules SlicingRule: the halves take the place, states and covers of the whole."""
+    """Return SLICE: the halves take over place, states and covers of the whole object.
+
+    From primitives CUT, rules SlicingRule.
+    """
     halves = p.part_of(P, X)
     inherited = (
         When(state(X), (ForEach(P, halves, (Add(state(P)),)),))
@@ -251,7 +260,10 @@ def _require_cutting(ability: Predicate, reason: str) -> tuple[Check, ...]:
 
 
 def dice() -> Operator:
-    """From rules DicingRule: the dice are a substance, in what could be filled or on what the object lay."""
+    """Return DICE: the dice are a substance, in the fillable container of the object or on its support.
+
+    From rules DicingRule.
+    """
     diced = (p.diced_as(X, S) & ~p.is_cooked(X)) | (p.diced_cooked_as(X, S) & p.is_cooked(X))
 
     def drop_dice(place: Formula, *held_as: Predicate) -> Effect:
@@ -268,14 +280,14 @@ def dice() -> Operator:
     return Operator("DICE", (X, T), _require_cutting(p.diceable, "cannot be diced"), effects, text)
 
 
-# What a thing can be poured from it: what is in it, what it gives, and what lies on it but a mere stain.
+# Substances to pour: contents, the substance of a source, and covers other than stains.
 POURABLE = p.has_in(X, S) | p.gives(X, S) | (p.has_cover(X, S) & ~p.visual(S))
 HOLDS_SOMETHING = missing(Exists(S, POURABLE), "{x} holds no substance")
 RUNNING = missing(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switched on")
 
 
 def fill() -> Operator:
-    """From states particle_source_or_sink."""
+    """Return FILL (from states particle_source_or_sink)."""
     checks = (
         require_ability(X, p.fillable, "cannot be filled"),
         affordance(p.fixed(Y) & Exists(S, p.gives(Y, S)), "{y} gives nothing"),
@@ -301,7 +313,7 @@ def _require_pouring(*checks: Check) -> tuple[Check, ...]:
 
 
 def pour() -> Operator:
-    """From states contains, filled; some stays behind (D3)."""
+    """Return POUR (from states contains, filled). Some of the substance remains (D3)."""
     checks = _require_pouring(
         require_ability(Y, p.fillable, "cannot be filled"),
         HOLDS_SOMETHING,
@@ -316,7 +328,7 @@ def pour() -> Operator:
 
 
 def empty() -> Operator:
-    """From states particle_source_or_sink; nothing stays behind (D3)."""
+    """Return EMPTY (from states particle_source_or_sink). Nothing remains (D3)."""
     spilt = p.has_in(X, S) | (p.has_cover(X, S) & ~p.visual(S))
     things = p.lies_in(Z, X) | p.lies_on(Z, X)
     checks = _require_pouring(
@@ -336,7 +348,7 @@ def empty() -> Operator:
 
 
 def apply() -> Operator:
-    """From states particle_modifier (ParticleApplier); liquids soak what is absorbent (D10)."""
+    """Return APPLY (from states particle_modifier, ParticleApplier). Liquids soak absorbent objects (D10)."""
     effects = (
         ForEach(S, POURABLE, (Add(p.has_cover(Y, S)), Add(p.present(S)))),
         ForEach(S, POURABLE & p.liquid(S) & p.absorbent(Y), (Add(p.soaked_with(Y, S)),)),
@@ -349,7 +361,7 @@ COVERED = additional(Exists(S, p.has_cover(X, S)), "{x} is covered by nothing")
 
 
 def wipe() -> Operator:
-    """From primitives WIPE, states particle_modifier (ParticleRemover)."""
+    """Return WIPE (from primitives WIPE, states particle_modifier, ParticleRemover)."""
     soaked = p.removes_soaked(T, S) & Exists(W, p.dissolved_by(S, W) & p.soaked_with(T, W))
     off = p.has_cover(X, S) & (p.removes_dry(T, S) | soaked | (p.removes_running(T, S) & p.is_toggled_on(T)))
     able = Exists(
@@ -368,7 +380,7 @@ def wipe() -> Operator:
 
 
 def soak() -> Operator:
-    """From primitives SOAK_UNDER and SOAK_INSIDE."""
+    """Return SOAK (from primitives SOAK_UNDER and SOAK_INSIDE)."""
     fluid = (p.gives(Y, S) & (~p.toggleable(Y) | p.is_toggled_on(Y) | ~p.fixed(Y))) | p.has_in(Y, S)
     checks = (
         require_ability(X, p.absorbent, "cannot soak anything up"),
@@ -383,7 +395,7 @@ def soak() -> Operator:
 
 
 def rinse() -> Operator:
-    """By the washer's table of what water washes off (D4)."""
+    """Return RINSE, by the washer's table of substances that water removes (D4)."""
     solvent = Exists(W, p.dissolved_by(S, W) & (p.has_cover(X, W) | p.has_in(Y, W)))
     off = p.has_cover(X, S) & (p.washes_off(Y, S) | solvent)
     checks = (
@@ -399,7 +411,12 @@ def rinse() -> Operator:
 
 
 def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
-    """The products of the chosen recipes that are ready in a vessel come to be; what they took is gone."""
+    """Return effects of recipes: products come to be in a vessel, and the ingredients are used up.
+
+    Args:
+        vessel: the vessel.
+        chosen: condition on the recipe ``r``; only recipes that are ready in the vessel count.
+    """
     done = chosen & p.ready(R, vessel)
     of_it = Exists(R, p.makes(R, O) & done)
     taken = Exists(R, (p.ingredient(R, I) | p.topping(R, I)) & done)
@@ -420,7 +437,7 @@ def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
 
 
 def run() -> Operator:
-    """From rules ToggleableMachineRule; what else is in the machine must come out first (D6)."""
+    """Return RUN (from rules ToggleableMachineRule). Other contents must be taken out first (D6)."""
     checks = (
         require_existing(H),
         require_ability(H, p.mixer, "is no machine that makes anything of what is in it"),
@@ -435,7 +452,7 @@ def run() -> Operator:
 
 
 def stir() -> Operator:
-    """From rules MixingToolRule."""
+    """Return STIR (from rules MixingToolRule)."""
     checks = (
         affordance(p.fillable(C), "{c} cannot be filled"),
         require_ability(T, p.mixing_tool, "is no tool for mixing"),
@@ -461,11 +478,14 @@ def _require_exposure(source: Predicate, reason: str) -> tuple[Check, ...]:
 
 
 def heat() -> Operator:
-    """From states heat_source_or_sink, cooked; rules CookingSystemRule, CookingObjectRule, MeltingRule."""
+    """Return HEAT.
 
-    def warm(thing: Variable, where: Formula) -> Iterator[Effect]:
-        yield ForEach(thing, where & p.heatable(thing), (Add(p.is_hot(thing)), Delete(p.is_frozen(thing))))
-        yield ForEach(thing, where & p.cooks(H, thing) & ~p.substance(thing), (Add(p.is_cooked(thing)),))
+    From states heat_source_or_sink, cooked; rules CookingSystemRule, CookingObjectRule, MeltingRule.
+    """
+
+    def warm(obj: Variable, where: Formula) -> Iterator[Effect]:
+        yield ForEach(obj, where & p.heatable(obj), (Add(p.is_hot(obj)), Delete(p.is_frozen(obj))))
+        yield ForEach(obj, where & p.cooks(H, obj) & ~p.substance(obj), (Add(p.is_cooked(obj)),))
 
     boils = Exists(W, p.boiled_water(W) & p.has_in(X, W))
     becomes = p.cooks_to(S, O) & p.cooks(H, S)
@@ -502,7 +522,7 @@ def heat() -> Operator:
 
 
 def freeze() -> Operator:
-    """From states heat_source_or_sink, frozen; only by this action is anything frozen (D8)."""
+    """Return FREEZE (from states heat_source_or_sink, frozen). Nothing freezes without this action (D8)."""
     effects = (
         When(p.chills(H, X), (Add(p.is_frozen(X)),)),
         Delete(p.is_hot(X)),
@@ -525,7 +545,7 @@ def _require_running_machine(ability: Predicate, reason: str) -> tuple[Check, ..
 
 
 def wash() -> Operator:
-    """From rules WasherRule."""
+    """Return WASH (from rules WasherRule)."""
     solvent = Exists(W, p.dissolved_by(S, W) & p.has_in(H, W))
     off = p.has_cover(X, S) & (p.washes_off(H, S) | solvent)
     effects = (
@@ -537,7 +557,7 @@ def wash() -> Operator:
 
 
 def dry() -> Operator:
-    """From rules DryerRule."""
+    """Return DRY (from rules DryerRule)."""
     inside = p.within(X, H)
     effects = (
         ForEach(X, inside, (ForEach(W, p.soaked_with(X, W) & p.liquid(W), (Delete(p.soaked_with(X, W)),)),)),
@@ -548,7 +568,7 @@ def dry() -> Operator:
 
 
 def ignite() -> Operator:
-    """From states on_fire."""
+    """Return IGNITE (from states on_fire)."""
     checks = (
         require_ability(X, p.flammable, "does not burn"),
         require_ability(T, p.lighter, "lights nothing"),
@@ -563,7 +583,7 @@ def ignite() -> Operator:
 
 
 def wait() -> Operator:
-    """From states temperature, whose decay takes hours."""
+    """Return WAIT (from states temperature, whose decay takes hours)."""
     kept_cold = Exists(Y, p.cold_source(Y) & p.working(Y) & p.exposed_to(X, Y))
     effects = (
         ForEach(X, p.is_frozen(X) & ~kept_cold, (Delete(p.is_frozen(X)),)),
@@ -577,7 +597,7 @@ def wait() -> Operator:
 
 
 def complete_operator(operator: Operator) -> Operator:
-    """The action, which is about objects and not substances; to do it the robot goes to its last one (D1)."""
+    """Return an action with two additions: checks against substances, and the robot's movement (D1)."""
     checks, effects = (*map(require_object, operator.parameters), *operator.checks), operator.effects
     if operator.parameters and operator.role not in (Role.MOVEMENT, Role.RELEASES):
         effects = (*effects, _go_to(operator.parameters[-1]))
@@ -592,16 +612,17 @@ _MAKERS: tuple[Callable[[], Operator], ...] = (
 
 @cache
 def declared() -> Domain:
-    """The domain. The robot sees what it holds and, where it is, what is in nothing that is closed.
+    """Return the domain.
 
-    Of some things no floor is known: it sees them from anywhere, as it reaches them from anywhere. It sees a
-    substance where it sees what that covers, soaks or is given by, or what it is openly in.
+    The robot sees held objects. At its floor, it sees all objects outside closed containers. Objects without
+    a known floor are seen from everywhere, as they are reached from everywhere. A substance is seen with an
+    object that it covers or soaks, with its source, or in an open container.
     """
     operators = (*make_placing_actions(), *make_state_actions(), *(make() for make in _MAKERS))
 
-    def is_in_sight(thing: Variable) -> Formula:
-        here = Implies(Exists(F, p.floor_of(thing, F)), Exists(F, p.robot_on(F) & p.floor_of(thing, F)))
-        return p.held(thing) | (~p.shut_in(thing) & here)
+    def is_in_sight(obj: Variable) -> Formula:
+        here = Implies(Exists(F, p.floor_of(obj, F)), Exists(F, p.robot_on(F) & p.floor_of(obj, F)))
+        return p.held(obj) | (~p.shut_in(obj) & here)
 
     openly = p.has_cover(Y, X) | p.soaked_with(Y, X) | p.gives(Y, X) | (p.has_in(Y, X) & ~p.closed(Y))
     return Domain(

@@ -1,9 +1,9 @@
-"""The predicates of a BEHAVIOR-1K scene.
+"""The predicates of a BEHAVIOR-1K scene, in three layers.
 
-Three layers. What kinds can do never changes (``openable``, ``removes_soaked``): temperatures, solvents and
-recipes of the annotations are compiled to such facts when a scene is made. The stored predicates say what is
-so at a moment (``lies_in``, ``is_open``). The derived ones with BDDL's names (``inside``, ``open``) are what
-goals ask for. Sources are the files of OmniGibson below ``object_states/``, as `docs/behavior-1k.md` lists.
+Abilities of kinds never change (``openable``, ``removes_soaked``): temperatures, solvents and recipes of the
+annotations are compiled to such facts when a scene is made. Stored predicates describe the current state
+(``lies_in``, ``is_open``). Derived predicates with BDDL's names (``inside``, ``open``) are the predicates of
+goals. Sources are the files of OmniGibson below ``object_states/``, as `docs/behavior-1k.md` lists.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def _make_hidden(name: str, arity: int = 1) -> Predicate:
     return Predicate(name, arity, static=True, visible=False)
 
 
-# What a kind can do, or is.
+# Abilities and classes of kinds.
 fixed, floor, container, fillable = map(_make_ability, ("fixed", "floor", "container", "fillable"))
 openable, toggleable = map(_make_ability, ("openable", "toggleable"))
 sliceable, diceable, slicer = map(_make_ability, ("sliceable", "diceable", "slicer"))
@@ -39,7 +39,7 @@ heat_source, cold_source, flammable = map(_make_ability, ("heat_source", "cold_s
 washer, dryer, sink = map(_make_ability, ("washer", "dryer", "sink"))
 substance, liquid = map(_make_ability, ("substance", "liquid"))
 
-# What the rules of the annotations come to in a scene. A recipe is an object that nobody sees.
+# Rules of the annotations as facts of a scene. A recipe is an invisible object.
 visual, heatable, water, boiled_water, recipe, relaxed = map(
     _make_hidden, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
 )
@@ -60,8 +60,8 @@ ingredient, topping, base, raw, cooked_first = (
     _make_hidden(n, 2) for n in ("ingredient", "topping", "base", "raw", "cooked_first")
 )
 made_in, heated_by, makes = (_make_hidden(n, 2) for n in ("made_in", "heated_by", "makes"))
-RULES = tuple([each for each in globals().values() if isinstance(each, Predicate) and each.arity == 2])
-"""The rules about two things."""
+RULES = tuple([item for item in globals().values() if isinstance(item, Predicate) and item.arity == 2])
+"""The rules as relations of two objects."""
 
 # States of one object.
 present, held, robot_on = Predicate("present", 1), Predicate("held", 1), Predicate("robot_on", 1, single=True)
@@ -72,16 +72,16 @@ is_on_fire, is_broken = Predicate("is_on_fire", 1), Predicate("is_broken", 1)
 STATES = (
     *(is_cooked, is_frozen, is_open, is_folded, is_unfolded, is_toggled_on, is_hot, is_on_fire, is_broken),
 )
-"""The states that goals ask for."""
+"""The states in goals."""
 
-# Where things are. A thing has at most one support.
+# Positions of objects. An object has at most one support.
 lies_in, lies_on = Predicate("lies_in", 2, single=True), Predicate("lies_on", 2, single=True)
 attached_to, laid_over = Predicate("attached_to", 2, single=True), Predicate("laid_over", 2, single=True)
 draped_on = Predicate("draped_on", 2, single=True)
 stands_by, stands_under = Predicate("stands_by", 2), Predicate("stands_under", 2)
 _SUPPORTS = (lies_in, lies_on, attached_to, laid_over, draped_on)
-SUPPORTS = tuple([place.name for place in _SUPPORTS])
-"""The relations to what a thing rests in or on."""
+SUPPORTS = tuple([relation.name for relation in _SUPPORTS])
+"""The relations between an object and its support."""
 
 # Substances.
 has_cover, has_in, full_of = Predicate("has_cover", 2), Predicate("has_in", 2), Predicate("full_of", 2)
@@ -92,7 +92,7 @@ carries, carried_by, within = support.carrying(_SUPPORTS)
 
 
 def _find_root_floor(state: State, root: int) -> int:
-    """The floor of what rests on nothing: where the robot is that holds it, or else that of its room."""
+    """Return the floor of an unsupported object: the robot's floor if held, else its room's floor."""
     return state.mask("robot_on") if state.mask("held") >> root & 1 else state.relation("by_floor").row(root)
 
 
@@ -129,9 +129,9 @@ ready = Defined(
     "ready", (R, C), holds_all(R, C) & (relaxed(R) | ForAll(S, Implies(has_in(C, S), ingredient(R, S))))
 )
 
-_BASIC_DERIVED = tuple([each for each in globals().values() if isinstance(each, Defined | Lookup)])
+_BASIC_DERIVED = tuple([item for item in globals().values() if isinstance(item, Defined | Lookup)])
 
-# Derived: what goals ask for.
+# Derived predicates of goals.
 
 
 GOAL_STATES = (*(Defined(own.name.removeprefix("is_"), (X,), own(X)) for own in STATES), real)
@@ -148,18 +148,18 @@ STORED = {
     "filled": full_of,
     "saturated": soaked_with,
 }
-"""The stored relation behind each relation of BDDL."""
+"""The stored relation of each BDDL relation."""
 
 GOAL_RELATIONS = (
     Defined("inside", (X, Y), within.definition, within.values),
     Defined("touching", (X, Y), carries(X, Y) | carries(Y, X) | stands_by(X, Y)),
     *(Defined(name, (X, Y), own(X, Y)) for name, own in STORED.items() if name != "inside"),
 )
-GOAL_PREDICATES = (*(each.name for each in GOAL_STATES), *(each.name for each in GOAL_RELATIONS))
+GOAL_PREDICATES = (*(state.name for state in GOAL_STATES), *(relation.name for relation in GOAL_RELATIONS))
 """The predicates of goals and prompts."""
 
 VOCABULARY = Vocabulary(
-    predicates=tuple([each for each in globals().values() if isinstance(each, Predicate)]),
-    derived=(*_BASIC_DERIVED, *(each for each in GOAL_STATES if each is not real), *GOAL_RELATIONS),
+    predicates=tuple([item for item in globals().values() if isinstance(item, Predicate)]),
+    derived=(*_BASIC_DERIVED, *(state for state in GOAL_STATES if state is not real), *GOAL_RELATIONS),
 )
-"""The predicates of this module in the order in which they are declared."""
+"""The predicates of this module, in order of declaration."""

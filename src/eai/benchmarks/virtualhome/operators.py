@@ -1,7 +1,7 @@
-"""The actions of VirtualHome: what each one checks, in order, and what it does.
+"""The actions of VirtualHome, each with its ordered checks and its effects.
 
-This is the simulator as it is meant (protocol `strict`). Where the reference deviates by a defect,
-`eai.extensions.reference.virtualhome_quirks` says so. The source is the reference's ``execution.py``.
+The operators describe the simulator as the paper means it (protocol `strict`). The reference's defects are
+listed in `eai.extensions.reference.virtualhome_quirks`. The source is the reference's ``execution.py``.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SQUEEZABLE = (
     "tooth_paste",
     "towel",
 )
-"""Classes that can be squeezed besides clothes (reference: ``SqueezeExecutor``)."""
+"""Classes of objects, other than clothes, that can be squeezed (reference: ``SqueezeExecutor``)."""
 
 # Checks that several actions share.
 NEAR = missing(p.near(X), "the character is not next to {x}")
@@ -45,7 +45,7 @@ SOMEWHERE = affordance(p.somewhere(X), "{x} is in no room, so there is no way to
 OPENABLE = affordance(p.can_open(X) | is_a(X, "desk", "window"), "{x} cannot be opened or closed")
 IS_CLOTHES = affordance(p.clothes(X), "{x} is not clothes")
 
-# Checks for which the reference has others, or none.
+# Checks that differ from the reference's, or that it lacks.
 OPEN_OR_CLOSED = affordance(p.open_(X) | p.closed(X), "{x} is neither open nor closed: it has no such state")
 ON_OR_OFF = affordance(p.on(X) | p.off(X), "{x} is neither on nor off: it has no such state")
 PLUGGED_IN_OR_OUT = affordance(
@@ -59,35 +59,39 @@ NOT_SEATED_ELSEWHERE = missing(~p.sitting(AGENT), "the character sits already, b
 NOT_IN_BED_ELSEWHERE = missing(~p.lying(AGENT), "the character lies already, but not on {x}")
 
 AT_HAND = p.ontop(X, AGENT) | p.body_part(X) | p.near(X)
-"""Worn, part of the body, or near: FIND does not walk to such an object."""
+"""Worn, a body part, or near: FIND does not walk to such an object."""
 
 
 def set_state(name: str, old: Predicate, new: Predicate, *checks: Check) -> Operator:
-    """An action that turns one state of an object into another."""
+    """Return an action that replaces one state of an object by another."""
     return _make_unary(name, *checks, effects=(Delete(old(X)), Add(new(X))))
 
 
-def clear_relations(thing: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
-    """Remove an object from these relations, on both sides."""
-    return tuple(e for r in relations for e in both_ways(Delete, r(thing, ANYTHING)))
+def clear_relations(obj: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
+    """Return effects that remove all facts of these relations about an object, on both sides."""
+    return tuple(effect for relation in relations for effect in both_ways(Delete, relation(obj, ANYTHING)))
 
 
-def take_out_of_hand(thing: f.Variable) -> tuple[Effect, ...]:
-    """The object is in neither hand any more."""
-    return Delete(p.holds_rh(AGENT, thing)), Delete(p.holds_lh(AGENT, thing))
+def take_out_of_hand(obj: f.Variable) -> tuple[Effect, ...]:
+    """Return effects that remove an object from both hands."""
+    return Delete(p.holds_rh(AGENT, obj)), Delete(p.holds_lh(AGENT, obj))
 
 
-def forget_origin(thing: f.Variable) -> tuple[Effect, ...]:
-    """Forget where the object was taken from."""
+def forget_origin(obj: f.Variable) -> tuple[Effect, ...]:
+    """Return effects that forget the origin of an object that was grabbed."""
     return (
-        Delete(p.taken_from_top_of(thing, ANYTHING)),
-        Delete(p.taken_from_inside(thing, ANYTHING)),
-        Delete(p.taken_from_next_to(thing, ANYTHING)),
+        Delete(p.taken_from_top_of(obj, ANYTHING)),
+        Delete(p.taken_from_inside(obj, ANYTHING)),
+        Delete(p.taken_from_next_to(obj, ANYTHING)),
     )
 
 
 def bring_along(room_of_held: f.Formula) -> tuple[Effect, ...]:
-    """Held objects come along with all in them or on them, and are in the room ``r`` of ``room_of_held``."""
+    """Return effects that move held objects, and all objects in or on them, into a room.
+
+    Args:
+        room_of_held: the formula that binds the room ``r``.
+    """
 
     def move_along(moving_object: f.Variable) -> tuple[Effect, ...]:
         return (
@@ -104,7 +108,12 @@ def bring_along(room_of_held: f.Formula) -> tuple[Effect, ...]:
 
 
 def go_to(target: f.Variable, effects_on_held: tuple[Effect, ...]) -> tuple[Effect, ...]:
-    """The character goes to an object, or into a room; ``brought`` says what becomes of what it holds."""
+    """Return effects that move the character to an object, or into a room.
+
+    Args:
+        target: the object or room.
+        effects_on_held: further effects, on the held objects.
+    """
     return (
         *clear_relations(AGENT, p.inside, p.next_to, p.facing),
         Let(R, p.room_of(target, R), (Add(p.inside(AGENT, R)),)),
@@ -123,7 +132,7 @@ def go_to(target: f.Variable, effects_on_held: tuple[Effect, ...]) -> tuple[Effe
 
 
 def find(effects_on_held: tuple[Effect, ...]) -> Operator:
-    """FIND: turn away from everything and step up to an object at hand; walk to any other."""
+    """Return FIND: step up to an object at hand, facing nothing else; walk to any other object."""
     checks = (
         missing(f.Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)), NEAR.reason, sought=(p.near(X),)),
         missing(f.Or((p.upright(), AT_HAND)), UPRIGHT.reason, sought=(p.upright(),)),
@@ -136,7 +145,7 @@ def find(effects_on_held: tuple[Effect, ...]) -> Operator:
 
 
 def put(relation: Predicate) -> tuple[Effect, ...]:
-    """The object leaves the hand and stands in a relation to a place next to the character."""
+    """Return effects that put the held object into a relation with a target next to the character."""
     return (
         *take_out_of_hand(X),
         *both_ways(Add, p.next_to(AGENT, Y)),
@@ -151,20 +160,21 @@ ORIGINS = (
     (p.taken_from_inside, p.lies_in, p.inside),
     (p.taken_from_next_to, p.lies_next_to, p.next_to),
 )
-"""For each way of lying somewhere: the memory of it, the lookup that finds it, the relation to restore."""
+"""For each kind of origin: the memory predicate, the lookup of the origin, and the relation to restore."""
 
 
 KEEP_CONTENTS = (
     ForEach(Y, p.inside(Y, X), (Add(p.inside(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
     ForEach(Y, p.ontop(Y, X) & p.grabbable(Y), (Add(p.ontop(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
 )
-"""Things in an object stay in it when it is taken. Things on it do if they can be grabbed: no bed."""
+"""Effects on the contents of a grabbed object: objects in it, and grabbable objects on it, stay there."""
 
 
 def grab(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:
-    """GRAB: the object leaves its place for a free hand, the right one first; its place is remembered.
+    """Return GRAB: move an object to a free hand, the right one first, and remember its origin.
 
-    ``kept`` says what stays in it and on it.
+    Args:
+        effects_on_contents: effects on the objects in and on the grabbed object.
     """
     checks = (
         affordance(p.grabbable(X) | is_a(X, "water", "child"), "{x} cannot be grabbed"),
@@ -190,7 +200,7 @@ def grab(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:
 
 
 def switch_hands() -> Operator:
-    """SWITCH_HANDS: what one hand holds goes to the other. Subgoals say which hand; no plan can."""
+    """Return SWITCH_HANDS: move a held object to the other hand. Only subgoals name hands; plans cannot."""
     one_free = missing(p.right_hand_free() | p.left_hand_free(), "both hands are full")
     to_left = (Delete(p.holds_rh(AGENT, X)), Add(p.holds_lh(AGENT, X)))
     to_right = (Delete(p.holds_lh(AGENT, X)), Add(p.holds_rh(AGENT, X)))
@@ -199,7 +209,7 @@ def switch_hands() -> Operator:
 
 
 def put_back_where_it_was() -> Operator:
-    """PUTOBJBACK: an object from the hand returns to where it was taken from."""
+    """Return PUTOBJBACK: return a held object to its origin."""
     closed = f.Exists(Y, p.taken_from_inside(X, Y) & p.can_open(Y) & ~p.open_(Y))
     checks = (
         missing(p.taken(X), "{x} was not grabbed, so it has no place to return to"),
@@ -215,7 +225,7 @@ def put_back_where_it_was() -> Operator:
 
 
 def watch() -> Operator:
-    """WATCH: look for a while at something in the same room."""
+    """Return WATCH: look for a while at an object in the same room."""
     return _make_unary(
         "WATCH",
         affordance(p.lookable(X), "{x} cannot be watched"),
@@ -231,12 +241,12 @@ def watch() -> Operator:
 
 
 def shove(name: str, *checks: Check) -> Operator:
-    """An action that moves something by hand without lifting it."""
+    """Return an action that moves an object by hand without lifting it."""
     return _make_unary(name, *checks, NEAR, REACHABLE, HAND_FREE)
 
 
 def make_operators() -> tuple[Operator, ...]:
-    """All actions, their checks in the order in which the reference tests them."""
+    """Return all actions; their checks have the reference's order."""
     return (
         *make_movements(bring_along(p.room_of(X, R))),
         *_make_posture_actions(),
@@ -250,7 +260,11 @@ def make_operators() -> tuple[Operator, ...]:
 
 
 def make_movements(effects_on_held: tuple[Effect, ...]) -> tuple[Operator, ...]:
-    """The actions that go somewhere; ``brought`` says what becomes of what is held."""
+    """Return the actions WALK, RUN and FIND.
+
+    Args:
+        effects_on_held: effects of a walk on the held objects.
+    """
     effects = go_to(X, effects_on_held)
     walks = [
         _make_unary(name, UPRIGHT, SOMEWHERE, effects=effects, role=Role.MOVEMENT) for name in ("WALK", "RUN")

@@ -1,7 +1,7 @@
-"""Plans as VirtualHome's prompts require them: actions with lists of objects, by class or by class and id.
+"""Plans in the form of VirtualHome's prompts: actions with lists of objects, by class, or by class and id.
 
-``{"WALK": ["sofa"], "SIT": ["sofa"]}`` or ``{"WALK": ["sofa", "352"], "SIT": ["sofa", "352"]}``, in order and
-with repeated keys.
+``{"WALK": ["sofa"], "SIT": ["sofa"]}`` or ``{"WALK": ["sofa", "352"], "SIT": ["sofa", "352"]}``. Order
+counts, and keys may be repeated.
 """
 
 from __future__ import annotations
@@ -36,14 +36,17 @@ from eai.world.domain import Domain
 from eai.world.state import Scene
 
 _STEPS = "action commands"
-"""The key of the steps where the form of an answer is enforced; of one word the reference makes a step."""
+"""Key of the steps if the form of answers is enforced.
+
+It has two words, as the reference takes a single word for a step.
+"""
 
 
 _DOTTED = re.compile(r"\w+\.\d+")
 
 
 class ObjectWithId(NamedTuple):
-    """An object by class and id, as written; the id is None where a list ends before it."""
+    """An object by class and id, as written; the id is None if the list of words ends before it."""
 
     name: object
     id: object
@@ -53,12 +56,12 @@ class ObjectWithId(NamedTuple):
 
 
 class VirtualHomePlans(PlanNotation):
-    """The notation of VirtualHome.
+    """The notation of plans of VirtualHome.
 
-    Lists of such JSON objects and operators in lower case are accepted. Repairs are those of
+    Lists of such JSON objects and lower-case operators are accepted. Repairs are those of
     `eai.abilities.answer_text`, and ``step_form`` for other forms of a step. An answer is read with ids if a
-    number stands where one would. A class alone means the last object of it that the task is about; with its
-    id, any object of the scene may be named, also as in ``soap.1002``.
+    number stands at the position of an id. A class without an id means the last relevant object of that
+    class. With an id, or as in ``soap.1002``, a step may name any object of the scene.
     """
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
@@ -69,37 +72,37 @@ class VirtualHomePlans(PlanNotation):
         return replace(plan, steps=tuple([_join_ids(step) for step in plan.steps]))
 
     def operator(self, word: str) -> str:
-        """Operators have names in capitals."""
+        """Return the name of an operator in capitals."""
         return word.upper()
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """The classes of the task's objects, and all objects of the scene by class and id."""
+        """Return the lookup of relevant objects by class, and of all objects by class and id."""
         index = task.scene.index
-        usual = make_lookup({task.scene.objects[i].category: i for i in task.relevant}, index)
+        by_class_or_id = make_lookup({task.scene.objects[i].category: i for i in task.relevant}, index)
 
         def object_of(word: object) -> int | None:
-            return index.get(word) if isinstance(word, str) and word in index else usual(word)
+            return index.get(word) if isinstance(word, str) and word in index else by_class_or_id(word)
 
         return object_of
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
-        """Each step as ``"GRAB": ["soap", "1002"]``; the reference needs the blank in an empty list."""
+        """Return each step as ``"GRAB": ["soap", "1002"]``; an empty list needs the blank of ``[ ]``."""
         return tuple([_format_step(action, scene) for action in plan])
 
     def join(self, parts: Iterable[str]) -> str:
-        """A JSON object of the steps."""
+        """Return the steps as one JSON object."""
         return "{" + ", ".join(parts) + "}"
 
     def words(self, task: Task) -> tuple[str, ...]:
-        """Their classes, and their ids."""
+        """Return the classes and ids of the relevant objects."""
         named = [task.scene.objects[index].name.rsplit(".", 1) for index in task.relevant]
         return tuple(dict.fromkeys([word for words in zip(*named, strict=True) for word in words]))
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
-        """A list of objects of one step each, as an action may occur more than once, and no key may."""
+        """Return the schema of a list of one-step objects. A list, as actions may repeat and keys may not."""
         steps = [
-            object_schema({each.name: list_schema(text_schema(words if each.arity else None))})
-            for each in domain.operators
+            object_schema({operator.name: list_schema(text_schema(words if operator.arity else None))})
+            for operator in domain.operators
         ]
         return object_schema({_STEPS: list_schema(union_schema(steps))})
 
@@ -107,7 +110,13 @@ class VirtualHomePlans(PlanNotation):
 def make_lookup(
     by_class: Mapping[str, int], by_name: Mapping[str, int], joint: str = "."
 ) -> Callable[[object], int | None]:
-    """Return the lookup of what is written as a class, or as a class and an id, joined in names."""
+    """Return the function that finds an object by its class, or by its class and id.
+
+    Args:
+        by_class: the object that each class means.
+        by_name: all objects by name.
+        joint: text between class and id in a name.
+    """
 
     def find_index(word: object) -> int | None:
         if isinstance(word, str):
@@ -118,7 +127,7 @@ def make_lookup(
 
 
 def _join_ids(step: WrittenStep) -> WrittenStep:
-    """Return a step in which a class and an id are one object; a name such as ``soap.1002`` has its id."""
+    """Return a step in which each class and id form one object; ``soap.1002`` contains its id already."""
     if any(isinstance(word, str) and _DOTTED.fullmatch(word) for word in step.objects):
         objects: list[object] = []
         words = list(step.objects)
@@ -132,12 +141,12 @@ def _join_ids(step: WrittenStep) -> WrittenStep:
 
 
 def has_ids(plan: WrittenPlan) -> bool:
-    """Whether a plan names objects with their ids: a number stands where an id would."""
+    """Whether a plan names objects with ids: a number stands at the position of an id."""
     return any(_is_id(word) for step in plan.steps for word in step.objects[1::2])
 
 
 def pair_all_ids(plan: WrittenPlan) -> WrittenPlan:
-    """The plan with a class and an id as one object."""
+    """Return the plan with each class and id joined to one object."""
     steps = [WrittenStep(step.action, _pair_words(step.objects)) for step in plan.steps]
     return replace(plan, steps=tuple(steps))
 
@@ -151,7 +160,7 @@ def _is_id(word: object) -> bool:
 
 
 def read_steps(text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-    """Read the steps of an answer, as written."""
+    """Return the steps of an answer as written, or the reason why they cannot be read."""
     return read_plan(text, _build_form(frozenset(actions)))
 
 
@@ -175,5 +184,5 @@ def _build_form(actions: frozenset[str]) -> AnswerForm[StepList]:
 
 
 def _format_step(action: Action, scene: Scene) -> str:
-    words = [part for i in action.arguments for part in scene.objects[i].name.rsplit(".", 1)]
+    words = [word for i in action.arguments for word in scene.objects[i].name.rsplit(".", 1)]
     return f"{json.dumps(action.operator)}: {json.dumps(words) if words else '[ ]'}"

@@ -1,10 +1,9 @@
 """The predicates of a VirtualHome scene.
 
-Names are those of the data set's temporal formulas: ``ON`` is the state of a device, ``ONTOP`` the relation
-that scene graphs call ON, ``NEXT_TO`` the one that they call CLOSE.
+Names are those of the data set's temporal formulas: ``ON`` is a device's state. ``ONTOP`` and ``NEXT_TO`` are
+the relations that scene graphs call ON and CLOSE.
 
-Of several objects a lookup finds all; an effect takes the first of them, that of the lowest index, that is,
-in the order of the data set.
+A lookup yields all matching objects. An effect takes the first: the lowest index, in the data set's order.
 """
 
 from __future__ import annotations
@@ -20,30 +19,30 @@ from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
 TargetChooser: TypeAlias = Callable[[State, str, int, int], int]
-"""Gives targets of a relation, given a state, the relation, the source and the targets wanted."""
+"""Chooses targets of a relation, given a state, the relation, the source, and a mask of candidates."""
 
 SEAT_CAPACITIES = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
-"""The number of things that fit on a seat, by class; 1 on any other (reference: ``SitExecutor``)."""
+"""Number of objects that fit on a seat, by class; 1 for other classes (reference: ``SitExecutor``)."""
 
 BED_CAPACITIES = {"bed": 3, "couch": 2, "bathtub": 2, "loveseat": 2, "sofa": 2}
-"""The number of things that fit where one lies, by class; 1 on any other (reference: ``LieExecutor``)."""
+"""Number of objects that fit where one lies, by class; 1 for other classes (reference: ``LieExecutor``)."""
 
 ORIGIN_RELATIONS = ("ONTOP", "INSIDE", "NEXT_TO")
-"""The relations that say where an object was taken from, in the order in which they decide."""
+"""Relations that define the origin of a grabbed object; the first that holds decides."""
 
 
 def object_id(state: State, index: int) -> int:
-    """The id of an object in the data set: what follows the last dot of its name."""
+    """Return the id of an object in the data set: the digits after the last dot of its name."""
     return int(state.scene.objects[index].name.rpartition(".")[2])
 
 
 def find_rooms(state: State, arguments: tuple[int, ...]) -> int:
-    """The rooms of an object, which may be in none: those that it is in, or those of its only container."""
+    """Return a mask of the rooms around an object, or around its only container; 0 if there are no rooms."""
     (x,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
-    seen = 0
-    while not (is_room | seen) >> x & 1:
-        seen |= 1 << x
+    visited = 0
+    while not (is_room | visited) >> x & 1:
+        visited |= 1 << x
         containers = inside.row(x)
         if containers & is_room or containers & (containers - 1) or not containers:
             return containers & is_room
@@ -52,7 +51,7 @@ def find_rooms(state: State, arguments: tuple[int, ...]) -> int:
 
 
 def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> int:
-    """All objects that have a room among their `rooms`."""
+    """Return all objects with this room among their `find_rooms`, as a mask."""
     (room,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
     if not is_room >> room & 1:
@@ -70,16 +69,19 @@ def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> int:
 
 
 def find_targets(state: State, predicate: str, source: int, candidates: int) -> int:
-    """The targets of a relation among those wanted (a mask), as a mask."""
+    """Return the targets of a relation among the candidates; both are masks."""
     return state.relation(predicate).row(source) & candidates
 
 
 def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> LookupFunction:
-    """A lookup of what something lies on, in or next to, if ``PLACES[place]`` decides.
+    """Return the lookup of an object's origins if the relation ``ORIGIN_RELATIONS[position]`` decides.
 
-    Of several things those count that ``among`` gives. Rooms do not count. Only the first relation that holds
-    at all decides, so at most one of the three lookups finds something (reference:
-    ``_find_first_node_from``).
+    Only the first relation that holds decides, so at most one of the three lookups yields objects. Rooms are
+    no origins (reference: ``_find_first_node_from``).
+
+    Args:
+        position: index into `ORIGIN_RELATIONS`.
+        choose: chooses among several targets.
     """
 
     def lookup(state: State, arguments: tuple[int, ...]) -> int:
@@ -94,7 +96,7 @@ def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> L
 
 
 def find_cargo(state: State, arguments: tuple[int, ...]) -> int:
-    """All that goes where an object goes: what is in it, what can be grabbed and lies on it, and so on."""
+    """Return all objects that move with an object: objects in it, grabbable objects on it, and so on."""
     inside, ontop, loose = state.relation("INSIDE"), state.relation("ONTOP"), state.mask("GRABBABLE")
     carried, pending = 0, 1 << arguments[0]
     while pending:
@@ -111,7 +113,7 @@ Y = f.Variable("y")
 Z = f.Variable("z")
 R = f.Variable("r")
 
-# Properties: what an object is good for. They never change.
+# Properties: the uses of an object. They never change.
 body_part = Predicate("BODY_PART", 1, static=True)
 can_open = Predicate("CAN_OPEN", 1, static=True)
 clothes = Predicate("CLOTHES", 1, static=True)
@@ -159,7 +161,7 @@ holds_rh = Predicate("HOLDS_RH", 2)
 holds_lh = Predicate("HOLDS_LH", 2)
 between = Predicate("BETWEEN", 2, static=True)
 
-# Memory of where an object in the hand was taken from.
+# Memory of the origin of a held object.
 taken_from_top_of = Predicate("TAKEN_FROM_TOP_OF", 2, visible=False, single=True)
 taken_from_inside = Predicate("TAKEN_FROM_INSIDE", 2, visible=False, single=True)
 taken_from_next_to = Predicate("TAKEN_FROM_NEXT_TO", 2, visible=False, single=True)
@@ -203,7 +205,7 @@ somewhere = Defined("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
 def _make_origin_predicate(position: int, name: str) -> Lookup:
-    """The lookup of what something lies on, in or next to, by one relation if none before it holds."""
+    """Return the lookup of an object's origins by one relation, if no earlier relation holds."""
     *earlier, relation = (ontop, inside, next_to)[: position + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
     meaning = Defined(name, (X, Y), f.And((relation(X, Y), ~room(Y), *nowhere_else)))
@@ -211,17 +213,17 @@ def _make_origin_predicate(position: int, name: str) -> Lookup:
 
 
 def _require_at_least(place: f.Variable, count: int) -> f.Formula:
-    """So many different things, or more, are on a place."""
+    """Return a formula: at least `count` different objects are on an object."""
     things = [f.Variable(f"y{i}") for i in range(count)]
     formula: f.Formula = f.And(())
-    for i, thing in reversed(list(enumerate(things))):
-        new = tuple(~f.Equals(thing, other) for other in things[:i])
-        formula = f.Exists(thing, f.And((ontop(thing, place), *new, formula)))
+    for i, obj in reversed(list(enumerate(things))):
+        new = tuple(~f.Equals(obj, other) for other in things[:i])
+        formula = f.Exists(obj, f.And((ontop(obj, place), *new, formula)))
     return formula
 
 
 def _make_full_predicate(name: str, capacities: Mapping[str, int]) -> Computed:
-    """As many things are on a place as fit there, by its category; 1 for any other."""
+    """Return the predicate of a full seat or bed, given capacities by category; 1 for other categories."""
 
     def test(state: State, arguments: tuple[int, ...]) -> bool:
         (place,) = arguments
@@ -243,10 +245,10 @@ bed_full = _make_full_predicate("bed_full", BED_CAPACITIES)
 _DECLARED = tuple(globals().values())
 
 VOCABULARY = Vocabulary(
-    predicates=tuple([each for each in _DECLARED if isinstance(each, Predicate)]),
-    derived=tuple([each for each in _DECLARED if isinstance(each, Defined | Lookup | Computed)]),
+    predicates=tuple([item for item in _DECLARED if isinstance(item, Predicate)]),
+    derived=tuple([item for item in _DECLARED if isinstance(item, Defined | Lookup | Computed)]),
 )
-"""The predicates of this module in the order in which they are declared."""
+"""The predicates of this module, in order of declaration."""
 
 PREDICATE_OF_RELATION = {
     "ON": "ONTOP",

@@ -1,12 +1,11 @@
-"""The VirtualHome data set as plain records: no world state, no check, no interpretation.
+"""The VirtualHome data set as plain records: no world state, no checks, no interpretation.
 
-They are read from the store, where a task is one text line that is decoded on first use. A scene is
-stored once; a task says how its own initial graph differs from it, and how its final graph differs from the
-initial one.
+Records are read from the store. A task is one line of text, decoded on first use. A scene is stored once:
+a task stores how its initial graph differs from the scene, and its final graph from the initial one.
 
-Order: objects come by ascending id, which is their order in every initial graph of the data set. The targets
-of one source under `ON` or `INSIDE` keep the order of the data set's file, because the reference asks for the
-first of them; edges of other relations come by ascending ids.
+Order: objects ascend by id, as in every initial graph of the data set. Targets of one source under `ON` or
+`INSIDE` keep the order of the data set's file, because the reference takes the first. Edges of other
+relations ascend by ids.
 """
 
 from __future__ import annotations
@@ -22,22 +21,22 @@ from eai.benchmarks.packs import open_pack
 from eai.tasks.source import Source, TaskSet
 
 _ROOMS = "Rooms"
-"""The category of nodes that are rooms."""
+"""Category of nodes that are rooms."""
 
 PACK = "virtualhome"
 """Name of the pack with the records of VirtualHome."""
 
 TASKS_MEMBER = "tasks.jsonl"
-"""Line 1: the tables and the base scene; then one line a task, in data set order."""
+"""Member with the tasks: a line with the tables and the base scene, then a line per task."""
 
 
 Edge: TypeAlias = tuple[int, str, int]
-"""A source, a relation in which it stands, and the target, both object ids. A tuple, as a scene has 5,700."""
+"""Source id, relation and target id. A tuple, as a scene has 5,700."""
 
 
 @dataclass(frozen=True)
 class ObjectRecord:
-    """One object of a graph; `properties` and `states` are sorted and without duplicates."""
+    """An object of a graph; `properties` and `states` are sorted and without duplicates."""
 
     id: int
     class_name: str
@@ -47,17 +46,17 @@ class ObjectRecord:
 
     @cached_property
     def labels(self) -> frozenset[str]:
-        """All that is said of it alone: its properties and states, and whether it is a room."""
+        """Properties and states of the object, and ``ROOM`` if it is a room."""
         room = ("ROOM",) if self.category == _ROOMS else ()
         return frozenset((*self.properties, *self.states, *room))
 
 
 @dataclass(frozen=True, slots=True)
 class GraphDelta:
-    """The difference of two graphs: take away, then replace, then append, each in order.
+    """The difference of two graphs: remove, then replace, then append, each in order.
 
-    An edge may be in both `removed_edges` and `added_edges`: it then moves to the end of its source's
-    `ON` or `INSIDE` targets.
+    An edge in both `removed_edges` and `added_edges` moves to the end of its source's `ON` or `INSIDE`
+    targets.
     """
 
     removed_ids: tuple[int, ...]
@@ -69,23 +68,23 @@ class GraphDelta:
 
 @dataclass(frozen=True, slots=True)
 class TaskRecord:
-    """One task as the data set annotates it. Goals keep its order and its duplicates.
+    """A task as the data set annotates it. Goals keep their order and duplicates.
 
     Attributes:
-        id: the data set's id, such as `27_2`, without the subgoal files' `scene_1_` prefix.
-        title: the name that tasks of a kind share, such as `Wash clothes`.
+        id: the data set's id, such as `27_2`, without the prefix `scene_1_` of the subgoal files.
+        title: the name that similar tasks share, such as `Wash clothes`.
         description: the natural-language instruction.
-        script: the annotated (gold) steps: each an action, and the objects by class name, as written, and id.
-        node_goals: the objects, by id and class name, that shall be in a state.
-        edge_goals: the relations in which two objects shall stand.
-        action_goals: the alternatives one of which shall be done, such as `LOOKAT` or `WATCH`.
+        script: the annotated (gold) steps: an action each, and its objects by class name, as written, and id.
+        node_goals: objects, by id and class name, with their required state.
+        edge_goals: required relations of two objects.
+        action_goals: alternative actions, such as `LOOKAT` or `WATCH`, of which one must be done.
         tl_goal: the goal as a temporal-logic text; None for the four tasks without goals.
-        initial: how the initial graph differs from the base scene.
-        final: how the final graph differs from the initial one.
-        relevant_from_nodes: ids of objects that differ between the two graphs, without duplicates, in the
-            order of the initial graph. The reference calls these, and the next, the relevant objects.
-        relevant_from_edges: ends of the edges that differ, without duplicates, in the order met: source
-            before target, the initial graph's edges before the final graph's, each in file order.
+        initial: the difference from the base scene to the initial graph.
+        final: the difference from the initial to the final graph.
+        relevant_from_nodes: ids of objects that differ between initial and final graph, without duplicates,
+            in the order of the initial graph. The reference calls these, and the next, the relevant objects.
+        relevant_from_edges: ends of edges that differ, without duplicates, in order of occurrence: source
+            before target, edges of the initial graph before those of the final graph, each in file order.
     """
 
     id: str
@@ -103,16 +102,16 @@ class TaskRecord:
 
     @property
     def relevant_in_order(self) -> list[int]:
-        """The ids of the objects that it is about, in the order of the Python sets that the reference has.
+        """Ids of the relevant objects, in the order of the reference's Python sets.
 
-        The hash of a small integer is the integer itself: the order is a function of the ids alone.
+        The hash of a small integer is the integer itself. So the order depends on the ids alone.
         """
         of_nodes = set(self.relevant_from_nodes)
         return list(of_nodes | (set(self.relevant_from_edges) - of_nodes))
 
 
 class _LineTables(NamedTuple):
-    """Tables to which the task lines refer by number."""
+    """Tables whose entries the task lines reference by number."""
 
     relations: Sequence[str]
     records: Sequence[ObjectRecord]
@@ -134,7 +133,7 @@ class _LineTables(NamedTuple):
         )
 
     def read_task(self, values: Mapping[str, Any]) -> TaskRecord:
-        """The record of a line, whose members are those of a record."""
+        """Return the record of a decoded line."""
         flat = ("relevant_from_nodes", "relevant_from_edges")
         nested = ("node_goals", "edge_goals", "action_goals")
         read: dict[str, Any] = {
@@ -148,12 +147,11 @@ class _LineTables(NamedTuple):
 
 
 class VirtualHome(TaskSet[TaskRecord]):
-    """Task id -> record, in data set order; a record is decoded once, on first use.
+    """Records by task id, in data set order; each is decoded once, on first use.
 
     Attributes:
-        base: what all initial graphs share, as the difference from no graph: every id that occurs in all of
-            them, with its most frequent record, and every edge that does. A task whose object differs lists
-            it as changed.
+        base: the base scene, as a difference from an empty graph. It has each id and edge that occur in all
+            initial graphs, and the most frequent record of an id. Tasks list differing records as changed.
     """
 
     def __init__(self, content: bytes, sha256: str) -> None:
@@ -172,7 +170,7 @@ class VirtualHome(TaskSet[TaskRecord]):
 
     @classmethod
     def of(cls, pack: PackFile) -> VirtualHome:
-        """The tasks of a pack."""
+        """Return the records of a pack."""
         return cls(pack.read(TASKS_MEMBER), pack.sha256)
 
 
@@ -181,7 +179,7 @@ CHARACTER_ID = 65
 
 
 def open_virtualhome(source: Source | None = None) -> VirtualHome:
-    """The records of the VirtualHome tasks, fetched first when they are not there.
+    """Return the records of the VirtualHome tasks; download them first if they are missing.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.

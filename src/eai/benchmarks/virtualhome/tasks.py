@@ -31,16 +31,16 @@ _BINARY = {name: VOCABULARY.binary_slots[stored] for name, stored in PREDICATE_O
 
 @dataclass(frozen=True, slots=True)
 class _IndexedGraph:
-    """A graph of the data set.
+    """A graph of the data set with objects numbered by position.
 
     Attributes:
-        things: the objects, in order.
-        labels: those of each object, by id, in that order.
-        index: the place of each id in it.
-        unary: the objects of each unary predicate, as masks.
-        rows: of each relation the targets of each object, as masks.
-        columns: of each relation the sources of each object.
-        ends: of each relation what may be a source, and what may be a target, as masks.
+        objects: the objects, in order.
+        labels: labels of each object, by id.
+        index: position of each object, by id.
+        unary: for each unary predicate, a mask of objects.
+        rows: for each relation and source, a mask of targets.
+        columns: for each relation and target, a mask of sources.
+        ends: for each relation, masks of the possible sources and the possible targets.
     """
 
     objects: Sequence[WorldObject]
@@ -52,24 +52,27 @@ class _IndexedGraph:
     ends: Sequence[tuple[int, int]]
 
     def apply_delta(self, delta: GraphDelta) -> _IndexedGraph:
-        """The graph that a delta makes of this one.
+        """Return the graph after a delta.
 
         Raises:
             DataError: the delta removes objects, which no graph of the data set does.
         """
         if delta.removed_ids:
-            raise DataError(f"objects {delta.removed_ids} vanish; run `eai data fetch --force`")
+            raise DataError(f"a graph removes objects {delta.removed_ids}; run `eai data fetch --force`")
         described = (*delta.changed_objects, *delta.added_objects)
         labels = {**self.labels, **{record.id: record.labels for record in described}}
         index = {
             **self.index,
-            **{each.id: i for i, each in enumerate(delta.added_objects, len(self.objects))},
+            **{record.id: i for i, record in enumerate(delta.added_objects, len(self.objects))},
         }
         empty = [0] * len(delta.added_objects)
-        things = [*self.objects, *[_make_object(each.class_name, each.id) for each in delta.added_objects]]
-        for each in delta.changed_objects:
-            things[index[each.id]] = _make_object(each.class_name, each.id)
-        rows, columns = ([[*lines, *empty] for lines in each] for each in (self.rows, self.columns))
+        objects = [
+            *self.objects,
+            *[_make_object(record.class_name, record.id) for record in delta.added_objects],
+        ]
+        for record in delta.changed_objects:
+            objects[index[record.id]] = _make_object(record.class_name, record.id)
+        rows, columns = ([[*lines, *empty] for lines in table] for table in (self.rows, self.columns))
         for source_id, relation, target_id in delta.removed_edges:
             slot, source, target = _BINARY[relation], index[source_id], index[target_id]
             rows[slot][source] &= ~(1 << target)
@@ -82,28 +85,28 @@ class _IndexedGraph:
             ends[slot] = ends[slot][0] | 1 << source, ends[slot][1] | 1 << target
         unary = list(self.unary)
         self._relabel(unary, described, index)
-        return _IndexedGraph(things, labels, index, unary, rows, columns, ends)
+        return _IndexedGraph(objects, labels, index, unary, rows, columns, ends)
 
     def _relabel(self, unary: list[int], records: Iterable[ObjectRecord], index: Mapping[int, int]) -> None:
-        """Change masks of unary predicates to what records say of some objects, which may be new."""
+        """Update the masks of unary predicates to the labels of these records, of old or new objects."""
         for record in records:
             bit = 1 << index[record.id]
             for slot in _find_changed_slots(self.labels.get(record.id, _UNLABELLED), record.labels):
                 unary[slot] ^= bit
 
     def to_state(self) -> State:
-        """The state of its objects, the character among them."""
+        """Return the state of all objects, including the character."""
         relations = tuple(map(_make_relation, self.rows, self.columns, self.ends))
         return State(Scene(VOCABULARY, self.objects, self.index[CHARACTER_ID]), tuple(self.unary), relations)
 
     def apply_delta_to_state(self, state: State, delta: GraphDelta) -> State:
-        """The state of this graph after a small difference.
+        """Return the state of this graph after a small delta.
 
         Raises:
             DataError: the delta adds or removes objects, which no final graph of the data set does.
         """
         if delta.removed_ids or delta.added_objects:
-            raise DataError("objects come or go in a plan; run `eai data fetch --force`")
+            raise DataError("a final graph adds or removes objects; run `eai data fetch --force`")
         draft, index = Draft(state), self.index
         self._relabel(draft.unary, delta.changed_objects, index)
         for source, relation, target in delta.removed_edges:
@@ -115,7 +118,7 @@ class _IndexedGraph:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualHomeTask(Task):
-    """A task of VirtualHome, with the record of it that the data set has."""
+    """A task of VirtualHome with its data set record."""
 
     record: TaskRecord
 
@@ -124,7 +127,7 @@ VirtualHomeTasks: TypeAlias = TaskSet[VirtualHomeTask]
 
 
 def build_tasks(records: VirtualHome) -> VirtualHomeTasks:
-    """The tasks of the records."""
+    """Return the tasks of the records."""
     nothing = [()] * len(VOCABULARY.binary_slots)
     empty = _IndexedGraph((), {}, {}, [0] * len(_UNARY), nothing, nothing, [(0, 0)] * len(nothing))
     base = empty.apply_delta(records.base)
@@ -153,7 +156,7 @@ def _build_task(record: TaskRecord, base: _IndexedGraph) -> VirtualHomeTask:
 
 
 def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
-    """The VirtualHome tasks, fetched first when they are not there.
+    """Return the VirtualHome tasks; download them first if they are missing.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
@@ -163,7 +166,7 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
 
 @cache
 def _find_changed_slots(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
-    """The slots of the labels that one set has and another has not."""
+    """Return the slots of labels in only one of the two sets."""
     return [_UNARY[name] for name in before ^ after]
 
 
@@ -173,7 +176,7 @@ def _make_relation(rows: Sequence[int], columns: Sequence[int], ends: tuple[int,
 
 @cache
 def _make_empty_relation(size: int) -> Relation:
-    """The relation of no two of so many objects; states share it."""
+    """Return a relation without pairs, which states of `size` objects share."""
     return Relation(Matrix([0] * size, [0] * size))
 
 
