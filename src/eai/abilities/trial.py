@@ -78,8 +78,11 @@ class Trial:
     @property
     def remaining(self) -> Task:
         """The task of the next attempt: the present state, and the remaining goals that questions state."""
-        stated = self._question_goals
-        task = self.task if stated is None else self.task.with_goals(stated.goals)
+        task = (
+            self.task
+            if self._question_goals is None
+            else replace(self.task, goals=self._question_goals.goals, hazards=())
+        )
         if self.options.world == "restart":
             return task
         return replace(
@@ -172,7 +175,7 @@ class _QuestionGoals:
     @classmethod
     def from_tasks(cls, task: Task, stated: Task) -> _QuestionGoals:
         known = [goal for goal in stated.goals if _can_be_tested(goal, task)]
-        true_world = task.with_goals(tuple(known))
+        true_world = replace(task, goals=tuple(known), hazards=(), untold=False)
         return cls(stated.goals, true_world, GoalTest(true_world))
 
     def report(self, episode: Episode) -> list[GoalReport]:
@@ -188,7 +191,7 @@ def _can_be_tested(goal: Goal, task: Task) -> bool:
     if not set(object_names(goal.formula)) <= task.scene.index.keys():
         return False
     try:
-        GoalTest(task.with_goals((goal,)))
+        GoalTest(replace(task, goals=(goal,), hazards=()))
     except DomainError:
         return False
     return True

@@ -1,4 +1,4 @@
-"""A benchmark tested: its declaration by random walks, that its tasks are what they say, its annotations."""
+"""Check a benchmark: its domain by random walks, the statements of its tasks, and its annotations."""
 
 from __future__ import annotations
 
@@ -31,55 +31,55 @@ from eai.world.operator import conditions_of
 if TYPE_CHECKING:
     from eai.abilities.transition_modeling.verdict import OperatorVerdict
 
-_CARRIED_OUT = (Ability.ACTION_SEQUENCING, Ability.TRANSITION_MODELING)
-"""The abilities of which gold answers are carried out, or planned with."""
+_EXECUTED_ABILITIES = (Ability.ACTION_SEQUENCING, Ability.TRANSITION_MODELING)
+"""Abilities whose gold answers are executed, or used for planning."""
 
 WALKS = 5
-"""Number of tasks from whose initial states random walks begin."""
+"""Maximum number of tasks whose initial states start random walks."""
 
 _LIMITS = Limits(looks=150_000)
-"""Limits of the search for a plan of each task: a second of search on a usual processor."""
+"""Limits of the search for a plan of each task: about a second on a usual processor."""
 
 
-def _ignore(checked: int) -> None:
-    """Report nothing."""
+def _report_nothing(checked: int) -> None:
+    """Ignore the number of checked tasks."""
 
 
 def check_benchmark(
-    benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _ignore
+    benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _report_nothing
 ) -> tuple[list[Finding], Counter[SearchEnd]]:
-    """Return all that is wrong with a benchmark, and how searches for plans of its tasks ended.
+    """Return all problems of a benchmark, and how the searches for plans of its tasks ended.
 
-    A plan is looked for if a task has none of its own, unless the task is excluded because no plan solves it.
+    A plan is searched if a task has none of its own, unless the task is excluded as unsolvable.
 
     Args:
         benchmark: the benchmark.
         source: the source of its tasks.
-        progressed: called with the number of tasks that are checked.
+        progressed: called with the number of checked tasks.
     """
     domain, tasks = benchmark.domain, benchmark.tasks(source)
-    starts = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
-    found = [Finding(domain.name, defect) for defect in check(domain, starts)]
+    initial_states = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
+    findings = [Finding(domain.name, defect) for defect in check(domain, initial_states)]
     kinds = {thing.category for task in tasks.values() for thing in task.scene.objects}
-    for subject, formulas in _formulas(domain):
-        for kind in dict.fromkeys(chain.from_iterable(map(_kinds, formulas))):
+    for subject, formulas in _list_formulas(domain):
+        for kind in dict.fromkeys(chain.from_iterable(map(_list_kinds, formulas))):
             if kind not in kinds:
                 problem = f"no task has an object of the kind {kind}{did_you_mean(kind, kinds)}"
-                found.append(Finding(domain.name, f"{subject}: {problem}"))
+                findings.append(Finding(domain.name, f"{subject}: {problem}"))
     planner, ends = Planner(domain), Counter[SearchEnd]()
     for number, (task_id, task) in enumerate(tasks.items()):
         progressed(number)
-        problems = list(_problems(task, domain))
+        problems = list(_find_problems(task, domain))
         if not problems and not task.script and task.unsolvable is None:
             end = find_plan(task, planner, _LIMITS).end
             ends[end] += 1
             problems = ["no plan reaches its goals"] if end is SearchEnd.UNREACHABLE else []
-        found += [Finding(task_id, problem) for problem in problems]
-    return found, ends
+        findings += [Finding(task_id, problem) for problem in problems]
+    return findings, ends
 
 
-def _problems(task: Task, domain: Domain) -> Iterator[str]:
-    """The statements of a task that are not true."""
+def _find_problems(task: Task, domain: Domain) -> Iterator[str]:
+    """Yield the false statements of a task."""
     if not task.goals:
         yield NO_GOALS
         return
@@ -92,8 +92,8 @@ def _problems(task: Task, domain: Domain) -> Iterator[str]:
     yield from problems_of(task, domain)
 
 
-def _formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
-    """The formulas of a declaration, by what they are of."""
+def _list_formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
+    """Yield the formulas of a domain, each with the name of its operator or predicate."""
     for operator in domain.operators:
         yield f"operator {operator.name}", conditions_of(operator)
     for derived in domain.vocabulary.derived:
@@ -101,23 +101,23 @@ def _formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
             yield f"derived predicate {derived.name}", [derived.definition]
 
 
-def _kinds(formula: f.Formula) -> Iterator[str]:
-    """The kinds of objects that a formula asks for."""
-    for part in walk(formula):
-        yield from filter(None, [variable.category for variable in bound_variables(part)])
+def _list_kinds(formula: f.Formula) -> Iterator[str]:
+    """Yield the object kinds over which a formula quantifies."""
+    for subformula in walk(formula):
+        yield from filter(None, [variable.category for variable in bound_variables(subformula)])
 
 
 def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]:
-    """Find errors in the annotations of a benchmark, as far as carrying them out can tell.
+    """Yield errors in the annotations of a benchmark that executing them can show.
 
-    That is: plans that do not reach their goals, goals that do not hold where the data set says that its plan
-    ends, and gold operators with which a planner does not solve their problem. What is in no statistics of
-    plans is passed over.
+    Errors are: plans that miss their goals, goals that are false in the annotated final state, and gold
+    operators with which a planner does not solve their problem. Tasks excluded from statistics of plans are
+    skipped.
 
     Raises:
-        DataError: the data cannot be had.
+        DataError: the data cannot be obtained.
     """
-    for ability in [each for each in PAPER_ABILITIES if each in _CARRIED_OUT]:
+    for ability in [supported for supported in PAPER_ABILITIES if supported in _EXECUTED_ABILITIES]:
         suite = open_suite(benchmark, ability, source=source)
         book = open_answer_book(benchmark, ability, source)
         for task_id in suite.task_ids:
@@ -125,28 +125,28 @@ def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]
             if ability is Ability.ACTION_SEQUENCING and task is not None:
                 if not task.script:
                     continue
-                yield from _of_goals(benchmark.name, task)
-            yield from _of_gold(benchmark.name, task_id, suite.score(task_id, book[task_id].text))
+                yield from _check_annotated_state(benchmark.name, task)
+            yield from _check_gold_verdict(benchmark.name, task_id, suite.score(task_id, book[task_id].text))
 
 
-def _of_goals(name: str, task: Task) -> Iterator[Finding]:
+def _check_annotated_state(name: str, task: Task) -> Iterator[Finding]:
     if task.annotated_final is None or task.left_out is not None:
         return
     held = GoalTest(task.at_the_end).reached(task.annotated_final, [step.operator for step in task.script])
     if not all(held):
         missed = len(held) - sum(held)
         yield Finding(
-            name, f"{task.id}: {missed} of {len(held)} goals do not hold where its plan is said to end"
+            name, f"{task.id}: {missed} of {len(held)} goals do not hold in the annotated final state"
         )
 
 
-def _of_gold(name: str, task_id: str, verdict: Verdict) -> Iterator[Finding]:
+def _check_gold_verdict(name: str, task_id: str, verdict: Verdict) -> Iterator[Finding]:
     if verdict.excluded is not None:
         return
     if isinstance(verdict, PlanVerdict):
         if verdict.success is False:
-            why = verdict.error.detail if verdict.error is not None else "a goal is missed"
-            yield Finding(name, f"{task_id}: the plan fails: {why}")
+            reason = verdict.error.detail if verdict.error is not None else "a goal is missed"
+            yield Finding(name, f"{task_id}: the plan fails: {reason}")
         return
     operators = cast("OperatorVerdict", verdict)
     if operators.success is False:

@@ -1,4 +1,4 @@
-"""Counterparts: the actions of a household that the published planning operators stand for."""
+"""Counterparts: the household actions of the published planning operators."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from eai.pddl.execute import PlanStep
 from eai.world.action import Action
 
 Counterpart: TypeAlias = tuple[str, tuple[int, ...]]
-"""The action that an operator stands for, and the positions of its objects in the operator's parameters."""
+"""The action of an operator, and the positions of its objects among the operator's parameters."""
 
 
 def translate(
@@ -17,12 +17,12 @@ def translate(
     counterparts: Mapping[str, Counterpart],
     index_of: Callable[[str], int | None],
 ) -> Iterator[Action]:
-    """Yield the actions that steps stand for, up to the first step that stands for no action.
+    """Yield the actions of planning steps, up to the first step without an action.
 
     Args:
         steps: the steps, with as many objects as their operators have parameters.
-        counterparts: the actions by operator.
-        index_of: finds the index of an object of the scene by its name in planning problems.
+        counterparts: actions by operator.
+        index_of: finds the index of a scene object by its name in planning problems.
     """
     for step in steps:
         counterpart = counterparts.get(step.action)

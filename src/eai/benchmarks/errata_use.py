@@ -1,4 +1,4 @@
-"""Which errata decided a verdict: records hold it, and reading records loads no errata."""
+"""The errata that decided a verdict. Records contain this value; reading records loads no errata."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ class ErrataUse:
 
     Attributes:
         version: version of the table of errata.
-        entries: ids of the errata that concern the task and decide verdicts on it.
+        entries: ids of the errata of this task that can change its verdict.
     """
 
     version: str

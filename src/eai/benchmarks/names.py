@@ -26,21 +26,21 @@ class TaskReference(NamedTuple):
 
     @staticmethod
     def parse(text: str) -> TaskReference:
-        """Parse a reference. The last inner part that names an ability is the ability.
+        """Parse a reference. The ability is the last inner part that is a registered ability.
 
         Raises:
             InputError: the text is not a reference.
         """
         parts = text.split("/")
-        for place in range(len(parts) - 2, 0, -1):
-            ability = Ability(parts[place])
+        for position in range(len(parts) - 2, 0, -1):
+            ability = Ability(parts[position])
             if ability in find_abilities():
-                return TaskReference("/".join(parts[:place]), ability, "/".join(parts[place + 1 :]))
-        raise InputError(f"{text[:100]!r} is no task: expected BENCHMARK/ABILITY/TASK")
+                return TaskReference("/".join(parts[:position]), ability, "/".join(parts[position + 1 :]))
+        raise InputError(f"{text[:100]!r} is not a task: expected BENCHMARK/ABILITY/TASK")
 
 
 def suite_name(domain: str, ability: Ability) -> str:
-    """Return the name of a suite, as tasks of Inspect and files of prompts have it."""
+    """Return the name of a suite, as in tasks of Inspect and in prompt files."""
     return f"{domain}_{ability.value}"
 
 

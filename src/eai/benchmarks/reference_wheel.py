@@ -1,6 +1,6 @@
-"""The packs that several households read, made from the reference's wheel, and its identifiers of tasks.
+"""The packs that several households read, made from the reference's wheel, and its task identifiers.
 
-Most keep files of the wheel byte for byte, under names of ours (`packs.toml`).
+Most packs copy files of the wheel byte for byte, under our own names (`packs.toml`).
 """
 
 from __future__ import annotations
@@ -22,52 +22,52 @@ from eai.benchmarks.packs import Pack
 SCENE_PREFIX = "scene_1_"
 
 _OTHER_SCENE = re.compile(r"scene_(?!1_)\d+_")
-"""The prefix of identifiers of tasks in unpublished scenes, in the challenge's final phase."""
+"""Prefix of task identifiers in unpublished scenes, from the challenge's final phase."""
 
-_MISNAMED = {
+_CORRECTED_IDS = {
     "cleaning_up_after_a_meal_0_Merom_1_int_0_2021-06-06_19-55-27": (
         "cleaning_up_after_a_meal_0_Wainscott_0_int_0_2021-10-20_05-33-24"
     )
 }
-"""The shipped prompts of BEHAVIOR's goal interpretation call one task by the id of another demonstration."""
+"""Wrong task ids in the published prompts of BEHAVIOR's goal interpretation -> the right ids."""
 
 
 def task_id_of(identifier: str) -> str:
-    """The data set's id of the task that an identifier in a file of answers or prompts means."""
+    """Return the data set's task id for an identifier in a file of answers or prompts."""
     task_id = identifier.removeprefix(SCENE_PREFIX)
-    return _MISNAMED.get(task_id, task_id)
+    return _CORRECTED_IDS.get(task_id, task_id)
 
 
 def published_task(identifier: str) -> str | None:
-    """The same, or None where the identifier is of a task that is known not to be in the data set."""
+    """Return the data set's task id for an identifier, or None for a task of an unpublished scene."""
     return None if _OTHER_SCENE.match(identifier) else task_id_of(identifier)
 
 
 @cache
-def _tables() -> Mapping[str, Mapping[str, str]]:
+def _load_tables() -> Mapping[str, Mapping[str, str]]:
     return parse_toml((files("eai.benchmarks") / "packs.toml").read_text(encoding="utf-8"))
 
 
 def files_of(pack: str) -> Mapping[str, str]:
-    """The files of the wheel that a pack consists of, by member."""
-    return _tables()[pack]
+    """Return the wheel's file of each member of a pack."""
+    return _load_tables()[pack]
 
 
 PROBLEMS_MEMBER = "problems.json"
-"""The PDDL problems of transition modeling as one JSON object: task id -> text."""
+"""Member with the PDDL problems of transition modeling, as one JSON object: task id -> text."""
 
 TEMPLATE_MEMBER = "virtualhome/goal_interpretation.txt"
-"""The template of VirtualHome's goal interpretation, whose prompts alone are not shipped ready made."""
+"""Member with the template of VirtualHome's goal interpretation, the only prompts that must be rendered."""
 
 TEMPLATE_SOURCE = "virtualhome_eval/evaluation/goal_interpretation/prompts/one_shot.py"
-"""The module of the wheel that holds it."""
+"""Module of the wheel that contains the template."""
 
 
-def _template(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
-    """Return the members of `prompt_templates`: string constants of modules that are read, never run.
+def _read_template(wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
+    """Return the member of `prompt_templates`: a string constant of a module that is parsed and never run.
 
     Raises:
-        DataError: the module is absent or has no such constant.
+        DataError: the module is absent, or has no such constant.
     """
     for statement in ast.parse(wheel.read(TEMPLATE_SOURCE)).body:
         match statement:
@@ -99,7 +99,7 @@ EAI_EVAL = Archive(
     size=27_068_884,
     record_sha256="d4c8cdcd80e26e0510946b86f8eb2098b3eb30645fb15c442c4eec24176c86dc",
 )
-"""The reference's package: both domains' annotations, VirtualHome's graphs, the official prompts."""
+"""The reference's package: annotations of both domains, VirtualHome's graphs, the official prompts."""
 
 RESOURCES = "virtualhome_resources"
 """Name of the pack with VirtualHome's vocabularies, PDDL problems and operators."""
@@ -111,12 +111,12 @@ PROMPTS = "prompts"
 """Name of the pack with the official prompts of both domains."""
 
 TEMPLATES = "prompt_templates"
-"""Name of the pack with the official templates from which prompts must be rendered."""
+"""Name of the pack with the official template, from which prompts must be rendered."""
 
 PUBLISHED = (
     Pack(RESOURCES, (EAI_EVAL,), partial(_copy_with_problems, RESOURCES, "virtualhome")),
     Pack(PROMPTS, (EAI_EVAL,), partial(_copy, PROMPTS)),
     Pack(BEHAVIOR_PDDL, (EAI_EVAL,), partial(_copy_with_problems, BEHAVIOR_PDDL, "behavior")),
-    Pack(TEMPLATES, (EAI_EVAL,), _template),
+    Pack(TEMPLATES, (EAI_EVAL,), _read_template),
 )
-"""The packs of both of the paper's households: one archive makes them all."""
+"""The packs of both households of the paper, all made from one archive."""

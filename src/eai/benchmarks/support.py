@@ -1,7 +1,7 @@
-"""Derived predicates that walk along supports: what carries a thing, what it is in, and on which floor.
+"""Derived predicates along supports: the carriers of an object, its containers, and its floor.
 
-A thing rests in, on or at most one other, that one on the next, up to a root that rests on nothing. Where a
-state that no action leads to has a circle of supports, it is walked once.
+An object rests in or on at most one support, which may rest on the next, up to an unsupported root. A cycle
+of supports, which no action creates, is followed once.
 """
 
 from __future__ import annotations
@@ -19,34 +19,34 @@ from eai.world.vocabulary import Predicate
 X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
-def _chain(state: State, supports: Sequence[str], thing: int) -> Mapping[int, bool]:
-    """Return all supports of a thing, each as a mask, its own first, and whether the first relation holds."""
+def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping[int, bool]:
+    """Return all supports of an object, nearest first, as masks, with whether the first relation holds."""
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
     chain: dict[int, bool] = {}
     while True:
         for name in supports:
             relation = binary[slots[name]]
-            if relation.sources >> thing & 1 and (support := relation.row(thing)):
+            if relation.sources >> obj & 1 and (support := relation.row(obj)):
                 break
         else:
             return chain
         if support in chain:
             return chain
         chain[support] = name == supports[0]
-        thing = support.bit_length() - 1
+        obj = support.bit_length() - 1
 
 
 def carrying(supports: Sequence[Predicate]) -> tuple[Defined, Defined, Defined]:
-    """Return, by these relations, what carries a thing, what it is carried by at all, what it is within."""
+    """Return the predicates ``carries``, ``carried_by`` and ``within`` for these relations of support."""
     names = [relation.name for relation in supports]
 
     def carriers(state: State, arguments: tuple[int, ...]) -> int:
-        """Everything that a thing rests in or on, directly or not."""
-        return reduce(or_, _chain(state, names, arguments[0]), 0)
+        """Return all direct and indirect supports of an object."""
+        return reduce(or_, _follow_supports(state, names, arguments[0]), 0)
 
     def containers(state: State, arguments: tuple[int, ...]) -> int:
-        """Everything that a thing, or something which carries it, is in: the first of these relations."""
-        chain = _chain(state, names, arguments[0])
+        """Return all containers of an object or of its supports; the first relation means containment."""
+        chain = _follow_supports(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
     carries = Defined("carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in supports])))
@@ -59,7 +59,11 @@ def carrying(supports: Sequence[Predicate]) -> tuple[Defined, Defined, Defined]:
 
 
 def on_floor(name: str, floor: Predicate, carries: Defined, of_root: f.Formula) -> Defined:
-    """The floor that a thing is on, by name: itself, or that of what carries it, or that of the root."""
+    """Return the predicate that relates an object to its floor.
+
+    The floor of a floor is itself. The floor of a supported object is that of its support. For an unsupported
+    object, ``of_root`` decides.
+    """
     carried = f.Exists(Z, carries(Z, X))
     above = f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y)))
     definition = (floor(X) & f.Equals(X, Y)) | (~floor(X) & ~carried & of_root) | (~floor(X) & above)
@@ -67,12 +71,12 @@ def on_floor(name: str, floor: Predicate, carries: Defined, of_root: f.Formula) 
 
 
 def floors(supports: Sequence[str], of_root: Callable[[State, int], int]) -> LookupFunction:
-    """The floor that a thing is on: itself, the first on the way to the root, or that of the root."""
+    """Return the function that finds an object's floor: itself, a support, or else the floor of the root."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
         (root,) = arguments
         floors = state.mask("floor")
-        for support in (1 << root, *_chain(state, supports, root)):
+        for support in (1 << root, *_follow_supports(state, supports, root)):
             if support & floors:
                 return support
             root = support.bit_length() - 1
@@ -82,24 +86,24 @@ def floors(supports: Sequence[str], of_root: Callable[[State, int], int]) -> Loo
 
 
 def inverse(values: LookupFunction) -> LookupFunction:
-    """All things that have an object among their values, kept for one state: a search asks of it often."""
-    kept: tuple[State | None, Mapping[int, int]] = None, {}
+    """Return the inverse of a function of states. It is cached for one state, as a search calls it often."""
+    cached: tuple[State | None, Mapping[int, int]] = None, {}
 
     def sources(state: State, arguments: tuple[int, ...]) -> int:
-        nonlocal kept
-        of, found = kept
-        if of is not state:
-            found = _inverted(values, state)
-            kept = state, found
-        return found.get(arguments[0], 0)
+        nonlocal cached
+        cached_state, by_value = cached
+        if cached_state is not state:
+            by_value = _invert(values, state)
+            cached = state, by_value
+        return by_value.get(arguments[0], 0)
 
     return sources
 
 
-def _inverted(values: LookupFunction, state: State) -> Mapping[int, int]:
-    """For each object the mask of those that have it among their values."""
-    found: dict[int, int] = {}
-    for thing in bits(state.scene.everything):
-        for value in bits(values(state, (thing,))):
-            found[value] = found.get(value, 0) | 1 << thing
-    return found
+def _invert(values: LookupFunction, state: State) -> Mapping[int, int]:
+    """Return a mask of sources for each object."""
+    sources: dict[int, int] = {}
+    for obj in bits(state.scene.everything):
+        for value in bits(values(state, (obj,))):
+            sources[value] = sources.get(value, 0) | 1 << obj
+    return sources

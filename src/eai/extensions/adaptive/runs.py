@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from typing import TypeAlias
 
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.verdict import PlanVerdict
@@ -31,14 +29,8 @@ TASKS_PER_ROUND = 5
 _FILE = "adaptive.json"
 
 
-_Difficulties: TypeAlias = tuple[Mapping[str, float], float, str]
-"""Difficulties by task, the variance of a model's ability, and a phrase: see `_estimate_difficulties`."""
-
-
-def open_runs(
-    suites: Sequence[Suite], named: Sequence[Ability], folder: Path | None
-) -> tuple[list[Suite], Callable[..., tuple[SuiteResult, str]]]:
-    """Return the suites whose tasks have known difficulties, and `obtain` for their tasks.
+def calibrated(suites: Sequence[Suite], named: Sequence[Ability], folder: Path | None) -> list[Suite]:
+    """Return the suites whose tasks have known difficulties.
 
     Args:
         suites: the suites that the user asks for.
@@ -50,21 +42,16 @@ def open_runs(
     """
     if folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
         raise InputError(f"--adaptive: difficulties are known under {DEFAULT_PROTOCOL.value} alone")
-    difficulties = {
-        (suite.domain, suite.ability): estimate
-        for suite in suites
-        if suite.has_plans and (estimate := _estimate_difficulties(suite, folder))[0]
-    }
-    known = [suite for suite in suites if (suite.domain, suite.ability) in difficulties]
+    known = [suite for suite in suites if suite.has_plans and _difficulties(suite, folder)[0]]
     unknown = [suite for suite in suites if suite not in known]
     if unknown and (named or not known):
         asked = f"{unknown[0].domain} {unknown[0].ability.value}"
         hint = "; --with tasks.calibration=DIR takes them from runs of several models"
         raise InputError(f"--adaptive: the tasks of {asked} have no known difficulties{hint}")
-    return known, partial(obtain, difficulties)
+    return known
 
 
-def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
+def _difficulties(suite: Suite, folder: Path | None) -> tuple[Mapping[str, float], float, str]:
     """Return the difficulties of a suite's tasks: the published ones, or by whole runs in a folder.
 
     Returns:
@@ -96,11 +83,11 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
 
 
 def obtain(
-    estimates: Mapping[tuple[str, Ability], _Difficulties],
     ask: Callable[[Mapping[str, Prompt]], SuiteResult],
     prompts: Mapping[str, Prompt],
     suite: Suite,
     target: float,
+    folder: Path | None,
 ) -> tuple[SuiteResult, str]:
     """Ask the most informative tasks, until the standard error of the ability is at most the target.
 
@@ -108,16 +95,16 @@ def obtain(
     interrupted run resumes. It ends early if a task cannot be answered, and if no task is left.
 
     Args:
-        estimates: the difficulties of tasks by domain and ability.
         ask: asks questions by task, and scores the answers.
         prompts: the questions of all tasks that may be asked.
         suite: the suite.
         target: the standard error, in logits.
+        folder: as in `calibrated`.
 
     Returns:
         the result of the last round, and a remark on the ability.
     """
-    known, variance, models = estimates[suite.domain, suite.ability]
+    known, variance, models = _difficulties(suite, folder)
     difficulties = {task_id: known[task_id] for task_id in prompts if task_id in known}
     tasks = suite.benchmark.tasks(suite.source)
     names = {task_id: tasks[task_id].title for task_id in difficulties}

@@ -1,4 +1,4 @@
-"""Short tests: forty tasks of a suite that stand for all of it, the same for everybody.
+"""Short tests: a fixed sample of forty tasks for each suite.
 
 ``tools/short_tests.py`` chooses them by the answers of nine of the paper's models under ``strict``.
 """
@@ -12,15 +12,17 @@ from importlib import resources
 from eai.abilities.protocol import Ability
 
 FILE = "short_tests.json"
+SHORT = "short"
+"""Name of short tests on the command line."""
 
 
 def short_test(domain: str, ability: Ability) -> tuple[str, ...]:
-    """Return the task ids of a suite's short test, in the order of the data set; none if it has none."""
+    """Return the task ids of a suite's short test in the order of the data set, or an empty tuple."""
     return tuple(_task_ids().get(f"{domain}/{ability.value}", ()))
 
 
 @cache
 def _task_ids() -> dict[str, list[str]]:
-    text = (resources.files("eai.extensions.adaptive") / FILE).read_text(encoding="utf-8")
+    text = (resources.files("eai.benchmarks") / FILE).read_text(encoding="utf-8")
     by_suite: dict[str, list[str]] = json.loads(text)
     return by_suite
