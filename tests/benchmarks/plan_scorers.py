@@ -1,4 +1,4 @@
-"""The scorers of plans of both households under ``strict``."""
+"""The plan scorers of both households under ``strict``."""
 
 from __future__ import annotations
 

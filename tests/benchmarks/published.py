@@ -1,4 +1,4 @@
-"""A package index that is one folder on disk, with the made-up data set in it."""
+"""A package index in a folder on disk, with the made-up data set."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eai.benchmarks.packs import Pack
 
 @pytest.fixture
 def index(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The only place where pip looks."""
+    """Return the only folder that pip searches."""
     folder = tmp_path / "index"
     folder.mkdir()
     monkeypatch.setenv("PIP_NO_INDEX", "1")

@@ -1,4 +1,4 @@
-"""A small made-up data set in the layout of the published wheel, for tests of all that can go wrong."""
+"""A small made-up data set in the layout of the published wheel."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ TASKS = (
 
 
 def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
-    """Path in the wheel -> content."""
+    """Return the content of the wheel by path."""
     made = list(tasks)
     goals: dict[str, dict[str, Any]] = {}
     copied = [file for pack in (RESOURCES, BEHAVIOR_PDDL, PROMPTS) for file in files_of(pack).values()]
@@ -139,7 +139,7 @@ def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
 
 
 def build_wheel(folder: Path, contents: Mapping[str, bytes] | None = None) -> Archive:
-    """Write `madeup_eval-1.0-py3-none-any.whl` into the folder; its pin."""
+    """Write `madeup_eval-1.0-py3-none-any.whl` into the folder, and return its pin."""
     information = "madeup_eval-1.0.dist-info/"
     entries = dict(files() if contents is None else contents)
     entries[f"{information}METADATA"] = b"Metadata-Version: 2.1\nName: madeup-eval\nVersion: 1.0\n"
@@ -160,7 +160,7 @@ def build_wheel(folder: Path, contents: Mapping[str, bytes] | None = None) -> Ar
 
 
 def build_sdist(folder: Path, witness: Path) -> Archive:
-    """Write a source distribution whose `setup.py` leaves a witness when anything runs it; its pin."""
+    """Write a source distribution whose `setup.py` leaves a file when it is run, and return its pin."""
     path = folder / "madeup_problems-1.0.tar.gz"
     entries = {
         "PKG-INFO": b"Metadata-Version: 2.1\nName: madeup-problems\nVersion: 1.0\n\nSome text.\n",
@@ -181,7 +181,7 @@ def pin(name: str, path: Path, record_sha256: str | None = None) -> Archive:
 
 
 def packs_from(wheel: Archive) -> tuple[Pack, ...]:
-    """Return the registered packs that the published wheel alone makes, made from another wheel."""
+    """Return the packs that need only the published wheel, made from another wheel."""
     return tuple(
         replace(pack, archives=(wheel,)) for pack in registered_packs() if pack.archives == (EAI_EVAL,)
     )

@@ -1,4 +1,4 @@
-"""What `eai check` finds in a benchmark: each test spoils one thing."""
+"""Findings of `eai check`: each test introduces one error."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ LIGHT = make_task("light", "Switch the lamp on.", toy.initial(), "lit(lamp)")
 GO, PRESS = Action("GO", (2,)), Action("PRESS", (5,))
 
 
-def findings(*tasks: Task, domain: Domain = toy.DOMAIN) -> list[tuple[str, str]]:
-    found, _ = check_benchmark(Benchmark("toy", domain, given(*tasks)), Source())
-    return [(each.place, each.problem) for each in found]
+def find_problems(*tasks: Task, domain: Domain = toy.DOMAIN) -> list[tuple[str, str]]:
+    findings, _ = check_benchmark(Benchmark("toy", domain, given(*tasks)), Source())
+    return [(finding.place, finding.problem) for finding in findings]
 
 
-def test_a_task_without_a_plan_is_planned() -> None:
+def test_the_check_plans_for_a_task_without_a_plan() -> None:
     planned = replace(LIGHT, id="planned", script=(GO, PRESS))
-    found = check_benchmark(Benchmark("toy", toy.DOMAIN, given(LIGHT, planned)), Source())
-    assert found == ([], {SearchEnd.SOLVED: 1})
+    outcome = check_benchmark(Benchmark("toy", toy.DOMAIN, given(LIGHT, planned)), Source())
+    assert outcome == ([], {SearchEnd.SOLVED: 1})
 
 
 @pytest.mark.parametrize(
@@ -62,20 +62,20 @@ def test_a_task_without_a_plan_is_planned() -> None:
         (lambda: make_task("light", "", toy.initial(), "at(lamp, hall)"), "no plan reaches its goals"),
     ],
 )
-def test_a_task_that_is_not_as_it_says_is_found(change: Callable[[], Task], problem: str | None) -> None:
-    assert findings(change()) == ([] if problem is None else [("light", problem)])
+def test_a_task_with_a_false_statement_is_a_finding(change: Callable[[], Task], problem: str | None) -> None:
+    assert find_problems(change()) == ([] if problem is None else [("light", problem)])
 
 
-def test_a_kind_that_no_task_has_is_found() -> None:
+def test_a_kind_without_objects_is_a_finding() -> None:
     bulb = Operator("DIM", (X,), (affordance(is_a(X, "lump"), "{x} is no lump"),), ())
     problem = "operator DIM: no task has an object of the kind lump; did you mean lamp?"
-    assert findings(LIGHT, domain=toy.DOMAIN.replace_operators(bulb)) == [("toy", problem)]
+    assert find_problems(LIGHT, domain=toy.DOMAIN.replace_operators(bulb)) == [("toy", problem)]
 
 
-def test_what_the_walks_find_is_named() -> None:
+def test_a_defect_in_random_walks_is_a_finding() -> None:
     dull = Operator("DIM", (X,), (additional(~toy.lit(X) & toy.lit(X), "dim"),), (Add(toy.holding(X)),))
-    found = findings(LIGHT, domain=toy.DOMAIN.replace_operators(dull))
-    assert found == [("toy", "DIM: an additional step that would bring about holding(x)")]
+    problems = find_problems(LIGHT, domain=toy.DOMAIN.replace_operators(dull))
+    assert problems == [("toy", "DIM: an additional step that would bring about holding(x)")]
 
 
 @pytest.mark.parametrize(
@@ -89,15 +89,13 @@ def test_what_the_walks_find_is_named() -> None:
         ),
     ],
 )
-def test_a_mistake_in_a_benchmark_is_named(declare: Callable[[], object], problem: str) -> None:
+def test_a_wrong_declaration_of_a_benchmark_is_an_error(declare: Callable[[], object], problem: str) -> None:
     with pytest.raises(InputError) as error:
         declare()
     assert str(error.value) == problem
 
 
-def test_a_mistake_in_a_module_is_told_by_file_and_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_error_in_a_module_names_file_and_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "spoilt_world.py").write_text("from eai.world import *\n\nVocabulary((Predicate('at', 2)))\n")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=r"^spoilt_world\.py: line 3: predicates: expected a tuple"):
@@ -108,8 +106,7 @@ DOMAIN = "(define (domain d) (:predicates (p ?x) (q)) (:action a :parameters (?x
 PROBLEM = "(define (problem one) (:domain d) (:objects b) (:init) (:goal (p b)))"
 
 
-def test_pddl_that_has_changed_is_read_again(tmp_path: Path) -> None:
-    """And what has not changed is not."""
+def test_only_changed_pddl_files_are_read_again(tmp_path: Path) -> None:
     domain, problems = tmp_path / "domain.pddl", tmp_path / "problems"
     problems.mkdir()
     domain.write_text(DOMAIN)
@@ -132,7 +129,7 @@ WIDE = """(define (domain wide) (:predicates (p ?x) (r ?x) (q ?x ?y) (never ?x))
 """
 
 
-def test_a_check_ends_where_an_operator_has_many_parameters_and_says_what_it_gives_up(
+def test_a_check_of_an_operator_with_many_parameters_ends_and_reports_its_limit(
     tmp_path: Path, eai: Command
 ) -> None:
     (tmp_path / "domain.pddl").write_text(WIDE)
@@ -147,7 +144,7 @@ def test_a_check_ends_where_an_operator_has_many_parameters_and_says_what_it_giv
     )
 
 
-def test_a_check_reports_each_task() -> None:
+def test_a_check_reports_its_progress_for_each_task() -> None:
     seen: list[int] = []
     tasks = [replace(LIGHT, id=str(number)) for number in range(3)]
     check_benchmark(Benchmark("toy", toy.DOMAIN, given(*tasks)), Source(), seen.append)

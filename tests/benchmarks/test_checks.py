@@ -1,4 +1,4 @@
-"""The ids of declared checks, by which records are grouped: they stay as they are when words change."""
+"""Records are group_pairs by the ids of checks, so an id stays when the reason is reworded."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ DOMAINS = (virtualhome.as_meant(), behavior.as_meant())
 KNOWN = Path(__file__).with_name("checks.txt").read_text(encoding="utf-8").split()
 
 
-def checks(domain: Domain) -> list[Check]:
+def list_checks(domain: Domain) -> list[Check]:
     return [
         check
         for operator in domain.operators
-        for check in (*operator.checks, *(check for each in operator.tries for check in each.checks))
+        for check in (*operator.checks, *(check for option in operator.tries for check in option.checks))
     ]
 
 
-def test_the_ids_are_those_that_records_have() -> None:
-    ids = {f"{domain.name}/{check.id}" for domain in DOMAINS for check in checks(domain)}
-    reworded = "a check that is worded anew keeps its id (Check.id); new ones are listed in checks.txt"
+def test_the_ids_of_checks_equal_the_listed_ids() -> None:
+    ids = {f"{domain.name}/{check.id}" for domain in DOMAINS for check in list_checks(domain)}
+    reworded = "a reworded check keeps its id (Check.id); list new ids in checks.txt"
     assert sorted(ids) == KNOWN, reworded
 
 
 @pytest.mark.parametrize("domain", DOMAINS, ids=lambda domain: domain.name)
-def test_one_id_is_one_reason_up_to_the_objects(domain: Domain) -> None:
+def test_checks_with_one_id_have_one_reason_except_for_the_objects(domain: Domain) -> None:
     reasons: dict[str, set[str]] = {}
-    for check in checks(domain):
+    for check in list_checks(domain):
         words = check.reason.replace("{y}", "{x}")
         reasons.setdefault(check.id, set()).add(words)
     assert [name for name, words in reasons.items() if len(words) > 1] == []
 
 
-def test_an_id_is_the_words_without_the_objects_or_what_is_given() -> None:
+def test_an_id_is_given_or_made_from_the_words_of_the_reason() -> None:
     ready = Predicate("ready", 0)()
     check = missing(ready, "{x}'s lid is not on {y}, nor near {x}")
     assert (check.id, check.mentioned_parameters) == ("s_lid_is_not_on_nor_near", ("x", "y"))

@@ -26,7 +26,7 @@ def task(*goals: Formula) -> Task:
     [
         ([toy.at(RED, SHED)], "at(red, shed)"),
         ([toy.at(RED, SHED), toy.lit(RED)], "at(red, shed) and lit(red)"),
-        # Actions come first, in their order, on whatever there is.
+        # Actions come first, in order, on any objects.
         (
             [toy.lit(RED), Or((Occurs("LIFT"), Occurs("DROP"))), Occurs("PRESS")],
             "(exists x0. LIFT(x0) or exists x0. DROP(x0)) then exists x0. PRESS(x0) then lit(red)",
@@ -39,6 +39,6 @@ def task(*goals: Formula) -> Task:
         ([ForPairs(BOX, PLACE, toy.at(X, Y), 1)], "at(red, hall)"),
     ],
 )
-def test_a_goal_is_copied(goals: list[Formula], copied: str) -> None:
-    found = print_ltl(copied_goal(task(*goals), SubgoalNotation(toy.DOMAIN)))
-    assert found.replace("(", "").replace(")", "") == copied.replace("(", "").replace(")", "")
+def test_a_goal_is_copied_as_one_subgoal(goals: list[Formula], copied: str) -> None:
+    written = print_ltl(copied_goal(task(*goals), SubgoalNotation(toy.DOMAIN)))
+    assert written.replace("(", "").replace(")", "") == copied.replace("(", "").replace(")", "")

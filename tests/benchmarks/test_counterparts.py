@@ -1,4 +1,4 @@
-"""Published planning operators as actions of the households."""
+"""Household actions of published planning operators."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ DOORS = "locking_every_door_0_Merom_1_int_0_2021-10-20_05-53-14"
 TABLES = {"virtualhome": virtualhome.COUNTERPARTS, "behavior": behavior.COUNTERPARTS}
 
 
-def transition(name: str, store: Store, errata: ErrataChoice = ErrataChoice.CURRENT) -> Suite:
+def open_operator_suite(name: str, store: Store, errata: ErrataChoice = ErrataChoice.CURRENT) -> Suite:
     source = Source(store, planner=PlannerChoice.NONE, errata=errata)
     return open_suite(name, Ability.TRANSITION_MODELING, source=source)
 
 
-def actions(name: str, task_id: str, steps: Sequence[str], store: Store) -> list[tuple[str, ...]]:
-    """The actions of steps, each with the names of its objects."""
-    scorer = transition(name, store).scorer(task_id)
+def translate_steps(name: str, task_id: str, steps: Sequence[str], store: Store) -> list[tuple[str, ...]]:
+    """Return the actions of steps, each with the names of its objects."""
+    scorer = open_operator_suite(name, store).scorer(task_id)
     assert isinstance(scorer, TransitionModeling)
     task = find_benchmark(name).tasks(Source(store))[task_id]
     split = [step.split() for step in steps]
     made = scorer.task.actions_of(task, [PlanStep(word, tuple(words)) for word, *words in split])
-    return [_named(action, [thing.name for thing in task.scene.objects]) for action in made]
+    return [_name_objects(action, [obj.name for obj in task.scene.objects]) for action in made]
 
 
-def _named(action: Action, names: Sequence[str]) -> tuple[str, ...]:
+def _name_objects(action: Action, names: Sequence[str]) -> tuple[str, ...]:
     return (action.operator, *[names[index] for index in action.arguments])
 
 
 @pytest.mark.parametrize("name", list(TABLES))
 @pytest.mark.parametrize("errata", list(ErrataChoice))
-def test_every_published_operator_stands_for_an_action_with_its_number_of_objects(
+def test_each_published_operator_has_an_action_with_the_same_number_of_objects(
     data_store: Store, name: str, errata: ErrataChoice
 ) -> None:
-    suite = transition(name, data_store, errata)
+    suite = open_operator_suite(name, data_store, errata)
     scorer = suite.scorer(suite.task_ids[0])
     assert isinstance(scorer, TransitionModeling)
     arities = suite.benchmark.domain.arities
@@ -59,9 +59,9 @@ def test_every_published_operator_stands_for_an_action_with_its_number_of_object
         assert max(positions, default=0) < len(read_action(text.pddl).parameters), operator
 
 
-def test_virtualhome_names_objects_by_the_class_that_plans_use(data_store: Store) -> None:
+def test_classes_in_virtualhome_problems_mean_the_objects_of_plans(data_store: Store) -> None:
     steps = ["walk_towards character freezer", "put_inside character food_food freezer", "standup character"]
-    assert actions("virtualhome", "703_2", steps, data_store) == [
+    assert translate_steps("virtualhome", "703_2", steps, data_store) == [
         ("WALK", "freezer.289"),
         ("PUTIN", "food_food.1000", "freezer.289"),
         ("STANDUP",),
@@ -82,7 +82,7 @@ def test_a_hand_places_the_object_that_it_grasped(data_store: Store) -> None:
             f"place_nextto_ontop {two} {one} {one}",
         )
     ]
-    assert actions("behavior", DOORS, steps, data_store) == [
+    assert translate_steps("behavior", DOORS, steps, data_store) == [
         ("RIGHT_PLACE_INSIDE", "door_89"),
         ("RIGHT_GRASP", "door_85"),
         ("LEFT_GRASP", "door_89"),
@@ -94,6 +94,6 @@ def test_a_hand_places_the_object_that_it_grasped(data_store: Store) -> None:
 
 
 @pytest.mark.parametrize("step", ["navigate_to agent_n_01_1 agent_n_01_1", "fly door_n_01_1 agent_n_01_1"])
-def test_actions_end_before_the_first_step_that_stands_for_none(data_store: Store, step: str) -> None:
+def test_actions_end_before_the_first_step_without_an_action(data_store: Store, step: str) -> None:
     door = "close door_n_01_1 agent_n_01_1"
-    assert actions("behavior", DOORS, [door, step, door], data_store) == [("CLOSE", "door_85")]
+    assert translate_steps("behavior", DOORS, [door, step, door], data_store) == [("CLOSE", "door_85")]

@@ -1,7 +1,7 @@
-"""A damaged answer is read as a whole, or not at all: never a part of it.
+"""A damaged answer is read completely or not at all, never in part.
 
 Gold answers of every suite are damaged at random. Then as many parts (steps, goals, subgoals, operators) are
-read as were written, or the answer is a parsing error. A goal that is ill-formed counts as a part.
+read as were written, or the answer is a parsing error. An ill-formed goal counts as a part.
 """
 
 from __future__ import annotations
@@ -36,21 +36,21 @@ BLOCKS = f"pddl:{DOMAINS / 'gripper' / 'domain.pddl'},{DOMAINS / 'gripper'}"
 Damage = Callable[[WrittenAnswer, random.Random], str]
 
 
-def cut(answer: WrittenAnswer, lots: random.Random) -> str:
+def cut_end(answer: WrittenAnswer, lots: random.Random) -> str:
     return answer.text[: lots.randrange(1, len(answer.text))]
 
 
-def sign_lost(answer: WrittenAnswer, lots: random.Random) -> str:
-    place = lots.choice([match.start() for match in re.finditer(r"[^\w\s]", answer.text)])
-    return answer.text[:place] + answer.text[place + 1 :]
+def remove_sign(answer: WrittenAnswer, lots: random.Random) -> str:
+    position = lots.choice([match.start() for match in re.finditer(r"[^\w\s]", answer.text)])
+    return answer.text[:position] + answer.text[position + 1 :]
 
 
-def letter_lost(answer: WrittenAnswer, lots: random.Random) -> str:
-    place = lots.choice([match.start() for match in re.finditer(r"\w", answer.text)])
-    return answer.text[:place] + answer.text[place + 1 :]
+def remove_letter(answer: WrittenAnswer, lots: random.Random) -> str:
+    position = lots.choice([match.start() for match in re.finditer(r"\w", answer.text)])
+    return answer.text[:position] + answer.text[position + 1 :]
 
 
-def step_malformed(answer: WrittenAnswer, lots: random.Random) -> str:
+def malform_step(answer: WrittenAnswer, lots: random.Random) -> str:
     parts = list(answer.parts)
     number = lots.randrange(len(parts))
     parts[number] = lots.choice(
@@ -62,33 +62,33 @@ def step_malformed(answer: WrittenAnswer, lots: random.Random) -> str:
             parts[number][: len(parts[number]) // 2],
         ]
     )
-    return joined(answer, parts)
+    return replace_parts(answer, parts)
 
 
-def line_without_brackets(answer: WrittenAnswer, lots: random.Random) -> str:
+def remove_brackets(answer: WrittenAnswer, lots: random.Random) -> str:
     parts = list(answer.parts)
     number = lots.randrange(len(parts))
     parts[number] = re.sub(r"[\[\](){}]", "", parts[number])
-    return joined(answer, parts)
+    return replace_parts(answer, parts)
 
 
-def key_misspelt(answer: WrittenAnswer, lots: random.Random) -> str:
+def misspell_key(answer: WrittenAnswer, lots: random.Random) -> str:
     keys = list(re.finditer(r'"(\w[\w ]*)"(?=\s*:)|(?<=:)\w+', answer.text)) or list(
         re.finditer(r"\w+", answer.text)
     )
     key = lots.choice(keys)
-    place = lots.randrange(key.start() + 1, key.end() - 1) if len(key[0]) > 2 else key.start()
-    return answer.text[:place] + lots.choice(["x", "_", ""]) + answer.text[place + 1 :]
+    position = lots.randrange(key.start() + 1, key.end() - 1) if len(key[0]) > 2 else key.start()
+    return answer.text[:position] + lots.choice(["x", "_", ""]) + answer.text[position + 1 :]
 
 
-def text_after_the_end(answer: WrittenAnswer, lots: random.Random) -> str:
+def append_text(answer: WrittenAnswer, lots: random.Random) -> str:
     return answer.text + lots.choice(
         ["\n\nThis plan reaches the goal.", "}", "]", " Note: [1] holds.", "\n```"]
     )
 
 
-def joined(answer: WrittenAnswer, parts: list[str]) -> str:
-    """Return parts as an answer; if a part is no JSON of its own, the gold answer with it in its place."""
+def replace_parts(answer: WrittenAnswer, parts: list[str]) -> str:
+    """Return the gold answer with changed parts."""
     text = answer.text
     for old, new in zip(answer.parts, parts, strict=True):
         if old != new:
@@ -96,25 +96,25 @@ def joined(answer: WrittenAnswer, parts: list[str]) -> str:
     return text
 
 
-def as_lines(answer: WrittenAnswer) -> WrittenAnswer:
+def write_lines(answer: WrittenAnswer) -> WrittenAnswer:
     """Return a plan as JSON lines: one object a line, without a list around them."""
     parts = [part if part.startswith("{") else f"{{{part}}}" for part in answer.parts]
     return WrittenAnswer(tuple(parts), "\n".join)
 
 
 DAMAGES: tuple[Damage, ...] = (
-    cut,
-    sign_lost,
-    letter_lost,
-    step_malformed,
-    line_without_brackets,
-    key_misspelt,
-    text_after_the_end,
+    cut_end,
+    remove_sign,
+    remove_letter,
+    malform_step,
+    remove_brackets,
+    misspell_key,
+    append_text,
 )
 
 
-def number_of_parts(scorer: Scorer, text: str) -> int | None:
-    """Return how many parts of an answer are read, or None if it cannot be read."""
+def count_parts(scorer: Scorer, text: str) -> int | None:
+    """Return the number of parts that are read from an answer, or None if it cannot be read."""
     match scorer:
         case ActionSequencing():
             plan = scorer.read(text)
@@ -130,10 +130,10 @@ def number_of_parts(scorer: Scorer, text: str) -> int | None:
             return None if isinstance(operators, Unreadable) else len(operators.value)
 
 
-def damaged(
+def damage_answers(
     name: str, ability: Ability, source: Source, number: int
 ) -> Iterator[tuple[str, Scorer, str, str]]:
-    """Yield the names of damages, with a scorer, a gold answer and the damaged one."""
+    """Yield the name of each damage, a scorer, a gold answer and the damaged answer."""
     benchmark = find_benchmark(name)
     opened = open_planned_book if name == BLOCKS else open_answer_book
     book = opened(benchmark, ability, source)
@@ -148,29 +148,31 @@ def damaged(
 
 @pytest.mark.parametrize("number", [105, pytest.param(2000, marks=sweep)])
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
-def test_no_line_of_damaged_json_lines_is_lost(data_store: Store, name: str, number: int) -> None:
-    """A cut between two lines leaves an answer that is whole by itself, and is left out."""
+def test_damaged_json_lines_are_read_completely_or_not_at_all(
+    data_store: Store, name: str, number: int
+) -> None:
+    """Cutting the end is left out: a cut between two lines leaves a complete answer."""
     source = Source(data_store)
     suite = open_suite(name, Ability.ACTION_SEQUENCING, source=source)
     book = open_answer_book(find_benchmark(name), Ability.ACTION_SEQUENCING, source)
     task_ids = [task_id for task_id in book if book[task_id].parts]
     for seed in range(number):
         task_id, damage = task_ids[seed % len(task_ids)], DAMAGES[1 + seed % (len(DAMAGES) - 1)]
-        answer = as_lines(book[task_id])
+        answer = write_lines(book[task_id])
         text = damage(answer, random.Random(seed))
-        assert number_of_parts(suite.scorer(task_id), text) in (None, len(answer.parts)), text
+        assert count_parts(suite.scorer(task_id), text) in (None, len(answer.parts)), text
 
 
 @pytest.mark.parametrize("number", [210, pytest.param(2000, marks=sweep)])
 @pytest.mark.parametrize(("name", "ability"), [*SUITES, (BLOCKS, Ability.ACTION_SEQUENCING)])
-def test_no_part_of_a_damaged_answer_is_judged(
+def test_a_damaged_answer_is_read_completely_or_not_at_all(
     data_store: Store, name: str, ability: Ability, number: int
 ) -> None:
     source = Source(data_store, planner=PlannerChoice.NONE)
     parts: list[tuple[str, str]] = []
     outcomes: Counter[str] = Counter()
-    for damage, scorer, gold, text in damaged(name, ability, source, number):
-        read, written = number_of_parts(scorer, text), number_of_parts(scorer, gold) or 0
+    for damage, scorer, gold, text in damage_answers(name, ability, source, number):
+        read, written = count_parts(scorer, text), count_parts(scorer, gold) or 0
         is_whole = read == written or (
             ability is Ability.GOAL_INTERPRETATION and (read or 0) > (written or 0)
         )

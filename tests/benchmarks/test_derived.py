@@ -1,4 +1,4 @@
-"""Derived predicates compute what their formulas say, in any state, in every built-in domain."""
+"""Computed derived predicates equal their formulas, in any state of every built-in domain."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import DerivedPredicate
 
 SEATS = ("sofa.90", "bed.91", "bench.92")
-THINGS = ("floor", "oven", "pan", "bowl", "plate", "apple", "water")
+OBJECTS = ("floor", "oven", "pan", "bowl", "plate", "apple", "water")
 DOMAINS = {
     "behavior": (behavior.as_meant(), kitchen.make_task().initial.scene),
-    "behavior-1k": (declared(), Scene(predicates_1k.VOCABULARY, {name: name for name in THINGS})),
+    "behavior-1k": (declared(), Scene(predicates_1k.VOCABULARY, {name: name for name in OBJECTS})),
     "virtualhome": (virtualhome.as_meant(), household.make_task(more_objects=SEATS).initial.scene),
 }
 COMPUTED = [
@@ -32,53 +32,54 @@ COMPUTED = [
     if isinstance(to_evaluated_form(derived), Computed | Lookup)
 ]
 SUPPORTS = {"lies_in", "lies_on", *predicates_1k.SUPPORTS}
-"""A thing that rests in something does not rest on anything else, nor in a circle, by any action."""
+"""Relations under which no action gives an object two supports, or a cycle of supports."""
 
 
 @pytest.mark.parametrize(("domain", "scene", "derived"), COMPUTED)
-def test_what_is_computed_is_what_the_formula_says(
+def test_a_computed_predicate_equals_its_formula(
     domain: Domain, scene: Scene, derived: DerivedPredicate
 ) -> None:
-    said = find_definition(derived)
-    assert said is not None, "every computed predicate has a formula"
+    formula = find_definition(derived)
+    assert formula is not None, "every computed predicate has a formula"
     held = 0
-    for state in states(scene):
-        for arguments in tuples(scene, derived.arity):
-            names = [parameter.name for parameter in said.parameters]
-            by_formula = domain.holds(said.definition, state, dict(zip(names, arguments, strict=True)))
-            assert by_formula is computed(derived, state, arguments), (arguments, list(state.facts()))
+    for state in make_states(scene):
+        for arguments in list_tuples(scene, derived.arity):
+            names = [parameter.name for parameter in formula.parameters]
+            by_formula = domain.holds(formula.definition, state, dict(zip(names, arguments, strict=True)))
+            assert by_formula is compute(derived, state, arguments), (arguments, list(state.facts()))
             held += by_formula
-    assert held, "and it holds somewhere"
+    assert held, "the predicate must hold in some state"
 
 
-def computed(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
-    """The values of the function of a derived predicate."""
+def compute(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
+    """Return the value of a derived predicate by its function."""
     match to_evaluated_form(derived):
         case Computed(test=test):
             return test(state, arguments)
         case Lookup(values=values, inverse=inverse):
-            found = bool(values(state, arguments[:-1]) >> arguments[-1] & 1)
+            holds = bool(values(state, arguments[:-1]) >> arguments[-1] & 1)
             if inverse is not None:
-                assert bool(inverse(state, arguments[1:]) >> arguments[0] & 1) is found, "it says the same"
-            return found
+                assert bool(inverse(state, arguments[1:]) >> arguments[0] & 1) is holds, (
+                    "the inverse must agree with the function"
+                )
+            return holds
         case _:
             raise AssertionError(derived.name)
 
 
-def tuples(scene: Scene, arity: int) -> Iterator[tuple[int, ...]]:
-    """All tuples of so many objects."""
+def list_tuples(scene: Scene, arity: int) -> Iterator[tuple[int, ...]]:
     objects = range(len(scene.objects))
     yield from ((x,) for x in objects) if arity == 1 else ((x, y) for x in objects for y in objects)
 
 
-def states(scene: Scene, number: int = 12) -> Iterator[State]:
-    """Random states, from nearly empty to crowded; what is declared single is."""
+def make_states(scene: Scene, number: int = 12) -> Iterator[State]:
+    """Yield random states, from nearly empty to crowded; single-valued predicates stay single-valued."""
     for seed in range(number):
         chance = random.Random(seed)
         facts: list[Fact] = []
         resting: set[int] = set()
         for predicate in scene.vocabulary.predicates:
-            pairs = list(tuples(scene, predicate.arity)) if predicate.arity else [()]
+            pairs = list(list_tuples(scene, predicate.arity)) if predicate.arity else [()]
             share = chance.choice((0.2, 0.5, 0.8)) if predicate.arity == 1 else 1.5 / len(scene.objects)
             chosen = [pair for pair in pairs if chance.random() < share]
             if predicate.name in SUPPORTS:
@@ -91,13 +92,13 @@ def states(scene: Scene, number: int = 12) -> Iterator[State]:
         yield scene.state(facts)
 
 
-def test_there_are_such_predicates() -> None:
+def test_the_tested_predicates_include_the_main_ones() -> None:
     names = {case.id for case in COMPUTED}
     assert names >= {"behavior inside", "behavior floor_below", "virtualhome room_of", "virtualhome bed_full"}
     assert names >= {"behavior-1k inside", "behavior-1k floor_of"}
 
 
-def test_a_sliced_object_without_parts_is_what_it_is_itself() -> None:
+def test_a_sliced_object_without_halves_keeps_its_own_facts() -> None:
     domain, scene = DOMAINS["behavior"]
     plate, carton = (scene.index[name] for name in ("plate_1", "carton_1"))
     facts = [Fact("is_sliced", (plate,)), Fact("lies_in", (plate, carton)), Fact("is_dusty", (plate,))]

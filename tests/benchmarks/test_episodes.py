@@ -1,9 +1,9 @@
-"""Episodes on the two data sets: real answers run as `execute` runs them, and gold plans slip by the law.
+"""Episodes on the two data sets: answers run as in `execute`, and gold plans slip as computed.
 
-The law of slips is exact: a plan of L steps of which each slips with probability p, independently, runs
-through with probability q = (1 - p)^L. With up to k new attempts from the start it does with
-1 - (1 - q)^(k + 1); where the world goes on and the plan with it, with the probability that a negative
-binomial variable, the number of slips before L successes, is at most k.
+The probability is exact. A plan of L steps, each slipping independently with probability p, runs through with
+probability q = (1 - p)^L. With up to k new attempts from the start, the probability is 1 - (1 - q)^(k + 1).
+If the world and the plan continue, it is the probability that a negative binomial variable (the number of
+slips before L successes) is at most k.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ from protocols import EACH_PROTOCOL
 from suites import answer_book
 from sweeps import sweep
 
-HELD_ANSWERS = {
+ANSWER_FILES = {
     "virtualhome": ("tasks", "id", "llm_output", (*MODELS, "perturbed.eai-1.0.5", "perturbed2.eai-1.0.5")),
     "behavior": ("records", "identifier", "response", (*MODELS, "gt", "perturb")),
 }
-"""Where the files of a benchmark have their answers: the list, the id and the text of a row; the files."""
+"""Position of answers in a benchmark's files: the list, the id and the text of a row; the files."""
 
 REPLANS = (0, 1, 3)
 PROBABILITIES = (0.0, 0.05, 0.1, 0.2, 0.3)
 SEEDS = {"virtualhome": 2, "behavior": 6}
 
 
-class Plan(NamedTuple):
-    """A plan that can be run."""
+class ExecutablePlan(NamedTuple):
+    """A plan with its task and initial state."""
 
     task_id: str
     domain: Domain
@@ -52,19 +52,19 @@ class Plan(NamedTuple):
     actions: tuple[Action, ...]
 
 
-def read_plan(scorer: ActionSequencing, text: str) -> Plan | None:
-    """The plan of an answer, if it can be run."""
+def read_plan(scorer: ActionSequencing, text: str) -> ExecutablePlan | None:
+    """Return the plan of an answer, or None if it cannot be executed."""
     written = scorer.notation.read(text)
     actions = None if isinstance(written, Unreadable) else scorer.resolve(written)
     if actions is None or isinstance(actions, ErrorReport):
         return None
-    return Plan(scorer.task.id, scorer.domain, scorer.task.initial, actions)
+    return ExecutablePlan(scorer.task.id, scorer.domain, scorer.task.initial, actions)
 
 
-def run_as_executed(
+def compare_with_execution(
     name: str, protocol: Protocol, store: Store, answers: Sequence[tuple[str, str]]
 ) -> dict[str, bool]:
-    """Return for each task whose plan can be run whether an episode of it is as `execute` runs it."""
+    """Return by task whether an episode of its plan equals the result of `execute`."""
     suite = open_suite(name, Ability.ACTION_SEQUENCING, protocol, source=Source(store))
     suite = suite.over([text for _, text in answers])
     equal = {}
@@ -81,36 +81,38 @@ def run_as_executed(
 
 
 @EACH_PROTOCOL
-@pytest.mark.parametrize("name", HELD_ANSWERS)
-def test_every_answer_runs_as_it_is_executed(name: str, protocol: Protocol, data_store: Store) -> None:
+@pytest.mark.parametrize("name", ANSWER_FILES)
+def test_an_episode_of_an_answer_equals_its_execution(
+    name: str, protocol: Protocol, data_store: Store
+) -> None:
     answers = made_answers(name, Ability.ACTION_SEQUENCING, data_store)
-    equal = run_as_executed(name, protocol, data_store, answers)
+    equal = compare_with_execution(name, protocol, data_store, answers)
     assert [task_id for task_id, is_equal in equal.items() if not is_equal] == []
     assert len(equal) >= len(answers) // 2
 
 
 @sweep
 @EACH_PROTOCOL
-@pytest.mark.parametrize("name", HELD_ANSWERS)
-def test_every_published_answer_runs_as_it_is_executed(
+@pytest.mark.parametrize("name", ANSWER_FILES)
+def test_an_episode_of_a_published_answer_equals_its_execution(
     name: str, protocol: Protocol, data_store: Store, oracle: Oracle
 ) -> None:
-    rows, task_id, text, files = HELD_ANSWERS[name]
+    rows, task_id, text, files = ANSWER_FILES[name]
     ran = 0
     for file in files:
         held = oracle(name, "action_sequencing", file)[rows]
         answers = [(row[task_id].partition("@")[0], row[text]) for row in held]
-        equal = run_as_executed(name, protocol, data_store, answers)
-        assert [one for one, is_equal in equal.items() if not is_equal] == [], file
+        equal = compare_with_execution(name, protocol, data_store, answers)
+        assert [differing for differing, is_equal in equal.items() if not is_equal] == [], file
         ran += len(equal)
     assert ran > 700
 
 
-def gold_plans(name: str, store: Store) -> list[Plan]:
-    """The data set's plans that succeed, without their additional steps."""
+def find_gold_plans(name: str, store: Store) -> list[ExecutablePlan]:
+    """Return the successful plans of the data set, without additional steps."""
     suite = open_suite(name, Ability.ACTION_SEQUENCING, source=Source(store))
     book = answer_book(name, Ability.ACTION_SEQUENCING, store)
-    found = []
+    plans = []
     for task_id in suite.task_ids:
         text = book[task_id].text
         scorer = suite.scorer(task_id)
@@ -118,12 +120,12 @@ def gold_plans(name: str, store: Store) -> list[Plan]:
         plan = read_plan(scorer, text)
         if plan is not None and getattr(scorer.score(text), "success", False):
             executed = execute(plan.domain, plan.initial, plan.actions).executed
-            found.append(plan._replace(actions=executed))
-    return found
+            plans.append(plan._replace(actions=executed))
+    return plans
 
 
-def attempts_needed(plan: Plan, luck: SlipSampler, *, goes_on: bool) -> int | None:
-    """In which attempt, counted from 0, a plan runs through; None if in none of the first four."""
+def count_attempts(plan: ExecutablePlan, luck: SlipSampler, *, goes_on: bool) -> int | None:
+    """Return the number of failed attempts before success, or None if all four attempts fail."""
     episode, rest = Episode(plan.domain, plan.initial, luck), plan.actions
     for attempt in range(max(REPLANS) + 1):
         if episode.run(rest) is None:
@@ -135,26 +137,28 @@ def attempts_needed(plan: Plan, luck: SlipSampler, *, goes_on: bool) -> int | No
     return None
 
 
-def expected(length: int, p: float, replans: int, *, goes_on: bool) -> float:
-    """The probability that a plan runs through with this many replans."""
+def compute_probability(length: int, p: float, replans: int, *, goes_on: bool) -> float:
+    """Return the probability that a plan succeeds with this many replans."""
     if goes_on:
         slips = range(replans + 1)
         return math.fsum(math.comb(length - 1 + j, j) * p**j * (1 - p) ** length for j in slips)
     return 1 - (1 - (1 - p) ** length) ** (replans + 1)
 
 
-def cells(plans: Sequence[Plan], seeds: int) -> Iterator[tuple[tuple[float, bool, int], float]]:
-    """For each probability, world and number of replans, how many standard deviations lie between."""
+def measure_deviations(
+    plans: Sequence[ExecutablePlan], seeds: int
+) -> Iterator[tuple[tuple[float, bool, int], float]]:
+    """Yield the difference from the computed probability, in standard deviations, for each setting."""
     for p, goes_on in product(PROBABILITIES, (False, True)):
         needed = [
             (
                 len(plan.actions),
-                attempts_needed(plan, SlipSampler(p, plan.task_id, seed=seed), goes_on=goes_on),
+                count_attempts(plan, SlipSampler(p, plan.task_id, seed=seed), goes_on=goes_on),
             )
             for plan, seed in product(plans, range(seeds))
         ]
         for replans in REPLANS:
-            chances = [expected(length, p, replans, goes_on=goes_on) for length, _ in needed]
+            chances = [compute_probability(length, p, replans, goes_on=goes_on) for length, _ in needed]
             succeeded = sum([attempt is not None and attempt <= replans for _, attempt in needed])
             deviation = math.sqrt(math.fsum(chance * (1 - chance) for chance in chances))
             difference = succeeded - math.fsum(chances)
@@ -163,15 +167,15 @@ def cells(plans: Sequence[Plan], seeds: int) -> Iterator[tuple[tuple[float, bool
 
 
 @pytest.mark.parametrize("name", SEEDS)
-def test_gold_plans_slip_by_the_law(name: str, data_store: Store) -> None:
-    measured = dict(cells(gold_plans(name, data_store), SEEDS[name]))
+def test_gold_plans_succeed_with_the_computed_probability(name: str, data_store: Store) -> None:
+    measured = dict(measure_deviations(find_gold_plans(name, data_store), SEEDS[name]))
     assert len(measured) == 30
     assert {cell: z for cell, z in measured.items() if abs(z) >= 4} == {}
 
 
 @pytest.mark.parametrize("name", SEEDS)
-def test_nothing_is_ever_executed_where_everything_slips(name: str, data_store: Store) -> None:
-    for plan in gold_plans(name, data_store):
+def test_nothing_is_executed_if_every_step_slips(name: str, data_store: Store) -> None:
+    for plan in find_gold_plans(name, data_store):
         episode = Episode(plan.domain, plan.initial, SlipSampler(1, plan.task_id))
         assert episode.run(plan.actions) == (Slip() if plan.actions else None)
         assert episode.trajectory.states == (plan.initial,)

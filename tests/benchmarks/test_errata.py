@@ -1,4 +1,4 @@
-"""Every erratum is as its entry says: what is wrong can be seen, and the correction corrects it."""
+"""Every erratum has evidence, and its correction corrects the error."""
 
 from __future__ import annotations
 
@@ -37,38 +37,40 @@ from oracle import MODELS, Oracle
 from protocols import PROTOCOLS
 
 VERSIONS = {1: "1+92cd0f75", 2: "2+2ce9dbe1", 3: "3+1210d2bc"}
-"""The content of each version of the table: whoever changes a correction makes a new version."""
+"""Content of each version of the table: a changed correction needs a new version."""
 
 CURRENT, NONE = ErrataChoice.CURRENT, ErrataChoice.NONE
 ENTRIES = {entry.id: entry for entry in published_errata().entries}
 
 
-def opened(store: Store, entry: _Erratum, ability: Ability, errata: ErrataChoice) -> Suite:
+def open_corrected_suite(store: Store, entry: _Erratum, ability: Ability, errata: ErrataChoice) -> Suite:
     source = Source(store, planner=PlannerChoice.BUILT_IN, errata=errata)
     return open_suite(entry.domain, ability, source=source)
 
 
-def gold_succeeds(store: Store, entry: _Erratum, errata: ErrataChoice, task_id: str) -> bool | None:
-    """Whether the data set's own answer is a success; None where it is not counted."""
-    suite = opened(store, entry, entry.abilities[0], errata)
+def does_gold_succeed(store: Store, entry: _Erratum, errata: ErrataChoice, task_id: str) -> bool | None:
+    """Whether the data set's own answer succeeds, or None if it is not counted."""
+    suite = open_corrected_suite(store, entry, entry.abilities[0], errata)
     book = open_answer_book(suite.benchmark, suite.ability, suite.source)
     verdict = suite.score(task_id, book[task_id].text)
     assert isinstance(verdict, PlanVerdict | OperatorVerdict)
     return verdict.success
 
 
-def no_plan_exists(entry: _Erratum, store: Store) -> None:
-    """An action that puts a thing into a hand never leaves one in both that was in one at most."""
+def check_no_plan_exists(entry: _Erratum, store: Store) -> None:
+    """An action that fills a hand never leaves an object in both hands that was in at most one."""
     (task_id,) = entry.tasks
     for ability in entry.abilities:
-        suite = opened(store, entry, ability, NONE)
+        suite = open_corrected_suite(store, entry, ability, NONE)
         start, domain = suite.tasks[task_id].initial, suite.benchmark.domain
         if ability is Ability.SUBGOAL_DECOMPOSITION:
             domain = suite.benchmark.subgoal_domain() if suite.benchmark.subgoal_domain else domain
         fill = [
-            each for each in domain.operators if re.search(r"Add\(.{0,40}HOLDS_[LR]H", repr(each.effects))
+            operator
+            for operator in domain.operators
+            if re.search(r"Add\(.{0,40}HOLDS_[LR]H", repr(operator.effects))
         ]
-        assert {each.name for each in fill} <= {"GRAB", "SWITCH_HANDS"}
+        assert {operator.name for operator in fill} <= {"GRAB", "SWITCH_HANDS"}
         agent, glass = start.scene.agent or 0, start.scene.index["water_glass.1000"]
         shut = ("INSIDE", (glass, start.scene.index["cupboard.229"]))
         others = [fact for fact in start.facts() if not fact.predicate.startswith("HOLDS") and fact != shut]
@@ -82,133 +84,138 @@ def no_plan_exists(entry: _Erratum, store: Store) -> None:
                 )
                 assert not both
                 assert isinstance(after, w.State) or operator.name != "GRAB" or held
-        assert gold_succeeds(store, entry, NONE, task_id) is False
-        assert opened(store, entry, ability, CURRENT).score(task_id, "").excluded == entry.exclude
+        assert does_gold_succeed(store, entry, NONE, task_id) is False
+        assert (
+            open_corrected_suite(store, entry, ability, CURRENT).score(task_id, "").excluded == entry.exclude
+        )
 
 
-def names_alone_do_not_do(entry: _Erratum, store: Store) -> None:
+def check_plans_need_ids(entry: _Erratum, store: Store) -> None:
     (ability,) = entry.abilities
-    suite = opened(store, entry, ability, CURRENT)
+    suite = open_corrected_suite(store, entry, ability, CURRENT)
     book = open_answer_book(suite.benchmark, ability, suite.source)
-    asked = suite.benchmark.official_prompts(ability, suite.source) or {}
+    questions = suite.benchmark.official_prompts(ability, suite.source) or {}
     for task_id in entry.tasks:
         with_ids = book[task_id].text
         without = re.sub(r', "\d+"', "", with_ids)
         verdicts = [suite.score(task_id, text) for text in (with_ids, without)]
-        assert [isinstance(each, PlanVerdict) and each.success for each in verdicts] == [True, False], task_id
-        assert "its name and its id" in asked[task_id].user
+        assert [isinstance(verdict, PlanVerdict) and verdict.success for verdict in verdicts] == [
+            True,
+            False,
+        ], task_id
+        assert "its name and its id" in questions[task_id].user
 
 
-def no_model_succeeds(entry: _Erratum, store: Store, oracle: Oracle) -> list[PlanVerdict]:
-    """Check that no published answer is right; return the verdicts on these answers."""
+def check_no_model_succeeds(entry: _Erratum, store: Store, oracle: Oracle) -> list[PlanVerdict]:
+    """Check that no published answer is right, and return the verdicts."""
     (ability,) = entry.abilities
-    verdicts = verdicts_on_models(opened(store, entry, ability, CURRENT), entry, oracle)
+    verdicts = score_model_answers(open_corrected_suite(store, entry, ability, CURRENT), entry, oracle)
     assert not any(verdict.success for verdict in verdicts)
     return verdicts
 
 
-def the_question_does_not_say_that_one_sits(entry: _Erratum, store: Store) -> None:
-    """Nine tasks begin so; a plan that does not stand up first fails."""
+def check_questions_omit_the_seat(entry: _Erratum, store: Store) -> None:
+    """In nine tasks, the character sits initially, and a plan without standing up fails."""
     (ability,) = entry.abilities
     for choice, unsaid in ((NONE, set(entry.tasks)), (CURRENT, set())):
-        suite = opened(store, entry, ability, choice)
-        asked = suite.benchmark.official_prompts(ability, suite.source) or {}
+        suite = open_corrected_suite(store, entry, ability, choice)
+        questions = suite.benchmark.official_prompts(ability, suite.source) or {}
         seated = {
             i
             for i, task in suite.tasks.items()
             if task.scene.agent is not None and task.initial.has("SITTING", task.scene.agent)
         }
         assert len(seated) == 9
-        assert {i for i in seated if "\ncharacter, states: ['SITTING']" not in asked[i].user} == unsaid
+        assert {i for i in seated if "\ncharacter, states: ['SITTING']" not in questions[i].user} == unsaid
     book = open_answer_book(suite.benchmark, ability, suite.source)
     for task_id in entry.tasks:
         gold = book[task_id].text
-        verdicts = [
-            plan_verdict(suite, task_id, text) for text in (gold, gold.replace('"STANDUP": [ ], ', ""))
-        ]
+        verdicts = [score_plan(suite, task_id, text) for text in (gold, gold.replace('"STANDUP": [ ], ', ""))]
         assert [verdict.success for verdict in verdicts] == [True, False]
 
 
-def no_model_stands_up(entry: _Erratum, store: Store, oracle: Oracle) -> None:
-    verdicts = no_model_succeeds(entry, store, oracle)
+def check_no_model_stands_up(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+    verdicts = check_no_model_succeeds(entry, store, oracle)
     details = [verdict.error.detail for verdict in verdicts if verdict.error is not None]
     assert details.count("the character is sitting or lying") == 14
 
 
-def pouring_twice_fails(entry: _Erratum, store: Store) -> None:
+def check_pouring_twice_fails(entry: _Erratum, store: Store) -> None:
     (ability,) = entry.abilities
     for choice, is_said in ((NONE, False), (CURRENT, True)):
-        suite = opened(store, entry, ability, choice)
-        asked = suite.benchmark.official_prompts(ability, suite.source) or {}
+        suite = open_corrected_suite(store, entry, ability, choice)
+        questions = suite.benchmark.official_prompts(ability, suite.source) or {}
         for task_id in entry.tasks:
-            assert "\nPOUR\nPOUR\n" in asked[task_id].user
-            assert ("needs to be included only once" in asked[task_id].user) is is_said
+            assert "\nPOUR\nPOUR\n" in questions[task_id].user
+            assert ("needs to be included only once" in questions[task_id].user) is is_said
     book = open_answer_book(suite.benchmark, ability, suite.source)
     for task_id in entry.tasks:
         gold = book[task_id].text
         twice, number = re.subn(r'("POUR": \[.*?\])', r"\1, \1", gold)
         assert number == 1
-        verdicts = [plan_verdict(suite, task_id, text) for text in (gold, twice)]
+        verdicts = [score_plan(suite, task_id, text) for text in (gold, twice)]
         assert [verdict.success for verdict in verdicts] == [True, False]
 
 
-def models_pour_twice(entry: _Erratum, store: Store, oracle: Oracle) -> None:
-    no_model_succeeds(entry, store, oracle)
-    pours = [len(re.findall(r"""['"]POUR\w*['"]\s*:""", text)) for _, text in model_answers(entry, oracle)]
+def check_models_pour_twice(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+    check_no_model_succeeds(entry, store, oracle)
+    pours = [
+        len(re.findall(r"""['"]POUR\w*['"]\s*:""", text)) for _, text in read_model_answers(entry, oracle)
+    ]
     assert (sum(number > 1 for number in pours), len(pours)) == (38, 45)
 
 
-def the_list_of_actions_lacks_what_the_goal_asks_for(entry: _Erratum, store: Store) -> None:
+def check_questions_omit_pour(entry: _Erratum, store: Store) -> None:
     (ability,) = entry.abilities
     for choice, offered in ((NONE, False), (CURRENT, True)):
-        suite = opened(store, entry, ability, choice)
-        asked = suite.benchmark.official_prompts(ability, suite.source) or {}
+        suite = open_corrected_suite(store, entry, ability, choice)
+        questions = suite.benchmark.official_prompts(ability, suite.source) or {}
         for task_id in entry.tasks:
-            question = asked[task_id]
+            question = questions[task_id]
             assert ("\n| POUR | (obj1.id, obj2.id) |" in f"{question.system}{question.user}") is offered
             assert "\nPOUR\n" in question.user
             assert "| TOUCH | (obj1.id) |" in (question.system or "")
-            assert gold_succeeds(store, entry, choice, task_id) is True
+            assert does_gold_succeed(store, entry, choice, task_id) is True
 
 
-def models_pour_one_thing(entry: _Erratum, store: Store, oracle: Oracle) -> None:
-    no_model_succeeds(entry, store, oracle)
-    texts = [text for _, text in model_answers(entry, oracle)]
+def check_models_pour_one_object(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+    check_no_model_succeeds(entry, store, oracle)
+    texts = [text for _, text in read_model_answers(entry, oracle)]
     assert (sum(bool(re.search(r"POUR\([^,()]*\)", text)) for text in texts), len(texts)) == (39, 45)
 
 
-def model_answers(entry: _Erratum, oracle: Oracle) -> list[tuple[str, str]]:
-    """The answers of the published models to the tasks of an entry about one ability of VirtualHome."""
+def read_model_answers(entry: _Erratum, oracle: Oracle) -> list[tuple[str, str]]:
+    """Return the published answers to the tasks of an entry on one ability of VirtualHome."""
     (ability,) = entry.abilities
     rows = [row for model in MODELS for row in oracle("virtualhome", ability.value, model)["tasks"]]
-    found = [(row["id"], row["llm_output"]) for row in rows if row["id"] in entry.tasks]
-    assert len(found) == len(MODELS) * len(entry.tasks)
-    return found
+    answers = [(row["id"], row["llm_output"]) for row in rows if row["id"] in entry.tasks]
+    assert len(answers) == len(MODELS) * len(entry.tasks)
+    return answers
 
 
-def verdicts_on_models(suite: Suite, entry: _Erratum, oracle: Oracle) -> list[PlanVerdict]:
-    return [plan_verdict(suite, task_id, text) for task_id, text in model_answers(entry, oracle)]
+def score_model_answers(suite: Suite, entry: _Erratum, oracle: Oracle) -> list[PlanVerdict]:
+    return [score_plan(suite, task_id, text) for task_id, text in read_model_answers(entry, oracle)]
 
 
-def plan_verdict(suite: Suite, task_id: str, text: str) -> PlanVerdict:
+def score_plan(suite: Suite, task_id: str, text: str) -> PlanVerdict:
     verdict = suite.score(task_id, text)
     assert isinstance(verdict, PlanVerdict)
     return verdict
 
 
-def an_operator_has_a_hyphen(entry: _Erratum, store: Store) -> None:
+def check_operator_has_a_hyphen(entry: _Erratum, store: Store) -> None:
     tasks = find_benchmark("behavior").operators(Source(store, errata=NONE))
     assert [i for i, task in tasks.items() if "slice-carvingknife" in task.operators] == list(entry.tasks)
 
 
-def no_model_writes_the_hyphen(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+def check_no_model_writes_the_hyphen(entry: _Erratum, store: Store, oracle: Oracle) -> None:
     texts = behavior_answers(oracle, entry.tasks)
     assert len(texts) == 27
     assert sum("slice_carvingknife" in text for text in texts) == 26
     assert not any("slice-carvingknife" in text for text in texts)
 
 
-def the_question_names_other_operators_than_are_scored(entry: _Erratum, store: Store) -> None:
+def check_questions_name_other_operators(entry: _Erratum, store: Store) -> None:
     benchmark = find_benchmark("behavior")
     tasks = benchmark.operators(Source(store))
     for choice, all_right in ((NONE, 0), (CURRENT, 25)):
@@ -218,7 +225,7 @@ def the_question_names_other_operators_than_are_scored(entry: _Erratum, store: S
         assert len(right) == all_right
 
 
-def the_published_models_were_asked_for_the_scored(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+def check_models_were_asked_for_scored_operators(entry: _Erratum, store: Store, oracle: Oracle) -> None:
     tasks = find_benchmark("behavior").operators(Source(store))
     named = [
         set(re.findall(r":action ([\w-]+)", text)) == set(tasks[task_id].operators)
@@ -228,77 +235,79 @@ def the_published_models_were_asked_for_the_scored(entry: _Erratum, store: Store
     assert (sum(named), len(named)) == (219, 225)
 
 
-def the_problem_names_what_it_does_not_declare(entry: _Erratum, store: Store) -> None:
+def check_problem_has_an_undeclared_object(entry: _Erratum, store: Store) -> None:
     for choice, offences in ((NONE, {Offence.UNDECLARED_CONSTANT}), (CURRENT, set())):
         tasks = find_benchmark("behavior").operators(Source(store, errata=choice))
         for task_id in entry.tasks:
             task = tasks[task_id]
-            assert {each.offence for each in check_problem(task.problem, task.domain.header)} == offences
+            assert {error.offence for error in check_problem(task.problem, task.domain.header)} == offences
 
 
-def the_plan_fails_as_published(entry: _Erratum, store: Store) -> None:
+def check_published_plan_fails(entry: _Erratum, store: Store) -> None:
     for task_id in entry.tasks:
-        assert gold_succeeds(store, entry, NONE, task_id) is False
-        assert gold_succeeds(store, entry, CURRENT, task_id) is True
+        assert does_gold_succeed(store, entry, NONE, task_id) is False
+        assert does_gold_succeed(store, entry, CURRENT, task_id) is True
 
 
-def the_question_asks_for_another_relation(entry: _Erratum, store: Store) -> None:
-    """Of the questions about plans these alone have other predicates in their goals than are scored."""
+def check_question_names_another_relation(entry: _Erratum, store: Store) -> None:
+    """Only these questions about plans name predicates other than the scored ones."""
     (ability,) = entry.abilities
     for choice, others in ((NONE, set(entry.tasks)), (CURRENT, set())):
-        suite = opened(store, entry, ability, choice)
-        asked = suite.benchmark.official_prompts(ability, suite.source) or {}
-        known = {predicate.name for predicate in suite.benchmark.domain.vocabulary.derived}
-        found = set()
+        suite = open_corrected_suite(store, entry, ability, choice)
+        questions = suite.benchmark.official_prompts(ability, suite.source) or {}
+        predicates = {predicate.name for predicate in suite.benchmark.domain.vocabulary.derived}
+        differing = set()
         for task_id, task in suite.tasks.items():
             scored = [p for goal in task.goals for p in walk(goal.formula) if isinstance(p, Atom)]
             goals = (
-                asked[task_id].user.rpartition("target environment state:")[2].partition("interactable")[0]
+                questions[task_id]
+                .user.rpartition("target environment state:")[2]
+                .partition("interactable")[0]
             )
-            words = [word for word in re.findall(r"'(\w+)'", goals) if word in known]
+            words = [word for word in re.findall(r"'(\w+)'", goals) if word in predicates]
             if sorted(words) != sorted(atom.predicate for atom in scored):
-                found.add(task_id)
-        assert found == others
+                differing.add(task_id)
+        assert differing == others
     for task_id in entry.tasks:
-        assert gold_succeeds(store, entry, NONE, task_id) is True
+        assert does_gold_succeed(store, entry, NONE, task_id) is True
 
 
-def no_model_means_the_other_relation(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+def check_no_model_means_the_other_relation(entry: _Erratum, store: Store, oracle: Oracle) -> None:
     (ability,) = entry.abilities
-    suite = opened(store, entry, ability, CURRENT)
+    suite = open_corrected_suite(store, entry, ability, CURRENT)
     for task_id in entry.tasks:
         for model in MODELS:
             rows = oracle("behavior", "action_sequencing", model)["records"]
             (text,) = [row["response"] for row in rows if row["identifier"] == task_id]
-            assert not plan_verdict(suite, task_id, text).success
+            assert not score_plan(suite, task_id, text).success
 
 
 EVIDENCE: Mapping[str, Callable[[_Erratum, Store], None]] = {
-    "glass-in-both-hands": no_plan_exists,
-    "two-lights-of-one-name": names_alone_do_not_do,
-    "things-of-one-name": names_alone_do_not_do,
-    "unsaid-seat": the_question_does_not_say_that_one_sits,
-    "pour-twice": pouring_twice_fails,
-    "pour-not-offered": the_list_of_actions_lacks_what_the_goal_asks_for,
-    "slice-carvingknife": an_operator_has_a_hyphen,
-    "other-operators-asked-for": the_question_names_other_operators_than_are_scored,
-    "ontop-for-touching": the_question_asks_for_another_relation,
-    "undeclared-cleansing-agent": the_problem_names_what_it_does_not_declare,
-    **{name: the_plan_fails_as_published for name in ENTRIES if name.startswith("plan-of-")},
+    "glass-in-both-hands": check_no_plan_exists,
+    "two-lights-of-one-name": check_plans_need_ids,
+    "things-of-one-name": check_plans_need_ids,
+    "unsaid-seat": check_questions_omit_the_seat,
+    "pour-twice": check_pouring_twice_fails,
+    "pour-not-offered": check_questions_omit_pour,
+    "slice-carvingknife": check_operator_has_a_hyphen,
+    "other-operators-asked-for": check_questions_name_other_operators,
+    "ontop-for-touching": check_question_names_another_relation,
+    "undeclared-cleansing-agent": check_problem_has_an_undeclared_object,
+    **{name: check_published_plan_fails for name in ENTRIES if name.startswith("plan-of-")},
 }
-"""The evidence in the data set that an entry is right."""
+"""Check of the evidence in the data set, by erratum."""
 
 EVIDENCE_OF_MODELS: Mapping[str, Callable[[_Erratum, Store, Oracle], object]] = {
-    "two-lights-of-one-name": no_model_succeeds,
-    "things-of-one-name": no_model_succeeds,
-    "unsaid-seat": no_model_stands_up,
-    "pour-twice": models_pour_twice,
-    "pour-not-offered": models_pour_one_thing,
-    "slice-carvingknife": no_model_writes_the_hyphen,
-    "other-operators-asked-for": the_published_models_were_asked_for_the_scored,
-    "ontop-for-touching": no_model_means_the_other_relation,
+    "two-lights-of-one-name": check_no_model_succeeds,
+    "things-of-one-name": check_no_model_succeeds,
+    "unsaid-seat": check_no_model_stands_up,
+    "pour-twice": check_models_pour_twice,
+    "pour-not-offered": check_models_pour_one_object,
+    "slice-carvingknife": check_no_model_writes_the_hyphen,
+    "other-operators-asked-for": check_models_were_asked_for_scored_operators,
+    "ontop-for-touching": check_no_model_means_the_other_relation,
 }
-"""The evidence in the published models' answers that an entry is right."""
+"""Check of the evidence in the published models' answers, by erratum."""
 
 
 def behavior_answers(oracle: Oracle, task_ids: object) -> list[str]:
@@ -313,22 +322,22 @@ def heads(question: str) -> set[str]:
 
 
 @pytest.mark.parametrize("name", list(ENTRIES))
-def test_an_erratum_is_as_its_entry_says(name: str, data_store: Store) -> None:
+def test_an_erratum_has_evidence_in_the_data_set(name: str, data_store: Store) -> None:
     EVIDENCE[name](ENTRIES[name], data_store)
 
 
 @pytest.mark.parametrize("name", EVIDENCE_OF_MODELS)
-def test_published_answers_are_as_an_erratum_makes_them(name: str, data_store: Store, oracle: Oracle) -> None:
+def test_an_erratum_has_evidence_in_published_answers(name: str, data_store: Store, oracle: Oracle) -> None:
     EVIDENCE_OF_MODELS[name](ENTRIES[name], data_store, oracle)
 
 
-def test_a_change_of_a_correction_is_a_new_version() -> None:
+def test_each_version_of_the_table_has_fixed_corrections() -> None:
     number = int(published_errata().version.partition("+")[0])
     assert VERSIONS[number] == published_errata().version, "state the new version in errata.toml and here"
     assert {entry.since for entry in ENTRIES.values()} <= set(VERSIONS)
 
 
-def test_the_page_lists_the_table() -> None:
+def test_the_page_of_errata_equals_the_table() -> None:
     tool = module_at("tools/errata_page.py")
     assert tool.PAGE.read_text(encoding="utf-8") == tool.page(), "run: python tools/errata_page.py"
 
@@ -363,7 +372,10 @@ evidence = "e"
     ("text", "told"),
     [
         (HEAD + 'exclud = "typo"', "exclud"),
-        (HEAD.replace("since = 2", "since = 3") + 'exclude = "x"', "dark is of version 3, the table of 2"),
+        (
+            HEAD.replace("since = 2", "since = 3") + 'exclude = "x"',
+            "dark has version 3, but the table has version 2",
+        ),
         (HEAD.replace("action_sequencing", "dancing") + 'exclude = "x"', "abilities"),
         (HEAD.replace('wrong = "w"\n', "") + 'exclude = "x"', "wrong"),
         (HEAD, "dark: expected one correction, found none"),
@@ -373,7 +385,7 @@ evidence = "e"
         ),
     ],
 )
-def test_a_table_that_is_not_as_its_head_says_is_refused(text: str, told: str) -> None:
+def test_a_table_with_an_invalid_entry_is_an_error(text: str, told: str) -> None:
     with pytest.raises(DataError, match=re.escape(told)):
         read_errata(text)
 
@@ -388,7 +400,7 @@ def benchmark_with(correction: str) -> Benchmark:
     return Benchmark("lamps", domain, given(*tasks), errata=read_errata(HEAD + correction))
 
 
-def test_a_left_out_task_keeps_its_record_and_leaves_the_denominator() -> None:
+def test_an_excluded_task_has_a_record_but_is_not_in_the_denominator() -> None:
     suite = open_suite(benchmark_with('exclude = "the bulb is broken"'), Ability.ACTION_SEQUENCING)
     answer = json.dumps([{"action": "PRESS", "object": "lamp"}])
     answers = ResponseFile("m", tuple(Response(i, answer) for i in suite.task_ids))
@@ -416,14 +428,14 @@ def test_a_left_out_task_keeps_its_record_and_leaves_the_denominator() -> None:
         ),
     ],
 )
-def test_steps_are_counted_in_the_published_plan(edits: str, script: list[str]) -> None:
+def test_corrections_refer_to_step_numbers_of_the_published_plan(edits: str, script: list[str]) -> None:
     tasks = benchmark_with(f"plan = {edits}").tasks(Source())
     assert [action.operator for action in tasks["light"].script] == script
 
 
-def test_a_correction_that_does_not_fit_the_data_is_an_error() -> None:
+def test_a_correction_of_different_data_is_an_error() -> None:
     tasks = benchmark_with('plan = [{ step = 0, was = ["PRESS lamp"], now = [] }]').tasks(Source())
-    with pytest.raises(DataError, match="dark: the plan has another step 0"):
+    with pytest.raises(DataError, match="dark: step 0 of the plan differs"):
         tasks["light"]
 
 

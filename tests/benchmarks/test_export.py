@@ -1,7 +1,4 @@
-"""The declared households as PDDL: the engine and the exported operators agree on the data set's own plans.
-
-All plans were compared once (see the numbers in docs/pddl.md); here it is a sample.
-"""
+"""Households exported as PDDL: engine and exported operators agree on the data set's own plans."""
 
 from __future__ import annotations
 
@@ -28,15 +25,15 @@ from eai.world.history import History
 from sweeps import sweep, swept
 
 
-def sample(tasks: Mapping[str, Task], count: int) -> list[Task]:
+def draw_tasks(tasks: Mapping[str, Task], count: int) -> list[Task]:
     return [tasks[name] for name in random.Random(11).sample(list(tasks), count)]
 
 
-def disagreements(domain: Domain, task: Task) -> tuple[int, list[frozenset[str]]]:
-    """How many steps were executed, and for each with another state the predicates that differ.
+def compare_engines(domain: Domain, task: Task) -> tuple[int, list[frozenset[str]]]:
+    """Return the number of executed steps, and for each differing state the differing predicates.
 
-    After such a step the PDDL goes on from the engine's state. A step that the engine does not execute must
-    not be applicable.
+    After a difference, the PDDL executor continues from the engine's state. A step that the engine does not
+    execute must not be applicable.
     """
     exported = export(domain, task.initial, [goal.formula for goal in task.goals])
     executor = Executor(exported.domain, exported.problem)
@@ -59,42 +56,42 @@ def disagreements(domain: Domain, task: Task) -> tuple[int, list[frozenset[str]]
         executed += 1
         past = past.extended(outcome)
         state = exported.state(outcome) | static
-        found = {atom.predicate for atom in reached ^ state if not atom.predicate.startswith("done-")}
-        if found:
-            differing.append(frozenset(found))
+        predicates = {atom.predicate for atom in reached ^ state if not atom.predicate.startswith("done-")}
+        if predicates:
+            differing.append(frozenset(predicates))
         state |= {atom for atom in reached if atom.predicate.startswith("done-")}
     return executed, differing
 
 
-def test_behavior_agrees(behavior_tasks: BehaviorTasks) -> None:
-    found = [disagreements(behavior(), task) for task in sample(behavior_tasks, 10)]
-    assert sum(executed for executed, _ in found) > 60
-    assert [differing for _, differing in found if differing] == []
+def test_exported_behavior_operators_agree_with_the_engine(behavior_tasks: BehaviorTasks) -> None:
+    comparisons = [compare_engines(behavior(), task) for task in draw_tasks(behavior_tasks, 10)]
+    assert sum(executed for executed, _ in comparisons) > 60
+    assert [differing for _, differing in comparisons if differing] == []
 
 
 @sweep
-def test_virtualhome_agrees(virtualhome_tasks: VirtualHomeTasks) -> None:
-    found = [disagreements(virtualhome(), task) for task in sample(virtualhome_tasks, 2)]
-    assert sum(executed for executed, _ in found) > 10
-    assert [differing for _, differing in found if differing] == []
+def test_exported_virtualhome_operators_agree_with_the_engine(virtualhome_tasks: VirtualHomeTasks) -> None:
+    comparisons = [compare_engines(virtualhome(), task) for task in draw_tasks(virtualhome_tasks, 2)]
+    assert sum(executed for executed, _ in comparisons) > 10
+    assert [differing for _, differing in comparisons if differing] == []
 
 
-def test_all_is_said_exactly(virtualhome_tasks: VirtualHomeTasks) -> None:
-    (task,) = sample(virtualhome_tasks, 1)
+def test_the_export_of_virtualhome_leaves_nothing_out(virtualhome_tasks: VirtualHomeTasks) -> None:
+    (task,) = draw_tasks(virtualhome_tasks, 1)
     assert export(virtualhome(), task.initial, ()).unsupported == ()
 
 
-def planner() -> FastDownward:
+def find_planner() -> FastDownward:
     try:
         return FastDownward.installed(cpu_seconds=60)
     except DataError as error:
         pytest.skip(str(error))
 
 
-def solves(domain: Domain, task: Task, objects: int | None) -> None:
-    """Fast Downward's plan for the exported task runs in the engine and reaches the goal."""
+def assert_plan_works(domain: Domain, task: Task, objects: int | None) -> None:
+    """Fail unless Fast Downward's plan for the exported task reaches the goal in the engine."""
     exported = export(domain, task.initial, [goal.formula for goal in task.goals], objects=objects)
-    result = planner().solve(PlanningTask(exported.domain, exported.problem))
+    result = find_planner().solve(PlanningTask(exported.domain, exported.problem))
     assert result.outcome is PlannerOutcome.SOLVED, result.detail
     trajectory = execute(domain, task.initial, [exported.action(step) for step in result.plan])
     assert trajectory.failure is None
@@ -104,17 +101,17 @@ def solves(domain: Domain, task: Task, objects: int | None) -> None:
 
 
 @pytest.mark.parametrize("activity", ["moving_boxes_to_storage", "picking_up_take-out_food"])
-def test_fast_downward_plans_in_behavior(behavior_tasks: BehaviorTasks, activity: str) -> None:
+def test_fast_downward_solves_exported_behavior_tasks(behavior_tasks: BehaviorTasks, activity: str) -> None:
     task = next(behavior_tasks[name] for name in behavior_tasks if name.startswith(activity))
-    solves(behavior(), task, None)
+    assert_plan_works(behavior(), task, None)
 
 
 @pytest.mark.parametrize("number", [1, *swept(0)])
-def test_fast_downward_plans_in_virtualhome_with_what_the_task_is_about(
+def test_fast_downward_solves_exported_virtualhome_tasks_with_relevant_objects(
     virtualhome_tasks: VirtualHomeTasks, number: int
 ) -> None:
-    task = sample(virtualhome_tasks, 2)[number]
+    task = draw_tasks(virtualhome_tasks, 2)[number]
     about = task.initial.mask("ROOM")
-    for thing in task.relevant:
-        about |= 1 << thing
-    solves(virtualhome(), task, about)
+    for index in task.relevant:
+        about |= 1 << index
+    assert_plan_works(virtualhome(), task, about)

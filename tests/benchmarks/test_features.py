@@ -9,7 +9,7 @@ from eai.tasks.source import ErrataChoice, Source
 from studies.lamps import lamp_task, lamps
 
 
-def test_features_are_of_the_task_alone() -> None:
+def test_a_task_has_its_expected_features() -> None:
     assert features_of(lamp_task(), lamps()) == Features(
         annotated_steps=6,
         annotated_operators=4,
@@ -39,8 +39,8 @@ def test_features_are_of_the_task_alone() -> None:
         ("virtualhome", {"goals": 800, "action_goals": 162, "annotated_steps": 2978}),
     ],
 )
-def test_features_add_up_to_the_papers_table(domain: str, sums: dict[str, int], data_store: Store) -> None:
+def test_features_sum_to_the_table_of_the_paper(domain: str, sums: dict[str, int], data_store: Store) -> None:
     benchmark = find_benchmark(domain)
     tasks = benchmark.tasks(Source(data_store, errata=ErrataChoice.NONE))
-    found = [features_of(task, benchmark) for task in tasks.values()]
-    assert {name: sum(getattr(each, name) for each in found) for name in sums} == sums
+    features_of_tasks = [features_of(task, benchmark) for task in tasks.values()]
+    assert {name: sum(getattr(features, name) for features in features_of_tasks) for name in sums} == sums

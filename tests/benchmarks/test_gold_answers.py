@@ -28,14 +28,14 @@ SUBGOALS = Ability.SUBGOAL_DECOMPOSITION
 PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
 
 
-def test_noise_is_decided_by_its_arguments() -> None:
+def test_noise_depends_on_its_arguments_alone() -> None:
     assert noisy_answer(BOOK, "1", 0.0, "0").text == "1a 1b 1c 1d 1e 1f 1g 1h"
     texts = {noisy_answer(BOOK, "1", 0.5, str(seed)).text for seed in range(20)}
     assert len(texts) > 15
     assert noisy_answer(BOOK, "1", 0.5, "3") == noisy_answer(BOOK, "1", 0.5, "3")
 
 
-def test_noise_drops_repeats_swaps_and_replaces() -> None:
+def test_noise_drops_repeats_swaps_and_replaces_parts() -> None:
     answers = [noisy_answer(BOOK, "1", 0.3, str(seed)).parts for seed in range(50)]
     gold = BOOK["1"].parts
     assert any(len(parts) < len(gold) for parts in answers)
@@ -55,8 +55,8 @@ def test_gold_answers_are_right(data_store: Store, suite: tuple[str, Ability]) -
 
 
 @pytest.mark.parametrize("name", [path.parent.name for path in sorted(DOMAINS.glob("*/domain.pddl"))])
-def test_gold_subgoals_of_pddl_are_carried_out(name: str) -> None:
-    """By actions about things that no subgoal names: from where, by which lever."""
+def test_gold_subgoals_of_pddl_tasks_succeed(name: str) -> None:
+    """Their actions use objects that no subgoal names, such as a place or a lever."""
     suite = open_suite(f"pddl:{DOMAINS / name / 'domain.pddl'},{DOMAINS / name}", SUBGOALS)
     book = open_answer_book(suite.benchmark, SUBGOALS)
     verdicts = {task_id: suite.score(task_id, book[task_id].text) for task_id in suite.task_ids}
@@ -64,8 +64,8 @@ def test_gold_subgoals_of_pddl_are_carried_out(name: str) -> None:
     assert len(verdicts) > 1
 
 
-def test_the_goal_of_pddl_is_no_subgoal() -> None:
-    """What is open is tried, but no more than two actions are."""
+def test_the_whole_goal_of_a_pddl_task_is_too_large_for_a_subgoal() -> None:
+    """For one subgoal, at most two actions are tried."""
     folder = DOMAINS / "gripper"
     suite = open_suite(f"pddl:{folder / 'domain.pddl'},{folder}", SUBGOALS)
     verdict = suite.score("two-balls", '{"output": ["in(b1, garden) and in(b2, garden)"]}')
@@ -81,7 +81,7 @@ def test_the_goal_of_pddl_is_no_subgoal() -> None:
         ("(p a)", 100, "", "[]"),
     ],
 )
-def test_a_planner_without_a_plan_has_no_answer(
+def test_a_task_without_a_plan_has_no_planned_answer(
     tmp_path: Path, goal: str, states: int, why_none: str, text: str
 ) -> None:
     (tmp_path / "domain.pddl").write_text(
@@ -96,7 +96,7 @@ def test_a_planner_without_a_plan_has_no_answer(
 
 
 @every(8)
-def test_the_planner_reaches_the_goals_that_can_be_reached(data_store: Store, every: int) -> None:
+def test_the_planner_reaches_all_reachable_goals(data_store: Store, every: int) -> None:
     suite = open_suite("virtualhome", Ability.ACTION_SEQUENCING, source=Source(data_store))
     book = planned_book(suite.domain, suite.ability, data_store)
     chosen = suite.task_ids[::every]
@@ -106,7 +106,7 @@ def test_the_planner_reaches_the_goals_that_can_be_reached(data_store: Store, ev
 
 
 @pytest.mark.parametrize("ability", [Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION])
-def test_the_planner_answers_behavior_too(data_store: Store, ability: Ability) -> None:
+def test_planned_answers_succeed_in_behavior(data_store: Store, ability: Ability) -> None:
     suite = open_suite("behavior", ability, source=Source(data_store))
     book = planned_book("behavior", ability, data_store)
     assert tuple(book) == suite.task_ids
@@ -114,13 +114,12 @@ def test_the_planner_answers_behavior_too(data_store: Store, ability: Ability) -
 
 
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
-def test_every_task_has_a_gold_answer(data_store: Store, ability: Ability) -> None:
-    """In the order of the suite, and those of operators are asked of as many as there are published."""
+def test_gold_answers_have_the_tasks_and_order_of_their_suite(data_store: Store, ability: Ability) -> None:
     suite = open_suite("behavior", ability, source=Source(data_store))
     book = answer_book("behavior", ability, data_store)
     assert tuple(book) == suite.task_ids == tuple(suite.benchmark.tasks_for(ability, suite.source))
 
 
-def test_a_plan_is_no_answer_about_operators() -> None:
+def test_the_planner_has_no_answers_for_transition_modeling() -> None:
     with pytest.raises(InputError, match="eai/planner has no answer to virtualhome transition_modeling"):
         planned_book("virtualhome", Ability.TRANSITION_MODELING)

@@ -63,7 +63,7 @@ fetch(Store(Path(sys.argv[1])), packs=packs, place=Path(), force=True)
 """
 
 
-def test_fetching_makes_every_pack_once(store: Store, packs: Sequence[Pack]) -> None:
+def test_fetching_again_makes_no_pack_again(store: Store, packs: Sequence[Pack]) -> None:
     stages: set[str] = set()
     assert fetch(store, packs=packs, report=lambda stage, *rest: stages.add(stage)) == NAMES
     assert stages == {"fetching", "converting"}
@@ -76,12 +76,12 @@ def test_fetching_makes_every_pack_once(store: Store, packs: Sequence[Pack]) -> 
     assert store.open(PROMPTS).read("behavior/action_sequencing.json") == b"[]"
 
 
-def test_what_is_absent_is_fetched_on_first_use(store: Store, packs: Sequence[Pack]) -> None:
+def test_opening_an_absent_pack_fetches_it(store: Store, packs: Sequence[Pack]) -> None:
     assert len(VirtualHome.of(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
     assert all(store.has(name) for name in NAMES)
 
 
-def test_first_use_does_not_wait_for_archives_it_has_no_need_of(store: Store, packs: Sequence[Pack]) -> None:
+def test_opening_a_pack_does_not_fetch_unneeded_archives(store: Store, packs: Sequence[Pack]) -> None:
     unobtainable = Archive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
     other = Pack("other", (unobtainable,), lambda files, report: {})
     assert open_pack(VIRTUALHOME, Source(store), packs=[*packs, other]).members
@@ -90,7 +90,7 @@ def test_first_use_does_not_wait_for_archives_it_has_no_need_of(store: Store, pa
     assert not store.has("other")
 
 
-def test_an_archive_on_disk_needs_no_index(
+def test_an_archive_on_disk_replaces_the_package_index(
     store: Store,
     packs: Sequence[Pack],
     index: Path,
@@ -109,24 +109,26 @@ def test_an_archive_on_disk_needs_no_index(
         assert fetch(store, packs=packs, place=place, force=True) == NAMES
 
 
-def test_a_place_that_holds_only_some_archives_makes_some_packs(
+def test_a_folder_with_some_archives_makes_only_their_packs(
     store: Store, packs: Sequence[Pack], index: Path, tmp_path: Path
 ) -> None:
     absent = Archive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
     other = Pack("other", (absent,), lambda files, report: {})
     assert fetch(store, packs=[*packs, other], place=index) == NAMES
-    with pytest.raises(DataError, match=r"holds none of .*none\.tar\.gz"):
+    with pytest.raises(DataError, match=r"contains none of .*none\.tar\.gz"):
         fetch(store, packs=[other], place=index)
 
 
-def test_packs_made_from_other_archives_or_damaged_are_made_anew(store: Store, packs: Sequence[Pack]) -> None:
+def test_damaged_packs_and_packs_from_other_archives_are_made_again(
+    store: Store, packs: Sequence[Pack]
+) -> None:
     fetch(store, packs=packs)
     store.write(PROMPTS, {"madeup-eval==0.9": "0" * 64}, {"a": b""})
     store.path(RESOURCES).write_bytes(b"damaged")
     assert fetch(store, packs=packs) == (RESOURCES, PROMPTS)
 
 
-def test_info_tells_what_is_there_and_what_is_not(store: Store, packs: Sequence[Pack]) -> None:
+def test_info_reports_ready_damaged_and_absent_packs(store: Store, packs: Sequence[Pack]) -> None:
     fetch(store, packs=packs)
     store.path(PROMPTS).unlink()
     store.path(RESOURCES).write_bytes(b"damaged")
@@ -173,7 +175,7 @@ def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Seq
     assert store.path(VIRTUALHOME).read_bytes() == before
     started = time.monotonic()
     assert fetch(store, packs=packs, force=True) == NAMES
-    assert time.monotonic() - started < 300  # and not for as long as the dead one would have held it
+    assert time.monotonic() - started < 300  # the dead process no longer holds the lock
 
 
 def test_an_interrupted_download_leaves_nothing(
@@ -213,7 +215,7 @@ def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequen
     assert store.path(VIRTUALHOME).read_bytes() == before
 
 
-def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, packs: Sequence[Pack]) -> None:
+def test_a_folder_that_cannot_be_created_is_an_error(tmp_path: Path, packs: Sequence[Pack]) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
         fetch(Store(tmp_path / "file" / "store"), packs=packs)
@@ -221,8 +223,8 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, packs: Sequence[Pa
 
 
 @contextmanager
-def read_only(folder: Path) -> Iterator[None]:
-    """Nobody may write to the folder; root, who always may, acts as another user for the while."""
+def make_read_only(folder: Path) -> Iterator[None]:
+    """Make a folder read-only for a while; root acts as another user meanwhile, as root may always write."""
     root = os.geteuid() == 0
     folder.chmod(0o555)
     if root:
@@ -236,12 +238,12 @@ def read_only(folder: Path) -> Iterator[None]:
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="needs POSIX permissions")
-def test_a_read_only_folder_is_told_and_can_be_read(packs: Sequence[Pack]) -> None:
+def test_a_read_only_folder_can_be_read_but_not_written(packs: Sequence[Pack]) -> None:
     with TemporaryDirectory() as name:
         folder = Path(name)
         store = Store(folder)
         fetch(store, packs=packs)
-        with read_only(folder):
+        with make_read_only(folder):
             assert fetch(store, packs=packs) == ()
             assert len(VirtualHome.of(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
             with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
@@ -249,31 +251,31 @@ def test_a_read_only_folder_is_told_and_can_be_read(packs: Sequence[Pack]) -> No
             assert "\n" not in str(caught.value)
 
 
-def problems(store: Store, packs: Sequence[Pack]) -> list[str]:
+def find_problems(store: Store, packs: Sequence[Pack]) -> list[str]:
     return [f"{finding.place}: {finding.problem}" for finding in validate(store, packs)]
 
 
-def expect_counts(packs: Sequence[Pack], **counts: int) -> list[Pack]:
-    """Return the packs, of which that of VirtualHome is checked against other counts."""
+def check_counts(packs: Sequence[Pack], **counts: int) -> list[Pack]:
+    """Return the packs with other expected counts for VirtualHome."""
     return [replace(packs[0], check=partial(check_tasks, counts=counts)), *packs[1:]]
 
 
 def test_a_fetched_store_is_valid(store: Store, packs: Sequence[Pack]) -> None:
     fetch(store, packs=packs)
-    assert problems(store, expect_counts(packs, tasks=3, goals=5)) == []
+    assert find_problems(store, check_counts(packs, tasks=3, goals=5)) == []
 
 
-def test_a_wrong_count_is_found(store: Store, packs: Sequence[Pack]) -> None:
+def test_a_wrong_count_is_a_finding(store: Store, packs: Sequence[Pack]) -> None:
     fetch(store, packs=packs)
-    assert problems(store, expect_counts(packs, tasks=342)) == ["virtualhome: tasks: 3, expected 342"]
+    assert find_problems(store, check_counts(packs, tasks=342)) == ["virtualhome: tasks: 3, expected 342"]
 
 
-def test_an_absent_a_damaged_and_a_foreign_pack_are_found(store: Store, packs: Sequence[Pack]) -> None:
+def test_absent_damaged_and_foreign_packs_are_findings(store: Store, packs: Sequence[Pack]) -> None:
     fetch(store, packs=packs)
     store.path(VIRTUALHOME).unlink()
     content = bytearray(store.path(RESOURCES).read_bytes())
-    place = content.index(b"vocabulary.json") + len("vocabulary.json")
-    content[place] ^= 0xFF
+    position = content.index(b"vocabulary.json") + len("vocabulary.json")
+    content[position] ^= 0xFF
     store.path(RESOURCES).write_bytes(content)
     pinned = packs[2].archives[0]
     foreign = replace(packs[2], archives=(replace(pinned, sha256="0" * 64),))
@@ -281,16 +283,16 @@ def test_an_absent_a_damaged_and_a_foreign_pack_are_found(store: Store, packs: S
     assert [absent.place, damaged.place, other.place] == [VIRTUALHOME, RESOURCES, PROMPTS]
     assert "no such data" in absent.problem
     assert "vocabulary.json" in damaged.problem
-    assert "other archives" in other.problem
+    assert "archives other than" in other.problem
 
 
 def test_the_published_data_is_valid(data_store: Store) -> None:
     assert validate(data_store) == ()
 
 
-def test_packs_come_in_the_order_of_the_paper_and_each_once() -> None:
-    own = [BEHAVIOR, BEHAVIOR_1K]
-    assert [pack.name for pack in registered_packs()] == [*NAMES, *own]
+def test_registered_packs_have_the_order_of_the_paper_without_repeats() -> None:
+    others = [BEHAVIOR, BEHAVIOR_1K]
+    assert [pack.name for pack in registered_packs()] == [*NAMES, *others]
     assert [pack.name for pack in registered_packs(["behavior"])] == [*NAMES[1:], BEHAVIOR]
     assert registered_packs(["kitchen"]) == ()
 
@@ -306,9 +308,7 @@ def test_packs_come_in_the_order_of_the_paper_and_each_once() -> None:
         ("kitchen", ()),
     ],
 )
-def test_a_benchmark_is_at_hand_if_its_own_packs_are(
-    store: Store, benchmark: str, read: Sequence[str]
-) -> None:
+def test_a_benchmark_is_at_hand_if_its_packs_exist(store: Store, benchmark: str, read: Sequence[str]) -> None:
     for pack in registered_packs():
         if pack.name in read:
             assert not is_at_hand(store, benchmark)

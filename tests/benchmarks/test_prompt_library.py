@@ -19,50 +19,50 @@ SUITE = (find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION)
 TASK = "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37"
 
 
-def library(store: Store, folder: Path | None, prompts: PromptSet = "official") -> Library:
+def make_library(store: Store, folder: Path | None, prompts: PromptSet = "official") -> Library:
     return Library(prompts, folder, Source(store))
 
 
-def test_files_of_the_user_replace_single_prompts(data_store: Store, tmp_path: Path) -> None:
-    official = library(data_store, None).open(*SUITE)
+def test_a_users_files_replace_single_prompts(data_store: Store, tmp_path: Path) -> None:
+    official = make_library(data_store, None).open(*SUITE)
     rows = [{"identifier": f"scene_1_{TASK}", "llm_prompt": "mine"}]
     (tmp_path / "behavior_subgoal_decomposition.json").write_text(json.dumps(rows))
     (tmp_path / "behavior_subgoal_decomposition_system.json").write_text('{"system_prompt": "be brief"}')
-    opened = library(data_store, tmp_path).open(*SUITE)
+    opened = make_library(data_store, tmp_path).open(*SUITE)
     assert opened[TASK].user == "mine"
     assert {prompt.system for prompt in opened.values()} == {"be brief"}
     assert [i for i in opened if opened[i].user != official[i].user] == [TASK]
     assert opened[TASK].sha256 != official[TASK].sha256
-    assert library(data_store, tmp_path).open(find_benchmark("behavior"), Ability.ACTION_SEQUENCING)
+    assert make_library(data_store, tmp_path).open(find_benchmark("behavior"), Ability.ACTION_SEQUENCING)
 
 
-def test_templates_of_the_user_replace_single_ones(data_store: Store, tmp_path: Path) -> None:
+def test_a_users_templates_replace_single_templates(data_store: Store, tmp_path: Path) -> None:
     (tmp_path / "subgoal_decomposition.txt").write_text("Only this: $task")
-    opened = library(data_store, tmp_path, "eai").open(*SUITE)
+    opened = make_library(data_store, tmp_path, "eai").open(*SUITE)
     assert opened[TASK].user.startswith("Only this: Task: assembling_gift_baskets")
 
 
-def test_what_cannot_be_used_is_refused(data_store: Store, tmp_path: Path) -> None:
+def test_unusable_prompt_files_are_an_error(data_store: Store, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected a folder of prompts"):
-        library(data_store, tmp_path / "none").open(*SUITE)
+        make_library(data_store, tmp_path / "none").open(*SUITE)
     (tmp_path / "behavior_subgoal_decomposition.json").write_text('[{"identifier": "x", "llm_prompt": "?"}]')
     with pytest.raises(InputError, match="identifier 'x' is not one of the tasks"):
-        library(data_store, tmp_path).open(*SUITE)
+        make_library(data_store, tmp_path).open(*SUITE)
 
 
 @pytest.mark.parametrize(
     "name", ["behaviour_action_sequencing.json", "action_sequences.txt", "formats/x.txt", "a/example.txt"]
 )
-def test_files_that_replace_nothing_are_refused(data_store: Store, tmp_path: Path, name: str) -> None:
-    """A wrong letter in a name would else leave the prompts as they were, without a word."""
+def test_a_file_that_replaces_nothing_is_an_error(data_store: Store, tmp_path: Path, name: str) -> None:
+    """Otherwise a typing error in a name would silently change nothing."""
     file = tmp_path / name
     file.parent.mkdir(exist_ok=True)
     file.write_text("[]")
     with pytest.raises(InputError, match=f"{name}: replaces nothing; expected <domain>_<ability>.json"):
-        library(data_store, tmp_path).open(*SUITE)
+        make_library(data_store, tmp_path).open(*SUITE)
 
 
-def test_every_file_that_could_replace_something_is_accepted(data_store: Store, tmp_path: Path) -> None:
+def test_every_file_that_replaces_a_prompt_or_template_is_accepted(data_store: Store, tmp_path: Path) -> None:
     for folder in {Path(name).parent for name in template_names()}:
         (tmp_path / folder).mkdir(exist_ok=True)
     (tmp_path / "formats/virtualhome_action_sequencing.txt").write_text("mine")
@@ -72,4 +72,4 @@ def test_every_file_that_could_replace_something_is_accepted(data_store: Store, 
         (tmp_path / f"{domain}_{ability.value}.json").write_text("[]")
         (tmp_path / f"{domain}_{ability.value}_system.json").write_text('{"system_prompt": "mine"}')
     (tmp_path / "README.md").write_text("why")
-    assert {prompt.system for prompt in library(data_store, tmp_path).open(*SUITE).values()} == {"mine"}
+    assert {prompt.system for prompt in make_library(data_store, tmp_path).open(*SUITE).values()} == {"mine"}

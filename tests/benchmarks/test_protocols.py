@@ -1,4 +1,4 @@
-"""Protocols are found by name, and the package does without those that are taken out of it."""
+"""Protocols are found by name."""
 
 from __future__ import annotations
 

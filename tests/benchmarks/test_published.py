@@ -24,13 +24,13 @@ from eai.tasks.task import Category
 from suites import SUITES, official_files, official_prompts
 
 
-def sizes(tasks: TransitionTasks) -> dict[str, int]:
-    found = Counter(category.value for task in tasks.values() for category in task.categories)
-    return dict(found)
+def count_categories(tasks: TransitionTasks) -> dict[str, int]:
+    counts = Counter(category.value for task in tasks.values() for category in task.categories)
+    return dict(counts)
 
 
-def test_virtualhome_is_categorised_as_the_data_set_has_it(data_store: Store) -> None:
-    assert sizes(open_virtualhome(Source(data_store))) == {
+def test_virtualhome_tasks_have_the_categories_of_the_data_set(data_store: Store) -> None:
+    assert count_categories(open_virtualhome(Source(data_store))) == {
         "object_states": 178,
         "object_affordance": 167,
         "object_orientation": 28,
@@ -39,15 +39,15 @@ def test_virtualhome_is_categorised_as_the_data_set_has_it(data_store: Store) ->
     }
 
 
-def test_behavior_is_categorised_as_the_data_set_has_it(data_store: Store) -> None:
-    assert sizes(open_behavior(Source(data_store))) == {
+def test_behavior_tasks_have_the_categories_of_the_data_set(data_store: Store) -> None:
+    assert count_categories(open_behavior(Source(data_store))) == {
         "object_states": 45,
         "spatial_relations": 94,
         "non_spatial_relations": 61,
     }
 
 
-def test_tools_are_no_category_of_tasks(data_store: Store) -> None:
+def test_no_task_has_the_category_of_tools(data_store: Store) -> None:
     tasks = open_virtualhome(Source(data_store))
     assert Category.OBJECT_TOOLS in next(iter(tasks.values())).domain.categories.values()
     assert all(Category.OBJECT_TOOLS not in task.categories for task in tasks.values())
@@ -62,7 +62,7 @@ COUNTS = {
     ("virtualhome", Ability.TRANSITION_MODELING): 296,
     **{("behavior", ability): 100 for ability in PAPER_ABILITIES},
 }
-SYSTEM = {
+WITH_SYSTEM_MESSAGE = {
     ("virtualhome", Ability.SUBGOAL_DECOMPOSITION),
     ("behavior", Ability.GOAL_INTERPRETATION),
     ("behavior", Ability.SUBGOAL_DECOMPOSITION),
@@ -75,39 +75,39 @@ def test_every_task_has_a_prompt(data_store: Store, suite: tuple[str, Ability], 
     assert len(prompts) == count
     assert not any(task_id.startswith(SCENE_PREFIX) for task_id in prompts)
     assert len({prompt.sha256 for prompt in prompts.values()}) > count // 2
-    assert all((p.system is not None) == (suite in SYSTEM) for p in prompts.values())
-    assert all(p.stop == (("}",) if suite in SYSTEM else ()) for p in prompts.values())
+    assert all((p.system is not None) == (suite in WITH_SYSTEM_MESSAGE) for p in prompts.values())
+    assert all(p.stop == (("}",) if suite in WITH_SYSTEM_MESSAGE else ()) for p in prompts.values())
 
 
 @pytest.mark.parametrize("suite", COUNTS.keys() - {GOAL_INTERPRETATION})
-def test_shipped_prompts_are_given_byte_for_byte(data_store: Store, suite: tuple[str, Ability]) -> None:
+def test_published_prompts_are_unchanged_except_for_errata(
+    data_store: Store, suite: tuple[str, Ability]
+) -> None:
     domain, ability = suite
     pack = open_pack(PROMPTS, Source(data_store))
     files = official_files(domain, ability, data_store, ErrataChoice.NONE)
     assert files.prompts == pack.read(f"{domain}/{ability.value}.json")
-    if suite in SYSTEM:
+    if suite in WITH_SYSTEM_MESSAGE:
         assert files.system == pack.read(f"{domain}/{ability.value}_system.json")
     texts = [row["llm_prompt"] for row in json.loads(files.prompts)]
     published = official_prompts(domain, ability, data_store, ErrataChoice.NONE)
     assert [prompt.user for prompt in published.values()] == texts
-    asked = official_prompts(domain, ability, data_store)
-    changed = {task_id for task_id, prompt in asked.items() if prompt != published[task_id]}
+    corrected = official_prompts(domain, ability, data_store)
+    changed = {task_id for task_id, prompt in corrected.items() if prompt != published[task_id]}
     assert changed == find_benchmark(domain).errata.questioned(ability)
 
 
-def operators_asked_for(question: str) -> dict[str, str]:
-    """Name -> parameters of the operators behind the last goal of a question, which is the task's own."""
+def read_requested_operators(question: str) -> dict[str, str]:
+    """Return the parameters of each operator that a question requests after its own goal."""
     heads = question[question.rindex("(:goal") :]
-    found = re.findall(r"\(:action\s+([^\s()]+)\)?\s*:parameters\s*(\([^()]*\))", heads)
-    assert len(dict(found)) == len(found) == heads.count("(:action")
-    return {name: " ".join(parameters.split()) for name, parameters in found}
+    operators = re.findall(r"\(:action\s+([^\s()]+)\)?\s*:parameters\s*(\([^()]*\))", heads)
+    assert len(dict(operators)) == len(operators) == heads.count("(:action")
+    return {name: " ".join(parameters.split()) for name, parameters in operators}
 
 
 @pytest.mark.parametrize("prompts", get_args(PromptSet))
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
-def test_the_operators_that_are_asked_for_are_those_that_are_scored(
-    data_store: Store, name: str, prompts: PromptSet
-) -> None:
+def test_questions_request_the_scored_operators(data_store: Store, name: str, prompts: PromptSet) -> None:
     ability = Ability.TRANSITION_MODELING
     source = Source(data_store, planner=PlannerChoice.NONE)
     questions = Library(prompts, None, source).open(find_benchmark(name), ability)
@@ -117,11 +117,13 @@ def test_the_operators_that_are_asked_for_are_those_that_are_scored(
         scorer = suite.scorer(task_id)
         assert isinstance(scorer, TransitionModeling)
         library = scorer.task.domain.operators
-        expected = {each: " ".join(library[each].parameters.split()) for each in scorer.task.operators}
-        assert operators_asked_for(question.user) == expected, task_id
+        expected = {
+            operator: " ".join(library[operator].parameters.split()) for operator in scorer.task.operators
+        }
+        assert read_requested_operators(question.user) == expected, task_id
 
 
-def test_questions_about_operators_are_corrected_where_they_ask_for_others_and_nowhere_else(
+def test_questions_are_corrected_only_if_they_request_other_operators(
     data_store: Store,
 ) -> None:
     shipped = open_pack(PROMPTS, Source(data_store)).read_json("behavior/transition_modeling.json")
@@ -131,23 +133,23 @@ def test_questions_about_operators_are_corrected_where_they_ask_for_others_and_n
         assert old.keys() == new.keys()
         assert old["identifier"] == new["identifier"]
         before, after = old["llm_prompt"], new["llm_prompt"]
-        place = before.rindex("Action to be finished:")
-        assert (before[:place], before[-10:]) == (after[:place], after[-10:])
-        assert (operators_asked_for(before) == operators_asked_for(after)) is (before == after)
+        position = before.rindex("Action to be finished:")
+        assert (before[:position], before[-10:]) == (after[:position], after[-10:])
+        assert (read_requested_operators(before) == read_requested_operators(after)) is (before == after)
         changed += before != after
     assert changed == 25
 
 
 @pytest.mark.parametrize("suite", SUITES)
-def test_prompts_name_the_tasks_that_are_scored(data_store: Store, suite: tuple[str, Ability]) -> None:
+def test_prompts_exist_for_exactly_the_scored_tasks(data_store: Store, suite: tuple[str, Ability]) -> None:
     task_ids = open_suite(*suite, source=Source(data_store, planner=PlannerChoice.NONE)).task_ids
     assert sorted(official_prompts(*suite, data_store)) == sorted(task_ids)
 
 
-def test_rendered_goal_interpretation_is_as_it_was_compared(data_store: Store) -> None:
-    """The digest is of prompts compared with the reference's own output, line for line and all 342 tasks.
+def test_rendered_goal_interpretation_prompts_equal_the_compared_ones(data_store: Store) -> None:
+    """All 342 prompts were compared with the reference's own output line by line.
 
-    They differed in nothing but the order of what the reference prints from sets.
+    They differed only in the order of printed sets.
     """
     digest = hashlib.sha256(official_files(*GOAL_INTERPRETATION, data_store).prompts).hexdigest()
     assert digest == "fbe2362d1979919f45e9b603db85814f7885a989a2643b6ba57a9b31b6cf4a1f"

@@ -1,4 +1,4 @@
-"""Trials on the two data sets: attempts are judged as single answers are, and arms keep to their laws."""
+"""Trials on the two data sets: attempts have the verdicts of single answers."""
 
 from __future__ import annotations
 
@@ -34,26 +34,26 @@ from sweeps import sweep
 ACTIONS = Ability.ACTION_SEQUENCING
 ATTEMPTS = 4
 EXPLAINED = AttemptOptions(ATTEMPTS - 1, feedback="explained")
-HELD_ANSWERS = {
+ANSWER_FIELDS = {
     "virtualhome": ("tasks", "id", "llm_output"),
     "behavior": ("records", "identifier", "response"),
 }
-"""Where the files of a benchmark have their answers: the list, the id and the text of a row."""
+"""Position of answers in a benchmark's files: the list, the id and the text of a row."""
 
 
-def suite_of(name: str, store: Store, protocol: Protocol = Protocol.STRICT) -> Suite:
+def open_plan_suite(name: str, store: Store, protocol: Protocol = Protocol.STRICT) -> Suite:
     return open_suite(name, ACTIONS, protocol, source=Source(store))
 
 
-def trials_of(name: str, store: Store, experiment: AttemptOptions) -> Trials:
-    """The trials of all tasks with the published prompts."""
-    suite, library = suite_of(name, store), Library("official", None, Source(store))
+def open_published_trials(name: str, store: Store, experiment: AttemptOptions) -> Trials:
+    """Return the trials of all tasks with the published prompts."""
+    suite, library = open_plan_suite(name, store), Library("official", None, Source(store))
     prompts = library.open(suite.benchmark, ACTIONS)
     return open_trials(suite, experiment, library.asker(suite.benchmark, ACTIONS, prompts), prompts)
 
 
-def judged_otherwise(suite: Suite, answers: Iterable[tuple[str, str]]) -> list[str]:
-    """Return the ids of tasks whose answer has another verdict in a trial than by itself."""
+def find_differing_verdicts(suite: Suite, answers: Iterable[tuple[str, str]]) -> list[str]:
+    """Return the ids of tasks whose answer has another verdict in a trial than alone."""
     differing = []
     for task_id, text in answers:
         scorer = suite.scorer(task_id)
@@ -64,117 +64,121 @@ def judged_otherwise(suite: Suite, answers: Iterable[tuple[str, str]]) -> list[s
 
 
 @EACH_PROTOCOL
-@pytest.mark.parametrize("name", HELD_ANSWERS)
-def test_an_attempt_is_judged_as_a_single_answer_is(name: str, protocol: Protocol, data_store: Store) -> None:
+@pytest.mark.parametrize("name", ANSWER_FIELDS)
+def test_an_attempt_has_the_verdict_of_a_single_answer(
+    name: str, protocol: Protocol, data_store: Store
+) -> None:
     answers = made_answers(name, ACTIONS, data_store)
-    suite = suite_of(name, data_store, protocol).over([text for _, text in answers])
-    assert judged_otherwise(suite, answers) == []
+    suite = open_plan_suite(name, data_store, protocol).over([text for _, text in answers])
+    assert find_differing_verdicts(suite, answers) == []
 
 
 @sweep
 @EACH_PROTOCOL
-@pytest.mark.parametrize("name", HELD_ANSWERS)
-def test_an_attempt_of_a_published_model_is_judged_as_a_single_answer_is(
+@pytest.mark.parametrize("name", ANSWER_FIELDS)
+def test_an_attempt_of_a_published_model_has_the_verdict_of_a_single_answer(
     name: str, protocol: Protocol, data_store: Store, oracle: Oracle
 ) -> None:
-    rows, task_id, text = HELD_ANSWERS[name]
+    rows, task_id, text = ANSWER_FIELDS[name]
     for number, file in enumerate(MODELS):
         answers = [
             (row[task_id].partition("@")[0], row[text]) for row in oracle(name, ACTIONS.value, file)[rows]
         ]
-        suite = suite_of(name, data_store, protocol).over([text for _, text in answers])
+        suite = open_plan_suite(name, data_store, protocol).over([text for _, text in answers])
         chosen = answers[number :: len(MODELS)]
-        assert judged_otherwise(suite, chosen) == []
+        assert find_differing_verdicts(suite, chosen) == []
         assert len(chosen) >= 11
 
 
 @pytest.fixture
 def protocol() -> Protocol:
-    """The protocol `strict`; tests of other protocols have fixtures of these names, too."""
+    """Return the protocol `strict`. Tests of other protocols override this fixture."""
     return Protocol.STRICT
 
 
 @pytest.fixture
 def with_ids() -> Mapping[PromptSet, bool]:
-    """Whether objects are read with their ids in answers to prompts of a set."""
+    """Return for each set of prompts whether objects are read with their ids."""
     return {"official": True, "eai": True}
 
 
 @pytest.mark.parametrize("prompts", ["official", "eai"])
-def test_how_answers_are_read_is_fixed_by_the_prompts(
+def test_prompts_decide_whether_answers_are_read_with_ids(
     prompts: PromptSet, protocol: Protocol, with_ids: Mapping[PromptSet, bool], data_store: Store
 ) -> None:
     suite, library = (
-        suite_of("virtualhome", data_store, protocol),
+        open_plan_suite("virtualhome", data_store, protocol),
         Library(prompts, None, Source(data_store)),
     )
-    asked = library.open(suite.benchmark, ACTIONS)
-    trials = open_trials(suite, EXPLAINED, library.asker(suite.benchmark, ACTIONS, asked), asked)
+    questions = library.open(suite.benchmark, ACTIONS)
+    trials = open_trials(suite, EXPLAINED, library.asker(suite.benchmark, ACTIONS, questions), questions)
     gold = answer_book("virtualhome", ACTIONS, data_store)["27_2"].text
     scorer = trials.suite.scorer("27_2")
     assert isinstance(scorer, ActionSequencing)
     plan = scorer.notation.read(gold)
     assert isinstance(plan, WrittenPlan)
     assert any(isinstance(word, ObjectWithId) for word in plan.steps[0].objects) is with_ids[prompts]
-    read_as_asked = suite.over([asked["27_2"].user])
+    read_as_asked = suite.over([questions["27_2"].user])
     assert replay(read_as_asked, EXPLAINED, "27_2", [gold])[0] == begin_trial(
         trials.suite, EXPLAINED, "27_2"
     ).try_answer(gold)
 
 
-def played(trials: Trials, task_id: str, policy: Callable[[Prompt, int], str]) -> Sequence[Attempt]:
-    """The attempts of a policy, which is given the question and the number of the attempt."""
-    inquiry = trials.start_conversation(task_id)
-    while not inquiry.is_over:
-        inquiry.add_answer(policy(inquiry.question, len(inquiry.attempts) + 1))
+def run_policy(trials: Trials, task_id: str, policy: Callable[[Prompt, int], str]) -> Sequence[Attempt]:
+    """Return the attempts of a policy, which gets the question and the number of the attempt."""
+    inquiry = trials.inquiry(task_id)
+    while not inquiry.over:
+        inquiry.take(policy(inquiry.question, len(inquiry.attempts) + 1))
     return inquiry.attempts
 
 
 @pytest.mark.parametrize(("name", "step"), [("virtualhome", 5), ("behavior", 1)])
-def test_what_heeds_feedback_needs_it(name: str, step: int, data_store: Store) -> None:
-    """It mends one corrupted part an attempt; with the first question asked again it stays where it was."""
+def test_a_model_that_follows_feedback_improves_only_with_feedback(
+    name: str, step: int, data_store: Store
+) -> None:
+    """It repairs one corrupted part an attempt. Without feedback, its answer stays unchanged."""
     book, rate, seed = answer_book(name, ACTIONS, data_store), 0.1, "0 1"
-    trials = trials_of(name, data_store, EXPLAINED)
-    first_again = replace(trials, asker=Unchanging(trials.asker.prompt_of, trials.asker.wording))
-    mended, gained = [], 0
+    trials = open_published_trials(name, data_store, EXPLAINED)
+    first_again = replace(trials, asker=RepeatingQuestionWriter(trials.asker.prompt_of, trials.asker.wording))
+    repaired, gained = [], 0
     for task_id in trials.suite.task_ids[::step]:
         if trials.suite.scorer(task_id).score_missing_answer().excluded is not None:
             continue
 
-        def heeding(question: Prompt, attempt: int, task_id: str = task_id) -> str:
-            asked = question.user
-            return heeding_answer(book, task_id, asked, attempt, rate=rate, seed=seed, heed=1.0).text
+        def follow_feedback(question: Prompt, attempt: int, task_id: str = task_id) -> str:
+            text = question.user
+            return heeding_answer(book, task_id, text, attempt, rate=rate, seed=seed, heed=1.0).text
 
-        attempts = played(trials, task_id, heeding)
+        attempts = run_policy(trials, task_id, follow_feedback)
         versions = list(
             dict.fromkeys(answer.text for answer in corrupted_versions(book, task_id, rate, seed))
         )
         versions += versions[-1:] * ATTEMPTS
         wins = [bool(getattr(trials.suite.score(task_id, text), "success", False)) for text in versions]
         expected = next((k + 1 for k in range(ATTEMPTS) if wins[k]), ATTEMPTS)
-        mended.append((task_id, [attempt.response for attempt in attempts] == versions[:expected]))
+        repaired.append((task_id, [attempt.response for attempt in attempts] == versions[:expected]))
         gained += len(attempts) > 1 and bool(attempts[-1].verdict.success)
-        again = played(first_again, task_id, heeding)
+        again = run_policy(first_again, task_id, follow_feedback)
         assert {attempt.response for attempt in again} == {versions[0]}
         assert len(again) == (1 if wins[0] else ATTEMPTS)
-    assert [task_id for task_id, as_expected in mended if not as_expected] == []
+    assert [task_id for task_id, as_expected in repaired if not as_expected] == []
     assert gained > 15
 
 
-class Unchanging(QuestionWriter):
-    """Asks the first question again, as the published run did."""
+class RepeatingQuestionWriter(QuestionWriter):
+    """Asks the first question again, as in the published run."""
 
     def question(self, trial: Trial) -> Prompt:
         return self.prompt_of(trial.task.id)
 
 
-class Resampling:
-    """A model that answers anew each time, with known chances.
+class ResamplingModel:
+    """A model that answers independently each time, with known probabilities.
 
     Args:
         suite: the tasks.
-        store: where the gold answers are.
-        rate: how often a part is corrupted.
+        store: the store with the gold answers.
+        rate: probability that a part is corrupted.
     """
 
     def __init__(self, suite: Suite, store: Store, rate: float) -> None:
@@ -187,7 +191,7 @@ class Resampling:
         return noisy_answer(self._book, task_id, self._rate, seed).text
 
     def chance(self, task_id: str, seeds: int) -> float:
-        """The share of so many answers that succeed, none of which is given in a trial."""
+        """Return the share of successful answers in a sample that trials do not use."""
         texts = [self.answer(task_id, f"chance {seed}") for seed in range(seeds)]
         return sum([self._succeeds(task_id, text) for text in texts]) / seeds
 
@@ -196,16 +200,16 @@ class Resampling:
 
 
 @pytest.mark.parametrize(("name", "step"), [("virtualhome", 6), ("behavior", 2)])
-def test_the_resampling_arm_keeps_to_its_closed_form(name: str, step: int, data_store: Store) -> None:
-    """Success within k answers has the chance 1 - (1 - s)^k, if one succeeds with chance s."""
-    trials = trials_of(name, data_store, replace(EXPLAINED, feedback="none"))
-    model, seeds = Resampling(trials.suite, data_store, 0.1), 2
+def test_resampling_succeeds_with_the_computed_probability(name: str, step: int, data_store: Store) -> None:
+    """Success within k answers has probability 1 - (1 - s)^k, if one succeeds with probability s."""
+    trials = open_published_trials(name, data_store, replace(EXPLAINED, feedback="none"))
+    model, seeds = ResamplingModel(trials.suite, data_store, 0.1), 2
     succeeded, chances = [0] * ATTEMPTS, []
     for task_id in trials.suite.task_ids[::step]:
         chance = model.chance(task_id, 16)
         for seed in range(seeds):
             chances.append(chance)
-            attempts = played(
+            attempts = run_policy(
                 trials,
                 task_id,
                 lambda _, k, t=task_id, s=seed: model.answer(t, f"{s} {k}"),  # type: ignore[misc]
@@ -216,17 +220,16 @@ def test_the_resampling_arm_keeps_to_its_closed_form(name: str, step: int, data_
     assert succeeded == sorted(succeeded)
     for k in range(1, ATTEMPTS + 1):
         expected = math.fsum(1 - (1 - s) ** k for s in chances)
-        # chances are known from 16 answers each, whose error adds to that of the trials
+        # chances are estimated from 16 answers each, and their error adds to that of the trials
         error = [k * (1 - s) ** (k - 1) * math.sqrt(s * (1 - s) / 16) for s in chances]
         variance = [(1 - (1 - s) ** k) * (1 - s) ** k for s in chances]
-        deviation = math.sqrt(math.fsum(variance) + seeds * math.fsum(each**2 for each in error))
+        deviation = math.sqrt(math.fsum(variance) + seeds * math.fsum(value**2 for value in error))
         assert abs(succeeded[k - 1] - expected) < 4 * deviation, k
 
 
 @pytest.mark.parametrize("world", get_args(AttemptStart))
-def test_the_scorer_holds_the_true_task_whatever_is_asked(world: AttemptStart, data_store: Store) -> None:
-    """Questions about another task's goals change no verdict."""
-    trials = trials_of("behavior", data_store, replace(EXPLAINED, world=world))
+def test_questions_about_other_goals_do_not_change_verdicts(world: AttemptStart, data_store: Store) -> None:
+    trials = open_published_trials("behavior", data_store, replace(EXPLAINED, world=world))
     task_ids = trials.suite.task_ids[:6]
     book = answer_book("behavior", ACTIONS, data_store)
     prompt_of = trials.asker.prompt_of
@@ -239,6 +242,9 @@ def test_the_scorer_holds_the_true_task_whatever_is_asked(world: AttemptStart, d
         def given(_: Prompt, attempt: int, answers: Sequence[str] = answers) -> str:
             return answers[attempt - 1]
 
-        verdicts = [[attempt.verdict for attempt in played(each, task_id, given)] for each in (trials, wrong)]
+        verdicts = [
+            [attempt.verdict for attempt in run_policy(variant, task_id, given)]
+            for variant in (trials, wrong)
+        ]
         assert verdicts[0] == verdicts[1]
         assert wrong.start_conversation(task_id).question != trials.start_conversation(task_id).question

@@ -1,4 +1,4 @@
-"""A task without an answer fails in every suite and under every protocol, whatever an empty answer does."""
+"""A task without an answer fails in every suite and under every protocol."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from eai.tasks.source import Source
 from protocols import EACH_PROTOCOL, PROTOCOLS
 
 SUITES = [(d, a, p) for d in ("virtualhome", "behavior") for a in PAPER_ABILITIES for p in PROTOCOLS]
-IN_STATISTICS = {
+COUNTED_TASKS = {
     ("virtualhome", Ability.ACTION_SEQUENCING): 337,
     ("virtualhome", Ability.SUBGOAL_DECOMPOSITION): 337,
 }
 """Number of tasks that count under `strict`, if some do not."""
 
-_LITERALS = {"precondition": Confusion(0, 0, 19), "effect": Confusion(0, 0, 19)}
-"""How many gold literals the first BEHAVIOR task has."""
+_EXPECTED_LITERALS = {"precondition": Confusion(0, 0, 19), "effect": Confusion(0, 0, 19)}
+"""Counts of the gold literals of the first BEHAVIOR task."""
 
 
 @pytest.mark.parametrize(("domain", "ability", "protocol"), SUITES, ids=str)
-def test_nothing_is_reached_and_no_error_is_blamed(
+def test_a_task_without_an_answer_fails_without_an_error(
     data_store: Store, domain: str, ability: Ability, protocol: Protocol
 ) -> None:
     suite = open_suite(domain, ability, protocol, source=Source(data_store, planner=PlannerChoice.NONE))
     verdicts = [suite.unanswered(task_id) for task_id in suite.task_ids]
     counted = [verdict for verdict in verdicts if verdict.excluded is None]
     if protocol is Protocol.STRICT:
-        assert len(counted) == IN_STATISTICS.get((domain, ability), len(suite.task_ids))
+        assert len(counted) == COUNTED_TASKS.get((domain, ability), len(suite.task_ids))
     assert not any(verdict.error or verdict.repairs for verdict in counted)
     declared, rates = declaration_of(ability), summarise(verdicts, ability)
     for column in declared.columns:
@@ -49,17 +49,17 @@ def test_nothing_is_reached_and_no_error_is_blamed(
 
 
 @EACH_PROTOCOL
-def test_gold_operators_do_not_solve_a_task_without_an_answer(data_store: Store, protocol: Protocol) -> None:
-    """The reference fills in what an answer lacks; an empty answer that it can read solves every problem."""
+def test_a_task_of_operators_without_an_answer_is_not_solved(data_store: Store, protocol: Protocol) -> None:
+    """The reference fills gaps with gold operators, so a readable empty answer would solve all problems."""
     source = Source(data_store, planner=PlannerChoice.BUILT_IN)
     suite = open_suite("behavior", Ability.TRANSITION_MODELING, protocol, source=source)
     verdict = suite.unanswered(suite.task_ids[0])
     assert isinstance(verdict, OperatorVerdict)
     assert (verdict.success, verdict.planner) == (False, PlannerOutcome.INPUT_ERROR)
-    assert verdict.literals == (_LITERALS if protocol is Protocol.STRICT else None)
+    assert verdict.literals == (_EXPECTED_LITERALS if protocol is Protocol.STRICT else None)
 
 
-ODD = (
+ODD_TEXTS = (
     *("", "NaN", "1e400", "-1e400", "9" * 5000, "[1e308]", '{"a": 1e400}', "\ud800", "\x00", '"x', "DONE"),
     *("[" * 5000, "{" * 5000, "(" * 5000, "x" * 20_000, '{"turns": [{"said": "DONE"}], "opening": "0"}'),
     *(
@@ -71,23 +71,26 @@ ODD = (
         '[{"action": 1, "object": 1e308}]',
     ),
 )
-"""Texts that say nothing, or numbers that no program can take."""
+"""Meaningless texts, and numbers that programs cannot represent."""
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
 @pytest.mark.parametrize("ability", [*PAPER_ABILITIES, ACTING], ids=str)
-def test_no_text_takes_a_task_out_of_a_denominator_or_makes_a_scorer_raise(
+def test_no_text_changes_a_denominator_or_makes_a_scorer_raise(
     data_store: Store, domain: str, ability: Ability
 ) -> None:
     suite = open_suite(domain, ability, source=Source(data_store, planner=PlannerChoice.NONE))
     declared = declaration_of(ability)
     for task_id in suite.task_ids[::40]:
         nothing = declared.contributions(suite.unanswered(task_id))
-        for text in ODD:
+        for text in ODD_TEXTS:
             verdict = suite.score(task_id, text)
             assert verdict.error is None or verdict.error.check != RAISED, text[:40]
             assert verdict.excluded == suite.scorer(task_id).find_exclusion(), text[:40]
             if verdict.excluded is None:
-                found = declared.contributions(verdict)
-                for metric in declared.overview_headings:
-                    assert found[metric].denominator >= nothing[metric].denominator, (metric, text[:40])
+                contributions = declared.contributions(verdict)
+                for metric in declared.main:
+                    assert contributions[metric].denominator >= nothing[metric].denominator, (
+                        metric,
+                        text[:40],
+                    )

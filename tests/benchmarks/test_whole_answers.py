@@ -1,4 +1,4 @@
-"""Answers out of reports about other readers: read as a whole, or refused with the reason and the place."""
+"""Answers from reports about other readers are read completely, or refused with reason and position."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def score(store: Store, name: str, ability: Ability, task_id: str, text: str) ->
         ("[]", "the plan has no steps, and not all goals hold at the start"),
     ],
 )
-def test_a_plan_that_is_not_whole_is_a_parsing_error(data_store: Store, text: str, reason: str) -> None:
+def test_an_incomplete_plan_is_a_parsing_error(data_store: Store, text: str, reason: str) -> None:
     verdict = score(data_store, "virtualhome", PLANS, WASHING, text)
     assert verdict.error is not None
     assert verdict.error.kind.value == "parsing"
@@ -121,7 +121,7 @@ def test_a_plan_that_is_not_whole_is_a_parsing_error(data_store: Store, text: st
         ),
     ],
 )
-def test_an_answer_in_another_form_is_read_whole(
+def test_an_answer_in_another_form_is_read_completely(
     data_store: Store, name: str, ability: Ability, task_id: str, text: str, repairs: tuple[str, ...]
 ) -> None:
     verdict = score(data_store, name, ability, task_id, text)
@@ -129,7 +129,7 @@ def test_an_answer_in_another_form_is_read_whole(
     assert verdict.repairs == repairs
 
 
-def test_a_misspelt_section_of_goals_is_counted_or_named(data_store: Store) -> None:
+def test_a_misspelt_section_of_goals_is_read_or_named_in_the_error(data_store: Store) -> None:
     goal = '[{"name": "washing_machine", "state": "ON"}]'
     right = score(data_store, "virtualhome", GOALS, WASHING, f'{{"node goals": {goal}}}')
     assert (
@@ -157,7 +157,7 @@ DOMAIN = """(define (domain two) (:requirements :strips) (:predicates (p ?x) (r 
         ("", "(mk a)\n(un a", False, "parsing"),
     ],
 )
-def test_lines_of_a_pddl_plan(
+def test_a_pddl_plan_is_read_line_by_line(
     tmp_path: Path, initial: str, text: str, success: bool, kind: str | None
 ) -> None:
     (tmp_path / "domain.pddl").write_text(DOMAIN)
@@ -171,7 +171,7 @@ def test_lines_of_a_pddl_plan(
 
 
 @pytest.mark.parametrize("text", [f"<think>I could do {PLAN}", f"{PLAN}\n<think>or not</think>", PLAN])
-def test_rewards_score_and_trainers_have_one_definition_of_the_answer(data_store: Store, text: str) -> None:
+def test_scores_and_rewards_of_trainers_use_the_same_answer_text(data_store: Store, text: str) -> None:
     reference = TaskReference.parse(TASK)
     paid = open_reward(reference, "progress").grade(reference.task_id, text).value
     assert TrlReward("progress")(completions=[text], task=[TASK]) == [paid]
@@ -180,7 +180,7 @@ def test_rewards_score_and_trainers_have_one_definition_of_the_answer(data_store
     assert TrlReward("progress")(completions=parts, task=[TASK]) == [paid]
 
 
-def test_the_content_of_a_message_is_text_or_parts() -> None:
+def test_the_answer_is_the_text_of_a_message_or_of_its_parts() -> None:
     assert (
         answer_of([{"role": "assistant", "content": [{"type": "image"}, {"type": "text", "text": "a"}]}])
         == "a"

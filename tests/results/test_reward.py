@@ -427,9 +427,9 @@ def test_rewards_are_the_same_from_threads() -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("27_2", "'27_2' is no task: expected BENCHMARK/ABILITY/TASK"),
-        ("virtualhome/cooking/27_2", "is no task"),
-        ("action_sequencing/27_2", "is no task"),
+        ("27_2", "'27_2' is not a task: expected BENCHMARK/ABILITY/TASK"),
+        ("virtualhome/cooking/27_2", "is not a task"),
+        ("action_sequencing/27_2", "is not a task"),
         ("virtualhome/action_sequencing/0_0", "virtualhome action_sequencing has no task '0_0'"),
         ("mars/action_sequencing/0_0", "'mars' is no benchmark"),
     ],

@@ -9,7 +9,7 @@ import pytest
 import eai
 from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, Reward, Shaping, Suite, Task, given, make_task
-from eai.abilities.declining import QUESTION, reason_of, refusal
+from eai.abilities.notation.plans import QUESTION, reason_of, refusal
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
@@ -22,7 +22,6 @@ from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
 from eai.tasks.prompts.own import explanations
 from eai.tasks.prompts.template import Templates
-from eai.tasks.special import Ambiguous, Impossible
 
 WHY = "lit(lamp)"
 NO = refusal(WHY)
@@ -62,11 +61,11 @@ def test_the_last_value_says_so(text: str, reason: str | None) -> None:
 
 
 def test_it_is_right_where_something_is_missing() -> None:
-    right, false = verdict_on(NO, special=Impossible((WHY,))), verdict_on(NO, special=Impossible(()))
+    right, false = verdict_on(NO, missing=(WHY,)), verdict_on(NO, missing=())
     assert (right.success, right.refused, right.error) == (True, WHY, None)
     assert (false.success, false.refused, false.error) == (False, WHY, None)
     assert not any(right.goals_satisfied)
-    notes = suite(special=Impossible((WHY,))).scorer("t").explain(NO).notes
+    notes = suite(missing=(WHY,)).scorer("t").explain(NO).notes
     assert f"missing: {WHY}" in notes
 
 
@@ -75,10 +74,8 @@ def test_it_is_read_nowhere_else() -> None:
     assert plain.refused is None
     assert plain.error is not None
     assert "impossible" not in "".join(_told())
-    assert "impossible" in "".join(_told(special=Impossible(())))
-    assert _told(special=Impossible(())) == _told(special=Impossible((WHY,))), (
-        "the prompt does not say which it is"
-    )
+    assert "impossible" in "".join(_told(missing=()))
+    assert _told(missing=()) == _told(missing=(WHY,)), "the prompt does not say which it is"
 
 
 def _told(**changes: object) -> list[str]:
@@ -88,12 +85,12 @@ def _told(**changes: object) -> list[str]:
 
 
 def test_a_plan_is_a_plan_all_the_same() -> None:
-    assert verdict_on(as_plan(["PRESS(lamp)"]), special=Impossible(())).success
+    assert verdict_on(as_plan(["PRESS(lamp)"]), missing=()).success
 
 
 def test_gold_says_what_is_missing_and_all_of_it_is_paid() -> None:
     for missing, paid in (((WHY,), 1.0), ((), 0.0)):
-        asked = world(special=Impossible(missing))
+        asked = world(missing=missing)
         opened = eai.open(asked, "action_sequencing")
         assert {Reward(opened, shaping)("t", NO) for shaping in ("success", "goals", "progress")} == {paid}
         gold = open_answer_book(asked, opened.ability)["t"].text
@@ -102,14 +99,12 @@ def test_gold_says_what_is_missing_and_all_of_it_is_paid() -> None:
 
 
 def test_a_plan_for_what_has_none_earns_nothing_step_by_step_or_as_a_whole() -> None:
-    asked = world(special=Impossible((WHY,)))
+    asked = world(missing=(WHY,))
     opened = eai.open(asked, "action_sequencing")
     plan = as_plan(["PRESS(lamp)"])
     assert {Reward(opened, shaping)("t", plan) for shaping in Shaping} == {0.0}
     assert Reward(opened, Shaping.REPAIR)("t", NO) == 1.0
-    assert (
-        Reward(eai.open(world(special=Impossible(())), "action_sequencing"), Shaping.REPAIR)("t", NO) == 0.0
-    )
+    assert Reward(eai.open(world(missing=()), "action_sequencing"), Shaping.REPAIR)("t", NO) == 0.0
     task = opened.tasks["t"]
     assert isinstance(task, Task)
     for shaping in Shaping:
@@ -119,14 +114,14 @@ def test_a_plan_for_what_has_none_earns_nothing_step_by_step_or_as_a_whole() -> 
 
 def test_who_declines_besides_a_plan_is_paid_for_the_last_alone() -> None:
     plan, ask = as_plan(["PRESS(lamp)"]), refusal("Which?", QUESTION)
-    for text, special, is_right in [
-        (f"{plan} {NO}", Impossible(()), False),
-        (f"{plan} {NO}", Impossible((WHY,)), True),
-        (f"{plan} {ask}", Ambiguous(("lamp",)), False),
-        (f"{plan} {ask}", Ambiguous(("lamp", "torch")), True),
-        (ask, Ambiguous(("lamp", "torch")), True),
+    for text, kind, is_right in [
+        (f"{plan} {NO}", {"missing": ()}, False),
+        (f"{plan} {NO}", {"missing": (WHY,)}, True),
+        (f"{plan} {ask}", {"fits": ("lamp",)}, False),
+        (f"{plan} {ask}", {"fits": ("lamp", "torch")}, True),
+        (ask, {"fits": ("lamp", "torch")}, True),
     ]:
-        opened = suite(special=special)
+        opened = suite(**kind)
         assert {Reward(opened, shaping)("t", text) for shaping in Shaping} == {float(is_right)}
         look_back = opened.scorer("t").assess(text).analyze_failure
         assert look_back is not None
@@ -136,7 +131,7 @@ def test_who_declines_besides_a_plan_is_paid_for_the_last_alone() -> None:
 
 
 def test_records_keep_it_and_no_repair_is_looked_for() -> None:
-    opened = suite(special=Impossible((WHY,)))
+    opened = suite(missing=(WHY,))
     for text, why in ((NO, None), (as_plan(["PRESS(lamp)", "PRESS(torch)"]), "unsolvable")):
         (record,) = score_run(opened, ResponseFile("m", (Response("t", text),)), {}, ScoringOptions())
         values = record_to_json(record)

@@ -18,7 +18,7 @@ from eai.abilities.subgoal_decomposition.search import (
 from eai.base.errors import InputError
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.logic import semantics
-from eai.logic.formula import FALSE, TRUE, Constant, Equals, Formula, Leaf, Term, Then, Variable
+from eai.logic.formula import FALSE, TRUE, Constant, Equals, Formula, LiteralChoice, Term, Then, Variable
 from eai.logic.ltl import parse, read_formula
 from eai.logic.rewriting import rewrite
 from eai.logic.signature import Signature
@@ -36,7 +36,7 @@ from logic.random_formulas import SCENE as OBJECTS_OF_SCENE
 from sweeps import examples
 from threading_tests import asked_by_threads
 
-START = flat.state()
+START = flat.make_state()
 SCENE = START.scene
 DOMAIN = virtualhome.as_meant()
 CHECK = missing(FALSE, "it does not hold")
@@ -45,7 +45,7 @@ Plan = tuple[str, ...]
 
 
 def actions(plan: Plan) -> tuple[Action, ...]:
-    return tuple(flat.action(step, SCENE) for step in plan)
+    return tuple(flat.parse_action(step, SCENE) for step in plan)
 
 
 def do(*plans: Plan, subgoal: int, then: int, effort: int = 0) -> Perform:
@@ -120,7 +120,7 @@ def test_of_branches_that_succeed_the_first_with_the_fewest_errors_is_reported()
 
 
 def test_what_is_required_must_hold() -> None:
-    held = flat.read(["OPEN fridge.10"], SCENE)
+    held = flat.parse_facts(["OPEN fridge.10"], SCENE)
     (fact,) = held
 
     def is_open(state: State) -> bool:
@@ -276,7 +276,7 @@ def test_merging_starts_early_enough_to_be_tested(few: int, monkeypatch: pytest.
     test_merging_changes_nothing_that_is_reported()
 
 
-PARTS_START = flat.state()
+PARTS_START = flat.make_state()
 PARTS_SCENE = PARTS_START.scene
 SIGNATURE = Signature(
     {p.name: p.arity for p in PARTS_SCENE.vocabulary.predicates},
@@ -319,7 +319,7 @@ def assert_progress_agrees(formula: Formula, trajectory: Trajectory) -> None:
 @settings(deadline=None)
 @given(GOALS, st.lists(st.sampled_from(STEPS), max_size=8))
 def test_progress_agrees_with_the_semantics_of_formulas(goal: str, steps: list[str]) -> None:
-    plan = [flat.action(step, PARTS_SCENE) for step in steps]
+    plan = [flat.parse_action(step, PARTS_SCENE) for step in steps]
     trajectory = execute(virtualhome.as_meant(), PARTS_START, plan)
     assert_progress_agrees(read_formula(goal, SIGNATURE)[0], trajectory)
 
@@ -327,7 +327,7 @@ def test_progress_agrees_with_the_semantics_of_formulas(goal: str, steps: list[s
 def in_scene(formula: Formula, scene: Scene) -> Formula:
     """A random formula about objects that there are; what would compare an action's objects does not."""
 
-    def known(leaf: Leaf, bound: frozenset[str]) -> Formula:
+    def known(leaf: LiteralChoice, bound: frozenset[str]) -> Formula:
         if isinstance(leaf, Equals):
             return Equals(*(of_scene(term) for term in (leaf.left, leaf.right)))
         return replace(leaf, arguments=tuple([of_scene(term) for term in leaf.arguments]))
@@ -370,9 +370,9 @@ def test_one_position_meets_one_part() -> None:
 def test_what_must_hold_at_the_end_is_asked_there() -> None:
     is_open = StateTest(parse("OPEN(fridge.10)"), PARTS_SCENE)
     progress = GoalProgress(parse("CLOSED(fridge.10)"), PARTS_SCENE, is_open)
-    assert not progress.is_reached(0, PARTS_START)
-    assert progress.is_reached(1, flat.state("OPEN fridge.10", over=PARTS_SCENE))
-    assert not progress.is_reached(1, PARTS_START)
+    assert not progress.reached(0, PARTS_START)
+    assert progress.reached(1, flat.make_state("OPEN fridge.10", over=PARTS_SCENE))
+    assert not progress.reached(1, PARTS_START)
 
 
 def test_a_goal_is_a_sequence_of_state_formulas() -> None:
@@ -383,7 +383,7 @@ def test_a_goal_is_a_sequence_of_state_formulas() -> None:
 def test_a_formula_is_tested_on_one_state() -> None:
     test = StateTest(parse("exists x. (ONTOP(cup.13, x) and DIRTY(x))"), PARTS_SCENE)
     assert test(PARTS_START)
-    assert not test(flat.state("-DIRTY table.12", over=PARTS_SCENE))
+    assert not test(flat.make_state("-DIRTY table.12", over=PARTS_SCENE))
 
 
 def test_many_threads_may_ask_one_test() -> None:

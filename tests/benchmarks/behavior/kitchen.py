@@ -1,4 +1,4 @@
-"""A made-up BEHAVIOR task: a kitchen and a garage with one thing for each action."""
+"""A made-up BEHAVIOR task: a kitchen and a garage with an object for each action."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ABILITIES: Mapping[str, str] = {
     "car": "dustyable",
     "pebble": "",
 }
-"""Model category -> what the taxonomy would say of it."""
+"""Model category -> its abilities in the taxonomy."""
 
 OBJECTS = {
     "room_floor_kitchen_0": "floor",
@@ -62,18 +62,18 @@ EVIDENCE = UnpublishedFacts(
 )
 
 
-def instance(name: str) -> str:
-    """What BDDL calls an object: ``plate_2`` is ``plate.n.01_2``, the garage's floor ``floor.n.01_2``."""
+def get_instance(name: str) -> str:
+    """Return the instance name in BDDL, such as ``plate.n.01_2`` for ``plate_2``."""
     if name.startswith("room_floor"):
         return f"floor.n.01_{1 if 'kitchen' in name else 2}"
     kind, _, number = name.rpartition("_")
     return f"{kind}.n.01_{number}"
 
 
-def _object(name: str, kind: str) -> BehaviorObject:
+def _make_object(name: str, kind: str) -> BehaviorObject:
     synset = f"{kind}.n.01"
     model = "room_floor" if kind == "floor" else kind
-    return BehaviorObject(name, instance(name), synset, model, synset, tuple(ABILITIES[kind].split()))
+    return BehaviorObject(name, get_instance(name), synset, model, synset, tuple(ABILITIES[kind].split()))
 
 
 INIT = """
@@ -92,14 +92,14 @@ GOAL = f"(and (inside peach.n.01_1 saucepan.n.01_1) {CLEAN})"
 
 
 def make_record(goal: str = GOAL) -> BehaviorRecord:
-    """The record of the task; what goal interpretation asks for has two ways."""
+    """Return the record of the task. Its first goal of goal interpretation has two options."""
     options: tuple[tuple[GroundOption, ...], ...] = (
         ((("inside", "peach.n.01_1", "saucepan.n.01_1"),), (("inside", "peach.n.01_1", "sink.n.01_1"),)),
         ((("not", ("dusty", "plate.n.01_1")), ("not", ("dusty", "plate.n.01_2"))),),
         ((("nextto", "rag.n.01_1", "rag.n.01_10"),),),
     )
-    objects = tuple(_object(name, kind) for name, kind in OBJECTS.items())
-    declared = " ".join(f"{each.instance} - {each.category}" for each in objects)
+    objects = tuple(_make_object(name, kind) for name, kind in OBJECTS.items())
+    declared = " ".join(f"{obj.instance} - {obj.category}" for obj in objects)
     text = (
         f"(define (problem mess) (:domain igibson) (:objects {declared} agent.n.01_1 - agent.n.01)"
         f"(:init {INIT}) (:goal {goal}))"
@@ -119,11 +119,10 @@ def make_record(goal: str = GOAL) -> BehaviorRecord:
 
 
 def make_task(goal: str = GOAL) -> BehaviorTask:
-    """The task of the record."""
     return build_task(make_record(goal), EVIDENCE)
 
 
-def actions(state: State, *steps: str) -> list[Action]:
-    """Ground actions from steps like ``RIGHT_GRASP rag_1``."""
+def parse_actions(state: State, *steps: str) -> list[Action]:
+    """Return ground actions from steps such as ``RIGHT_GRASP rag_1``."""
     words = (step.split() for step in steps)
     return [Action(name, tuple(state.scene.index[a] for a in arguments)) for name, *arguments in words]

@@ -11,25 +11,25 @@ from eai.world.domain import Domain
 
 @pytest.fixture
 def domain() -> Domain:
-    """The rules of the paper; tests of other rules for the same world have a fixture of this name, too."""
+    """Return the domain with the paper's rules. Tests of other rules override this fixture."""
     return behavior.as_meant()
 
 
 @pytest.fixture
 def tolerated() -> frozenset[str]:
-    """Defects that the rules are known to have."""
+    """Return the known defects of the rules."""
     return frozenset()
 
 
-def test_it_conforms(domain: Domain, tolerated: frozenset[str]) -> None:
+def test_the_domain_conforms_to_its_declarations(domain: Domain, tolerated: frozenset[str]) -> None:
     assert {*check(domain, [make_task().initial], steps=1_000)} <= tolerated
 
 
-def test_it_conforms_on_the_data_sets_scenes(
+def test_the_domain_conforms_on_the_scenes_of_the_data_set(
     behavior_tasks: BehaviorTasks, domain: Domain, tolerated: frozenset[str]
 ) -> None:
     assert {*check(domain, [task.initial for task in behavior_tasks.values()], steps=20)} <= tolerated
 
 
-def test_there_are_the_papers_actions() -> None:
+def test_the_domain_has_the_actions_of_the_paper() -> None:
     assert len(behavior.as_meant().operators) == 30

@@ -1,4 +1,4 @@
-"""Conversion of a made-up wheel and bddl archive with one task."""
+"""Conversion of a made-up wheel and a made-up bddl archive with one task."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Files:
 
 
 def wheel(**changed: Any) -> Files:
-    """The wheel; keyword arguments replace what is in its files."""
+    """Return the wheel; keyword arguments replace contents of its files."""
     values = {
         "prompt": PROMPT,
         "states": {"jar.n.01_1": ["Open", "Dusty"], "floor.n.01_1": ["Stained"]},
@@ -90,7 +90,7 @@ def bddl(problem: str = PROBLEM) -> Files:
     )
 
 
-def test_a_task_is_put_together_from_both_archives(tmp_path: Any) -> None:
+def test_a_task_is_assembled_from_both_archives(tmp_path: Any) -> None:
     steps: list[tuple[int, ...]] = []
     members = convert_tasks(wheel(), bddl(), lambda _, subject, *counts: steps.append(counts))
     assert members.keys() == {TASKS_MEMBER, OPTIONS_MEMBER}
@@ -117,13 +117,13 @@ def test_a_task_is_put_together_from_both_archives(tmp_path: Any) -> None:
 @pytest.mark.parametrize(
     ("wheel_", "bddl_", "problem"),
     [
-        (wheel(prompt=PROMPT.replace("'jar.n.01'", "'mug.n.01'")), bddl(), "lists other objects"),
-        (wheel(prompt=PROMPT.replace("jar_7", "jar")), bddl(), "jar: not the name of an object"),
-        (wheel(states={"jar.n.01_1": ["Open"]}), bddl(), "other states than jar.n.01"),
+        (wheel(prompt=PROMPT.replace("'jar.n.01'", "'mug.n.01'")), bddl(), "objects differ from"),
+        (wheel(prompt=PROMPT.replace("jar_7", "jar")), bddl(), "'jar' is not an object's name"),
+        (wheel(states={"jar.n.01_1": ["Open"]}), bddl(), "possible states of jar.n.01_1"),
         (wheel(), bddl("(define"), "problem 0 of dusting: line 1"),
         (wheel(), Files(), "no file"),
     ],
 )  # fmt: skip
-def test_files_that_contradict_each_other_are_told(wheel_: Files, bddl_: Files, problem: str) -> None:
+def test_contradictory_files_are_an_error(wheel_: Files, bddl_: Files, problem: str) -> None:
     with pytest.raises(DataError, match=problem):
         convert_tasks(wheel_, bddl_, ignore_progress)

@@ -8,27 +8,27 @@ from eai.benchmarks.behavior.evidence import load_evidence
 from oracle import read_shared
 
 
-def test_every_entry_has_a_reason() -> None:
+def test_every_entry_of_the_table_has_a_reason() -> None:
     text = (files("eai.benchmarks.behavior") / "evidence.toml").read_text(encoding="utf-8")
-    parts = re.split(r"(?m)^\[+(.+?)\]+\n", text)[1:]
-    tables = zip(parts[::2], parts[1::2], strict=True)
+    sections = re.split(r"(?m)^\[+(.+?)\]+\n", text)[1:]
+    tables = zip(sections[::2], sections[1::2], strict=True)
     entries = [parse_toml(table) for name, table in tables if name != "volume.of_category"]
     assert len(entries) == 11
     assert all(entry["reason"].strip().endswith(".") for entry in entries)
 
 
-def test_volumes_go_by_object_then_model_then_default() -> None:
+def test_a_volume_is_looked_up_by_object_then_model_then_default() -> None:
     volumes = load_evidence().volumes
     assert volumes.get_volume("Wainscott_0_int", "fridge_97", "fridge") == 1.6
     assert volumes.get_volume("Pomaria_1_int", "fridge_97", "fridge") == 1.1
     assert volumes.get_volume("Pomaria_1_int", "gizmo_1", "gizmo") == volumes.default == 0.01
 
 
-def test_the_table_is_the_one_that_was_found() -> None:
-    found = read_shared("spec", "behavior_evidence.json")
+def test_the_table_equals_the_facts_of_the_specification() -> None:
+    specified = read_shared("spec", "behavior_evidence.json")
     evidence = load_evidence()
-    assert dict(evidence.volumes.by_model) == found["volume_m3"]["by_category"]
-    assert evidence.standing == set(found["stands_on_its_rooms_floor"]["categories"])
-    assert evidence.initially_open == set(found["initially_open"]["categories"])
-    assert set(evidence.added) == {entry["task"] for entry in found["extra_relations"]}
-    assert set(evidence.removed) == {entry["task"] for entry in found["removed_relations"]}
+    assert dict(evidence.volumes.by_model) == specified["volume_m3"]["by_category"]
+    assert evidence.standing == set(specified["stands_on_its_rooms_floor"]["categories"])
+    assert evidence.initially_open == set(specified["initially_open"]["categories"])
+    assert set(evidence.added) == {entry["task"] for entry in specified["extra_relations"]}
+    assert set(evidence.removed) == {entry["task"] for entry in specified["removed_relations"]}

@@ -44,11 +44,11 @@ def counts(verdict: Verdict) -> tuple[object, ...]:
 COUNTS = [
         ([], ((0, 0, 2), (0, 0, 2))),
         (ALL, ((2, 0, 0), (2, 0, 0))),
-        # Both ways to meet a goal: one is wrong.
+        # Both options of a goal: one counts as wrong.
         ([ALL[0], OTHER_WAY], ((0, 0, 2), (1, 1, 1))),
-        # Neighbours the other way round.
+        # Neighbours in the other order.
         ([["nextto", "rag.n.01_10", "rag.n.01_1"]], ((0, 0, 2), (1, 0, 1))),
-        # Said twice.
+        # A condition stated twice.
         ([ALL[1], ALL[1]], ((1, 0, 1), (0, 0, 2))),
         ([["open", "fridge.n.01_1"]] * 2, ((0, 1, 2), (0, 0, 2))),
         # Capitals.
@@ -62,11 +62,11 @@ COUNTS = [
 
 
 @pytest.mark.parametrize(("conditions", "expected"), COUNTS)
-def test_counts(conditions: list[Any], expected: Any) -> None:
-    assert counts(STRICT.score(answer(*conditions))) == tuple(Confusion(*each) for each in expected)
+def test_an_answer_has_its_counts_of_goals(conditions: list[Any], expected: Any) -> None:
+    assert counts(STRICT.score(answer(*conditions))) == tuple(Confusion(*numbers) for numbers in expected)
 
 
-def test_what_is_wrong_with_conditions_is_told() -> None:
+def test_a_verdict_lists_ill_formed_and_hallucinated_conditions() -> None:
     verdict = STRICT.score(answer(["open"], ["open", "moon.n.01_1"], ["broken", "plate.n.01_1"], ALL[0]))
     assert isinstance(verdict, GoalVerdict)
     assert verdict.predicted == 4
@@ -92,11 +92,11 @@ def test_what_is_wrong_with_conditions_is_told() -> None:
         ('{"node goals": "ab"}', False),
     ],
 )
-def test_what_can_be_read(text: str, is_read: bool) -> None:
+def test_sections_must_be_lists_or_null(text: str, is_read: bool) -> None:
     assert (STRICT.score(text).error is None) is is_read
 
 
-def test_explanations_tell_the_option_compared_with_and_what_is_wrong() -> None:
+def test_an_explanation_shows_the_compared_option_and_wrong_conditions() -> None:
     explanation = STRICT.explain(answer(ALL[0], ["open", "fridge.n.01_1"]))
     assert [note for note in explanation.notes if "goals" not in note] == ["wrong: open(fridge.n.01_1)"]
     assert [(goal.goal, goal.satisfied) for goal in explanation.goals] == [
@@ -107,15 +107,15 @@ def test_explanations_tell_the_option_compared_with_and_what_is_wrong() -> None:
     assert STRICT.explain("?").notes[0].startswith("parsing")
 
 
-def test_the_data_sets_own_goals_are_all_right(behavior_tasks: BehaviorTasks) -> None:
+def test_the_goals_of_the_data_set_score_in_full(behavior_tasks: BehaviorTasks) -> None:
     for task in behavior_tasks.values():
         for option in (0, -1):
             conditions = [condition for goal in task.record.goal_options for condition in goal[option]]
             verdict = GoalInterpretation(task, DOMAIN, BehaviorGoals()).score(answer(*conditions))
             assert verdict.counts is not None
-            everything = verdict.counts["all"]
-            assert isinstance(everything, Confusion)
-            assert everything[1:] == (0, 0)
+            total = verdict.counts["all"]
+            assert isinstance(total, Confusion)
+            assert total[1:] == (0, 0)
 
 
 TEXTS = st.one_of(
@@ -132,11 +132,11 @@ def test_any_text_has_a_verdict_and_an_explanation(text: str) -> None:
 
 @pytest.fixture
 def scorer_of() -> Callable[[BehaviorTask], Scorer]:
-    """Makes scorers under `strict`; tests of other protocols have a fixture of this name, too."""
+    """Return the maker of scorers under `strict`. Tests of other protocols override this fixture."""
     return lambda task: GoalInterpretation(task, DOMAIN, BehaviorGoals())
 
 
-def test_written_goals_are_all_found(
+def test_written_goals_score_in_full(
     behavior_tasks: BehaviorTasks, scorer_of: Callable[[BehaviorTask], Scorer]
 ) -> None:
     notation = BehaviorGoals()
@@ -148,7 +148,7 @@ def test_written_goals_are_all_found(
         assert (wrong, missed) == (0, 0), task.id
 
 
-def test_states_and_relations_come_in_sections_of_their_own() -> None:
+def test_states_and_relations_are_written_in_separate_sections() -> None:
     written = ['["inside", "a.n.01_1", "b.n.01_1"]', '["not", ["open", "b.n.01_1"]]']
     assert json.loads(BehaviorGoals().join(written)) == {
         "node goals": [["not", ["open", "b.n.01_1"]]],

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.behavior.kitchen import actions, make_task
+from benchmarks.behavior.kitchen import make_task, parse_actions
 from eai.benchmarks.behavior import domain as behavior
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute
@@ -16,17 +16,17 @@ CUT = ("OPEN fridge_1", "RIGHT_GRASP carving_knife_1", "SLICE peach_1")
 
 @pytest.fixture
 def domain() -> Domain:
-    """The rules of the paper; tests of other rules for the same world have a fixture of this name, too."""
+    """Return the domain with the paper's rules. Tests of other rules override this fixture."""
     return STRICT
 
 
 def run(domain: Domain, *steps: str) -> Trajectory:
     initial = make_task().initial
-    return execute(domain, initial, actions(initial, *steps))
+    return execute(domain, initial, parse_actions(initial, *steps))
 
 
 def outcome(trajectory: Trajectory) -> str:
-    """What became of the last step that was tried."""
+    """Return the outcome of the last attempted step."""
     fault = trajectory.steps[-1].fault
     return "ok" if fault is None else fault.kind.value
 
@@ -95,29 +95,29 @@ LAST_STEPS = [
         (["RIGHT_GRASP rag_1", "CLEAN plate_1"], "ok"),
         ([*ON_TABLE, "CLEAN plate_2"], "wrong_order"),
         ([*ON_TABLE, "CLEAN plate_1"], "wrong_order"),
-        # Going.
+        # Navigation.
         (["NAVIGATE_TO car_1"], "ok"),
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("steps", "expected"), LAST_STEPS)
-def test_outcome_of_the_last_step(steps: list[str], expected: str) -> None:
+def test_the_last_step_has_its_expected_outcome(steps: list[str], expected: str) -> None:
     assert outcome(run(STRICT, *steps)) == expected
 
 
-def test_what_is_carried_comes_along_but_for_what_is_much_larger(domain: Domain) -> None:
+def test_grasping_lifts_the_cargo_except_much_larger_objects(domain: Domain) -> None:
     steps = ("RIGHT_GRASP plate_1", "RIGHT_PLACE_ONTOP pebble_1", "RIGHT_GRASP pebble_1")
     assert not has(run(domain, *steps).final, "lies_on plate_1 pebble_1")
-    after = run(domain, "RIGHT_GRASP table_1").final
-    assert has(after, "lies_on plate_1 table_1")
-    assert not has(after, "stands_on table_1 room_floor_kitchen_0")
+    final = run(domain, "RIGHT_GRASP table_1").final
+    assert has(final, "lies_on plate_1 table_1")
+    assert not has(final, "stands_on table_1 room_floor_kitchen_0")
 
 
-def test_grasping_ends_all_labels_of_the_object(domain: Domain) -> None:
-    after = run(domain, "RIGHT_GRASP rag_1").final
-    assert not has(after, "stands_by rag_1 rag_10")
-    assert not has(after, "stands_by rag_10 rag_1")
-    assert not has(after, "stands_on rag_1 room_floor_kitchen_0")
+def test_grasping_ends_all_loose_relations_of_the_object(domain: Domain) -> None:
+    final = run(domain, "RIGHT_GRASP rag_1").final
+    assert not has(final, "stands_by rag_1 rag_10")
+    assert not has(final, "stands_by rag_10 rag_1")
+    assert not has(final, "stands_on rag_1 room_floor_kitchen_0")
 
 
 @pytest.mark.parametrize(
@@ -132,24 +132,24 @@ def test_grasping_ends_all_labels_of_the_object(domain: Domain) -> None:
         ("RIGHT_PLACE_INSIDE carton_1", ["lies_in rag_1 carton_1"]),
     ],
 )  # fmt: skip
-def test_where_placed_objects_are(domain: Domain, step: str, facts: list[str]) -> None:
+def test_a_placed_object_has_its_new_relations(domain: Domain, step: str, facts: list[str]) -> None:
     trajectory = run(domain, "RIGHT_GRASP rag_1", step)
     assert outcome(trajectory) == "ok"
     assert [fact for fact in facts if not has(trajectory.final, fact)] == []
     assert not has(trajectory.final, "in_right_hand rag_1")
 
 
-def test_slicing_replaces_an_object_by_its_parts(domain: Domain) -> None:
-    after = run(domain, *CUT, "LEFT_GRASP peach_1_part_0").final
-    assert not has(after, "lies_in peach_1 fridge_1")
-    assert has(after, "lies_in peach_1_part_1 fridge_1")
-    assert has(after, "in_left_hand peach_1_part_0")
+def test_slicing_replaces_an_object_by_its_halves(domain: Domain) -> None:
+    final = run(domain, *CUT, "LEFT_GRASP peach_1_part_0").final
+    assert not has(final, "lies_in peach_1 fridge_1")
+    assert has(final, "lies_in peach_1_part_1 fridge_1")
+    assert has(final, "in_left_hand peach_1_part_0")
     frozen = run(domain, "OPEN fridge_1", "FREEZE peach_1", *CUT[1:]).final
     assert has(frozen, "is_frozen peach_1_part_0")
     assert has(frozen, "is_sliced peach_1_part_1")
 
 
-def test_cleaning_takes_off_what_the_means_suffice_for(domain: Domain) -> None:
+def test_cleaning_removes_only_the_dirt_that_the_tool_can_remove(domain: Domain) -> None:
     dry = run(domain, "RIGHT_GRASP rag_1", "CLEAN plate_1").final
     assert not has(dry, "is_dusty plate_1")
     assert has(dry, "is_stained plate_1")
@@ -165,25 +165,25 @@ def test_a_dishwasher_cleans_its_contents(domain: Domain) -> None:
         "RIGHT_PLACE_INSIDE dishwasher_1",
         "CLOSE dishwasher_1",
     )
-    after = run(domain, *steps, "TOGGLE_ON dishwasher_1").final
-    assert not has(after, "is_dusty plate_1")
-    assert not has(after, "is_stained plate_1")
-    assert has(after, "is_dusty plate_2")
+    final = run(domain, *steps, "TOGGLE_ON dishwasher_1").final
+    assert not has(final, "is_dusty plate_1")
+    assert not has(final, "is_stained plate_1")
+    assert has(final, "is_dusty plate_2")
 
 
-def test_what_is_released_stands_on_the_floor_where_the_robot_is() -> None:
+def test_a_released_object_stands_on_the_floor_of_the_robot() -> None:
     steps = ("RIGHT_GRASP rag_1", "NAVIGATE_TO car_1", "RIGHT_RELEASE rag_1")
     assert has(run(STRICT, *steps).final, "stands_on rag_1 room_floor_garage_0")
 
 
-def test_contents_are_transferred() -> None:
+def test_contents_are_transferred_to_another_support() -> None:
     steps = ("RIGHT_GRASP table_1", "RIGHT_TRANSFER_CONTENTS_ONTOP room_floor_garage_0")
-    after = run(STRICT, *steps).final
-    assert has(after, "stands_on plate_1 room_floor_garage_0")
-    assert not has(after, "lies_on plate_2 table_1")
+    final = run(STRICT, *steps).final
+    assert has(final, "stands_on plate_1 room_floor_garage_0")
+    assert not has(final, "lies_on plate_2 table_1")
 
 
-def test_what_is_next_to_a_floor_stands_on_it() -> None:
+def test_an_object_placed_next_to_a_floor_stands_on_it() -> None:
     steps = ("RIGHT_GRASP rag_1", "RIGHT_PLACE_NEXTTO room_floor_garage_0")
     labels = ("stands_by rag_1 room_floor_garage_0", "stands_on rag_1 room_floor_garage_0")
     assert [has(run(STRICT, *steps).final, label) for label in labels] == [True, True]

@@ -27,18 +27,18 @@ GOAL_REACHED = (
 
 @pytest.fixture
 def scorer() -> ActionSequencing:
-    """The scorer under `strict`; tests of other protocols have a fixture of this name, too."""
+    """Return the scorer under `strict`. Tests of other protocols override this fixture."""
     return STRICT
 
 
 def answer(*steps: str) -> str:
-    """An answer from steps like ``OPEN fridge_1``."""
+    """Return an answer with steps such as ``OPEN fridge_1``."""
     words = (step.split(" ", 1) for step in steps)
     return json.dumps([{"action": action, "object": names} for action, names in words])
 
 
-def told(verdict: Verdict) -> str:
-    """The error with its step, else whether the goals were reached."""
+def describe_outcome(verdict: Verdict) -> str:
+    """Return the kind and step of the error, or whether the goals were reached."""
     if verdict.error is None:
         return "success" if verdict.success else "failure"
     step = "" if verdict.error.step is None else f" {verdict.error.step}"
@@ -61,28 +61,28 @@ OUTCOMES = [
 
 
 @pytest.mark.parametrize(("steps", "outcome"), OUTCOMES)
-def test_verdicts(steps: list[str], outcome: str) -> None:
-    assert told(STRICT.score(answer(*steps))) == outcome
+def test_an_answer_has_its_expected_outcome(steps: list[str], outcome: str) -> None:
+    assert describe_outcome(STRICT.score(answer(*steps))) == outcome
 
 
 def test_a_plan_that_fails_after_reaching_the_goal_fails() -> None:
     verdict = STRICT.score(answer(*GOAL_REACHED, "COOK plate_1"))
-    assert (told(verdict), verdict.success) == ("affordance 6", False)
+    assert (describe_outcome(verdict), verdict.success) == ("affordance 6", False)
 
 
 NEVER_RUN = ("nothing to do", answer("FLY fridge_1"), answer("OPEN rag_1, rag_10"))
 HOLDS_AT_START = "(and (inside peach.n.01_1 fridge.n.01_1) (open fridge.n.01_1))"
-"""Goals of which the first holds at the start."""
+"""Two goals; the first holds initially."""
 
 
-def test_goals_are_told_one_by_one_and_by_kind() -> None:
+def test_a_verdict_counts_goals_singly_and_by_kind() -> None:
     fields = fields_of(STRICT.score(answer(*GOAL_REACHED[:3])))
     assert fields["goals_satisfied"] == [True, False]
     assert fields["goals"] == {"state": [0, 1], "relation": [1, 1], "action": [0, 0]}
 
 
 @pytest.mark.parametrize("text", NEVER_RUN)
-def test_an_answer_that_never_ran_meets_no_goal(text: str) -> None:
+def test_an_answer_that_never_runs_meets_no_goal(text: str) -> None:
     verdict = behavior_scorer(make_task(HOLDS_AT_START)).score(text)
     assert verdict.executable is False
     assert fields_of(verdict)["goals_satisfied"] == [False, False]
@@ -90,10 +90,10 @@ def test_an_answer_that_never_ran_meets_no_goal(text: str) -> None:
 
 def test_additional_steps_are_skipped_and_counted() -> None:
     verdict = STRICT.score(answer("OPEN carton_1", "OPEN carton_1", *GOAL_REACHED))
-    assert (told(verdict), verdict.additional_steps) == ("success", 2)
+    assert (describe_outcome(verdict), verdict.additional_steps) == ("success", 2)
 
 
-def test_explanations_tell_every_step_and_goal(scorer: ActionSequencing) -> None:
+def test_an_explanation_shows_every_step_and_goal(scorer: ActionSequencing) -> None:
     explanation = scorer.explain(
         answer("OPEN fridge_1", "RIGHT_GRASP peach_1", "CLOSE fridge_1", "SLICE plate_1")
     )
@@ -105,7 +105,7 @@ def test_explanations_tell_every_step_and_goal(scorer: ActionSequencing) -> None
     assert scorer.explain(answer("FLY fridge_1")).notes == ("hallucination: step 1: FLY is not an action",)
 
 
-def test_what_is_put_down_is_told_by_where_it_lies_though_no_goal_names_it() -> None:
+def test_an_explanation_shows_the_place_of_an_object_that_no_goal_names() -> None:
     scorer = behavior_scorer(make_task("(and (open fridge.n.01_1))"))
     *_, last = scorer.explain(answer("RIGHT_GRASP detergent_1", "RIGHT_PLACE_NEXTTO sink_1")).steps
     assert {"stands_by(detergent_1, sink_1)", "stands_by(sink_1, detergent_1)"} <= {*last.added}
@@ -149,7 +149,7 @@ STEPS = st.lists(
 
 @settings(max_examples=examples(200), deadline=None)
 @given(STEPS)
-def test_any_plan_has_a_verdict(steps: list[tuple[str, str]]) -> None:
+def test_any_plan_is_executable_or_has_an_error(steps: list[tuple[str, str]]) -> None:
     text = answer(*(" ".join(step) for step in steps)) if steps else "[]"
     verdict = STRICT.score(text)
     assert verdict.executable is (verdict.error is None)
@@ -183,6 +183,8 @@ STAINED = (
         (["CLEAN peach_1"], "affordance", "peach_1 can be neither dusty nor stained"),
     ],
 )
-def test_cleaning_tells_what_dirt_remains(steps: list[str], outcome: str, reason: str) -> None:
+def test_an_explanation_of_cleaning_names_the_remaining_dirt(
+    steps: list[str], outcome: str, reason: str
+) -> None:
     last = STRICT.explain(answer(*steps)).steps[-1]
     assert (last.outcome, last.reason) == (outcome, reason)

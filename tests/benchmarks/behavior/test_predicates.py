@@ -1,4 +1,4 @@
-"""Supports must be followed to their end."""
+"""Derived predicates follow chains of supports to their end."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from itertools import product
 
 import pytest
 
-from benchmarks.behavior.kitchen import actions, make_task
+from benchmarks.behavior.kitchen import make_task, parse_actions
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.logic.formula import Atom, Constant
@@ -26,8 +26,8 @@ IN_CARTON = (
 )
 
 
-def walk(seed: int, steps: int = 60) -> list[State]:
-    """States on a random walk."""
+def take_random_walk(seed: int, steps: int = 60) -> list[State]:
+    """Return the states of a random walk."""
     choice = random.Random(seed)
     state = make_task().initial
     past = History(state)
@@ -41,8 +41,8 @@ def walk(seed: int, steps: int = 60) -> list[State]:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_nothing_rests_on_more_than_one_thing_or_on_itself(seed: int) -> None:
-    for state in walk(seed):
+def test_an_object_has_at_most_one_support_and_never_supports_itself(seed: int) -> None:
+    for state in take_random_walk(seed):
         for x in range(len(state.scene.objects)):
             supports = list(bits(state.relation("lies_in").row(x))) + list(
                 bits(state.relation("lies_on").row(x))
@@ -55,9 +55,9 @@ def _name(state: State, index: int) -> Constant:
     return Constant(state.scene.objects[index].name)
 
 
-def test_carriers_are_followed_to_their_end() -> None:
+def test_indirect_supports_are_found() -> None:
     initial = make_task().initial
-    state = execute(DOMAIN, initial, actions(initial, *IN_CARTON)).final
+    state = execute(DOMAIN, initial, parse_actions(initial, *IN_CARTON)).final
     plate, other, carton = (Constant(name) for name in ("plate_1", "plate_2", "carton_1"))
     assert DOMAIN.holds(Atom("carried_by", (other, plate)), state)
     assert DOMAIN.holds(Atom("carried_by", (other, carton)), state)
@@ -65,27 +65,27 @@ def test_carriers_are_followed_to_their_end() -> None:
     assert not DOMAIN.holds(Atom("directly_inside", (other, carton)), state)
     assert DOMAIN.holds(Atom("floor_below", (other, Constant("room_floor_garage_0"))), state)
     assert not DOMAIN.holds(Atom("shut_in", (other,)), state)
-    closed = execute(DOMAIN, state, actions(initial, "CLOSE carton_1")).final
+    closed = execute(DOMAIN, state, parse_actions(initial, "CLOSE carton_1")).final
     assert DOMAIN.holds(Atom("shut_in", (other,)), closed)
 
 
-def test_a_circle_of_supports_is_walked_once() -> None:
-    """No action leads to one, but whoever perceives a scene wrongly may believe in one."""
+def test_a_cycle_of_supports_does_not_loop_forever() -> None:
+    """No action creates a cycle, but a wrongly perceived scene may have one."""
     scene = make_task().initial.scene
     circle = [("lies_in", "carton_1", "saucepan_1"), ("lies_on", "saucepan_1", "carton_1")]
     beside = [("lies_on", "plate_1", "carton_1"), ("lies_in", "plate_2", "plate_1")]
     itself = [("lies_in", "rag_1", "rag_1"), ("lies_on", "rag_10", "rag_10")]
     facts = [(name, (scene.index[x], scene.index[y])) for name, x, y in (*circle, *beside, *itself)]
     state = scene.state(facts)
-    everything = range(len(scene.objects))
+    indices = range(len(scene.objects))
     for predicate in VOCABULARY.derived:
-        for things in product([_name(state, thing) for thing in everything], repeat=predicate.arity):
-            DOMAIN.holds(Atom(predicate.name, things), state)
+        for arguments in product([_name(state, index) for index in indices], repeat=predicate.arity):
+            DOMAIN.holds(Atom(predicate.name, arguments), state)
     assert DOMAIN.holds(Atom("carried_by", (Constant("plate_2"), Constant("saucepan_1"))), state)
     assert not DOMAIN.holds(
         Atom("floor_below", (Constant("plate_2"), Constant("room_floor_garage_0"))), state
     )
     past = History(state)
     for operator in DOMAIN.operators:
-        for things in product(everything, repeat=operator.arity):
-            attempt(DOMAIN, past, Action(operator.name, things))
+        for arguments in product(indices, repeat=operator.arity):
+            attempt(DOMAIN, past, Action(operator.name, arguments))

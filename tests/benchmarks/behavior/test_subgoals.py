@@ -32,7 +32,7 @@ EITHER = "holds_rh(plate.1) or holds_rh(rag.1)"
 
 @pytest.fixture
 def scorer() -> SubgoalDecomposition:
-    """The scorer under `strict`; tests of other protocols have a fixture of this name, too."""
+    """Return the scorer under `strict`. Tests of other protocols override this fixture."""
     return STRICT
 
 
@@ -40,8 +40,8 @@ def answer(*subgoals: object) -> str:
     return json.dumps({"output": subgoals})
 
 
-def told(verdict: Verdict) -> str:
-    """The category, and what ended the answer: of those that run, also where."""
+def describe_verdict(verdict: Verdict) -> str:
+    """Return category and error; for runtime errors also the step."""
     assert verdict.category is not None
     error = "" if verdict.error is None else f" {verdict.error.kind.value}"
     runs = verdict.category is SubgoalCategory.RUNTIME
@@ -73,7 +73,7 @@ OUTCOMES = [
         (["forall(x, open(x))"], "not_parseable parsing"),
         (["onfloor(agent_n_01.1, room_floor_kitchen.0)"], "goal_unreachable"),
         ([7], "not_parseable parsing"),
-        # What no action brings about.
+        # Conditions that no action achieves.
         (["stained(fridge.1)"], "runtime missing_step 0"),
         (["dusty(plate.1)", "isInKitchen(rag.1)"], "goal_unreachable"),
         (["inHandOfRobot(rag.1)"], "goal_unreachable"),
@@ -90,12 +90,12 @@ OUTCOMES = [
 
 
 @pytest.mark.parametrize(("subgoals", "outcome"), OUTCOMES)
-def test_verdicts(subgoals: list[object], outcome: str) -> None:
-    assert told(STRICT.score(answer(*subgoals))) == outcome
+def test_an_answer_has_its_category_and_error(subgoals: list[object], outcome: str) -> None:
+    assert describe_verdict(STRICT.score(answer(*subgoals))) == outcome
 
 
-def actions_of(scorer: SubgoalDecomposition, *subgoals: str) -> list[str]:
-    """The actions that subgoals are translated into."""
+def get_actions(scorer: SubgoalDecomposition, *subgoals: str) -> list[str]:
+    """Return the actions into which subgoals are translated."""
     return [f"{step.action}" for step in scorer.explain(answer(*subgoals)).steps]
 
 
@@ -106,7 +106,7 @@ def actions_of(scorer: SubgoalDecomposition, *subgoals: str) -> list[str]:
         (["under(rag.1, plate.1)"], ["LEFT_GRASP(rag_1)", "LEFT_PLACE_UNDER(plate_1)"]),
         (["not inside(rag.1, sink.1)"], []),
         (["onfloor(rag.1, table.1)"], []),
-        # What is wanted is done once, whichever hands there are for it.
+        # A subgoal is reached once, with any free hand.
         (
             ["ontop(rag.1, table.1) and nextto(plate.1, rag.1)"],
             ["LEFT_GRASP(rag_1)", "LEFT_PLACE_NEXTTO(plate_1)"],
@@ -119,16 +119,16 @@ def actions_of(scorer: SubgoalDecomposition, *subgoals: str) -> list[str]:
             ["holds_rh(rag.1) and holds_lh(plate.1)", "open(fridge.1)"],
             ["RIGHT_GRASP(rag_1)", "LEFT_GRASP(plate_1)", "LEFT_RELEASE(plate_1)", "OPEN(fridge_1)"],
         ),
-        # It takes more than one change.
+        # Subgoals that need several changes.
         (["inside(rag.1, fridge.1)"], ["LEFT_GRASP(rag_1)", "LEFT_PLACE_INSIDE(fridge_1)"]),
         (["holds_rh(rag.1) and not holds_rh(rag.1)"], []),
     ],
 )  # fmt: skip
-def test_what_is_done_for_subgoals(subgoals: list[str], actions: list[str]) -> None:
-    assert actions_of(STRICT, *subgoals) == actions
+def test_subgoals_are_translated_into_their_actions(subgoals: list[str], actions: list[str]) -> None:
+    assert get_actions(STRICT, *subgoals) == actions
 
 
-def test_a_quantifier_cannot_be_read_as_the_prompt_rules_it_out() -> None:
+def test_a_quantifier_is_a_parsing_error_because_the_prompt_excludes_it() -> None:
     verdict = STRICT.score(answer(*REACHED, "forall(rag_n_01, inside(rag_n_01, sink.1))"))
     assert verdict.error is not None
     assert (verdict.error.kind, verdict.error.step) == (FaultKind.PARSING, len(REACHED))
@@ -137,20 +137,22 @@ def test_a_quantifier_cannot_be_read_as_the_prompt_rules_it_out() -> None:
 @pytest.mark.parametrize(
     "robot", ["onfloor(agent_n_01.1, room_floor_kitchen.0)", "not holds_rh(agent_n_01.1)"]
 )
-def test_literals_about_the_robot_are_taken_to_hold(robot: str) -> None:
-    assert told(STRICT.score(answer(*REACHED, robot))) == "correct"
-    assert told(STRICT.score(answer(robot, f"{REACHED[0]} and {robot}", *REACHED[1:]))) == "correct"
+def test_literals_about_the_robot_count_as_true(robot: str) -> None:
+    assert describe_verdict(STRICT.score(answer(*REACHED, robot))) == "correct"
+    assert (
+        describe_verdict(STRICT.score(answer(robot, f"{REACHED[0]} and {robot}", *REACHED[1:]))) == "correct"
+    )
 
 
-def test_an_entry_that_is_no_formula_makes_an_answer_unreadable() -> None:
+def test_an_entry_that_is_not_a_formula_is_a_parsing_error() -> None:
     verdict = STRICT.score(answer("or", *REACHED))
     assert verdict.error is not None
     assert (verdict.error.kind, verdict.error.step) == (FaultKind.PARSING, 0)
 
 
-def test_errors_and_goals_are_told() -> None:
+def test_a_verdict_lists_errors_and_satisfied_goals() -> None:
     verdict = STRICT.score(answer("open(carton.1)", *REACHED))
-    assert (told(verdict), verdict.additional_steps) == ("correct", 1)
+    assert (describe_verdict(verdict), verdict.additional_steps) == ("correct", 1)
     assert verdict.errors == (FaultKind.ADDITIONAL_STEP,)
     assert verdict.goals_satisfied == (True, True)
     rejected = STRICT.score("?")
@@ -160,18 +162,18 @@ def test_errors_and_goals_are_told() -> None:
 DUSTY = Goal(GoalKind.STATE, Atom("dusty", (Constant("plate_1"),)))
 """A goal that holds at the start."""
 
-NOT_CARRIED_OUT = ("?", answer("flies(rag.1)"))
+NOT_EXECUTED = ("?", answer("flies(rag.1)"))
 
 
-def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
+def test_an_answer_that_is_not_executed_meets_no_goal() -> None:
     task = replace(TASK, goals=(DUSTY,))
-    for text in NOT_CARRIED_OUT:
+    for text in NOT_EXECUTED:
         goals = behavior_subgoals()(task).score(text).goals
         assert goals is not None
         assert goals.state == Share(0, 1)
 
 
-def test_explanations_tell_subgoals_and_what_failed() -> None:
+def test_an_explanation_shows_subgoals_and_the_failure() -> None:
     notes = STRICT.explain(answer("holds_rh(peach.1)")).notes
     assert notes[0] == "runtime"
     assert notes[1] == "subgoal 1: holds_rh(peach.1)"
@@ -193,8 +195,8 @@ def test_explanations_tell_subgoals_and_what_failed() -> None:
         ("holds_rh(rag.1) and holds_lh(peach.1)", False),
     ],
 )
-def test_parts_that_exclude_each_other_are_told(subgoal: str, excluded: bool) -> None:
-    """What is told is no action that the search tried in vain, and none is taken."""
+def test_a_subgoal_with_contradictory_parts_has_its_own_error(subgoal: str, excluded: bool) -> None:
+    """The error names no action of the failed search, and no action is taken."""
     error = STRICT.score(answer(subgoal)).error
     assert (error is not None and error.check == "parts_exclude_each_other") is excluded
     if excluded:
@@ -206,8 +208,8 @@ def test_parts_that_exclude_each_other_are_told(subgoal: str, excluded: bool) ->
         assert not STRICT.explain(answer(subgoal)).steps
 
 
-def test_no_action_is_told_that_does_no_more_than_others_did() -> None:
-    """Each thing can be put where it shall be; to put one next to itself is what no plan needs."""
+def test_an_error_names_no_action_that_achieves_nothing_new() -> None:
+    """Every object can be put at its place; no plan needs to put an object next to itself."""
     subgoal = "ontop(carton.1, sink.1) and ontop(plate.2, rag.10) and ontop(rag.1, table.1)"
     error = STRICT.score(answer(subgoal)).error
     assert error is not None
@@ -242,7 +244,7 @@ def test_any_text_has_a_verdict_and_an_explanation(text: str) -> None:
     STRICT.explain(text)
 
 
-def test_any_number_of_threads_may_ask_one_scorer(scorer: SubgoalDecomposition) -> None:
+def test_many_threads_may_use_one_scorer(scorer: SubgoalDecomposition) -> None:
     answers = [answer(*subgoals) for subgoals in (REACHED, REACHED[:2], [EITHER], ["stained(fridge.1)"])]
     expected = [scorer.score(text) for text in answers]
     assert asked_by_threads(lambda i: scorer.score(answers[i % 4]) == expected[i % 4], 1_500)

@@ -21,8 +21,8 @@ from logic.bddl_text import print_condition
 from oracle import read_shared
 
 
-def spelt(state: str) -> str:
-    """A state as the reference spells it."""
+def respell(state: str) -> str:
+    """Return a state in the reference's spelling."""
     return "".join(word.capitalize() for word in state.split("_"))
 
 
@@ -47,35 +47,35 @@ def test_all_records_equal_the_reconstruction(behavior_tasks: BehaviorTasks, rec
         )
         assert [
             {
-                "name": thing.name,
-                "bddl_instance": thing.instance,
-                "category": thing.category,
-                "igibson_category": thing.model,
-                "igibson_synset": thing.synset,
-                "kind": "room_floor" if thing.is_floor else "object",
-                "parts": list(thing.half_names),
-                "states": sorted(map(spelt, thing.states)),
-                "cleaning_tool": "cleaningTool" in thing.abilities,
-                "slicer": "slicer" in thing.abilities,
-                "water_source": "waterSource" in thing.abilities,
+                "name": obj.name,
+                "bddl_instance": obj.instance,
+                "category": obj.category,
+                "igibson_category": obj.model,
+                "igibson_synset": obj.synset,
+                "kind": "room_floor" if obj.is_floor else "object",
+                "parts": list(obj.half_names),
+                "states": sorted(map(respell, obj.states)),
+                "cleaning_tool": "cleaningTool" in obj.abilities,
+                "slicer": "slicer" in obj.abilities,
+                "water_source": "waterSource" in obj.abilities,
                 "volume_m3_ESTIMATED": None
-                if thing.is_floor
-                else evidence.volumes.get_volume(record.scene, thing.name, thing.model),
+                if obj.is_floor
+                else evidence.volumes.get_volume(record.scene, obj.name, obj.model),
             }
-            for thing in record.objects
-        ] == [{**thing, "states": sorted(thing["states"])} for thing in expected["objects"]]
+            for obj in record.objects
+        ] == [{**obj, "states": sorted(obj["states"])} for obj in expected["objects"]]
         relations = expected["initial_relations"]
         assert triples(read_listed_relations(record)) == triples(relations["listed"])
         assert triples(assume_standing_relations(record, evidence)) == triples(
             relations["assumed_furniture_onfloor"]
         )
         assert triples(collect_initial_relations(record, evidence)) == triples(relations["used"])
-        states = {(name, spelt(state)) for state, name in yield_initial_states(record, evidence)}
+        states = {(name, respell(state)) for state, name in yield_initial_states(record, evidence)}
         assert states == set(map(tuple, expected["initial_states_true"]))
 
 
-def test_initial_facts_are_those_of_the_authors_simulator_log(behavior_tasks: BehaviorTasks) -> None:
-    """Two facts that the log lists are removed with a reason (evidence.toml): sweaters on a bed."""
+def test_initial_facts_equal_the_simulator_log_of_the_authors(behavior_tasks: BehaviorTasks) -> None:
+    """Two logged facts are removed with a reason (evidence.toml): sweaters on a bed."""
     evidence = load_evidence()
     robot, differing = "agent.n.01_1", set()
     for row in read_shared("oracle", "behavior", "igibson_run.claude-3-haiku-20240307.json.gz"):
@@ -95,20 +95,20 @@ def test_initial_facts_are_those_of_the_authors_simulator_log(behavior_tasks: Be
     }
 
 
-def test_what_operators_ask_by_model_is_what_the_reference_asks_by_name(
+def test_models_in_checks_match_the_words_in_the_checks_of_the_reference(
     behavior_tasks: BehaviorTasks,
 ) -> None:
-    """It looks for words in names; with the names of the data set that comes to the same."""
+    """The reference searches names for words. For names of the data set, both agree."""
     for task in behavior_tasks.values():
-        models = {thing.name: thing.model for thing in task.record.objects}
+        models = {obj.name: obj.model for obj in task.record.objects}
         for word in ("sink", "dishwasher", "teapot", "saucepan", "detergent"):
             assert {n for n in task.scene.index if word in n} == {n for n, m in models.items() if m == word}
         for whole in task.record.objects:
-            alike = {n for n in task.scene.index if "_part_" in n and whole.name in n}
-            assert alike == set(whole.half_names)
+            halves = {n for n in task.scene.index if "_part_" in n and whole.name in n}
+            assert halves == set(whole.half_names)
 
 
-def test_the_initial_state_has_what_files_and_evidence_say() -> None:
+def test_the_initial_state_has_the_facts_of_files_and_evidence() -> None:
     state = make_task().initial
     index = state.scene.index
     assert state.has("lies_in", index["peach_1"], index["fridge_1"])
@@ -126,14 +126,14 @@ def test_the_initial_state_has_what_files_and_evidence_say() -> None:
     assert not state.has("much_larger", index["plate_1"], index["peach_1_part_0"])
 
 
-def test_goals_are_about_objects_by_name() -> None:
+def test_goals_name_objects_by_their_name_in_actions() -> None:
     inside, clean = make_task().goals
     assert print_condition(inside.formula) == "(inside peach_1 saucepan_1)"
     assert print_condition(clean.formula).startswith("(forall (?plate.n.01 - plate.n.01) (not")
     assert (inside.kind, clean.kind) == (GoalKind.RELATION, GoalKind.STATE)
 
 
-def test_parts_are_of_no_category_of_the_problem() -> None:
+def test_halves_have_no_category_of_the_problem() -> None:
     scene = make_task(GOAL).scene
     assert scene.names(scene.category("peach.n.01")) == ("peach_1",)
 
@@ -143,13 +143,13 @@ def test_a_plan_keeps_a_misspelt_action(behavior_tasks: BehaviorTasks) -> None:
     assert "RIGHT_REALEASE" in [action.operator for action in task.script]
 
 
-def test_furniture_that_is_placed_nowhere_stands_on_the_floor_of_its_room() -> None:
+def test_furniture_without_a_place_stands_on_the_floor_of_its_room() -> None:
     record = make_record()
     placed = {source for _, source, _ in assume_standing_relations(record, EVIDENCE)}
     assert placed == {"fridge_1", "table_1", "sink_1", "dishwasher_1", "car_1"}
 
 
-def test_digest_is_of_data_and_evidence() -> None:
+def test_the_digest_covers_data_and_evidence() -> None:
     records = TaskSet({}, {}.__getitem__, "0")
     assert build_tasks(records, load_evidence()).sha256 != build_tasks(records, EVIDENCE).sha256
     assert (

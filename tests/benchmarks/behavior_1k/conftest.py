@@ -1,4 +1,4 @@
-"""The real data of BEHAVIOR-1K, and a kitchen of its kinds made up."""
+"""The real data of BEHAVIOR-1K."""
 
 from __future__ import annotations
 
@@ -12,5 +12,5 @@ from eai.tasks.task import Task
 
 @pytest.fixture(scope="session")
 def activities(activity_store: Store) -> TaskSet[Task]:
-    """The tasks of all activities."""
+    """Return the tasks of all activities."""
     return behavior_1k().tasks(Source(store=activity_store))

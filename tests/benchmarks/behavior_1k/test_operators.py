@@ -1,4 +1,4 @@
-"""Actions on scenes of a few things, with the facts that matter."""
+"""Effects and faults of actions in a small hand-made scene."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from eai.world.execution import execute
 from eai.world.fault import FaultKind
 from eai.world.state import Fact, Scene, State, WorldObject
 
-THINGS = (
+OBJECTS = (
     *("floor", "sink", "oven", "pan", "bowl", "knife", "rag", "spoon", "apple", "half_1", "half_2", "plate"),
     *("water", "soap", "stain", "dust", "dice", "flour", "dough", "loaf", "recipe_1", "recipe_2"),
 )
@@ -41,20 +41,20 @@ def domain() -> Domain:
     return declared()
 
 
-def state(*more: str) -> State:
-    scene = Scene(p.VOCABULARY, [WorldObject(name, name.partition("_")[0]) for name in THINGS])
+def make_state(*more: str) -> State:
+    scene = Scene(p.VOCABULARY, [WorldObject(name, name.partition("_")[0]) for name in OBJECTS])
     lines = [*FACTS.replace("\n", ";").split(";"), *more]
     facts = [line.split() for line in lines if line.strip()]
     return scene.state([Fact(name, tuple(scene.index[o] for o in objects)) for name, *objects in facts])
 
 
-def plan(initial: State, text: str) -> list[Action]:
+def parse_plan(initial: State, text: str) -> list[Action]:
     steps = [step.split() for step in text.split(";")]
     return [Action(name, tuple(initial.scene.index[o] for o in objects)) for name, *objects in steps]
 
 
-def after(domain: Domain, initial: State, text: str) -> State:
-    trajectory = execute(domain, initial, plan(initial, text))
+def run_plan(domain: Domain, initial: State, text: str) -> State:
+    trajectory = execute(domain, initial, parse_plan(initial, text))
     assert trajectory.failure is None, trajectory.failure
     return trajectory.final
 
@@ -132,10 +132,10 @@ def holds(reached: State, fact: str) -> bool:
         (("is_hot pan",), "WAIT", [], ["is_hot pan"]),
     ],
 )
-def test_what_actions_do(
+def test_actions_have_their_effects(
     domain: Domain, before: tuple[str, ...], steps: str, then: list[str], no_more: list[str]
 ) -> None:
-    reached = after(domain, state(*before), steps)
+    reached = run_plan(domain, make_state(*before), steps)
     assert [fact for fact in then if not holds(reached, fact)] == []
     assert [fact for fact in no_more if holds(reached, fact)] == []
 
@@ -186,30 +186,30 @@ def test_what_actions_do(
         ),
     ],
 )
-def test_what_is_wrong_with_an_action(
+def test_a_failing_action_has_its_fault_and_reason(
     domain: Domain, before: tuple[str, ...], steps: str, kind: FaultKind, reason: str
 ) -> None:
-    initial = state(*before)
-    trajectory = execute(domain, initial, plan(initial, steps))
+    initial = make_state(*before)
+    trajectory = execute(domain, initial, parse_plan(initial, steps))
     faults = [step.fault for step in trajectory.steps if step.fault is not None]
     assert [(fault.kind, fault.check.reason) for fault in faults] == [(kind, reason)]
 
 
-def test_the_robot_goes_to_what_it_acts_on(domain: Domain) -> None:
-    initial = state()
-    assert holds(after(domain, initial, "GRASP rag"), "robot_on floor")
+def test_the_robot_moves_to_the_object_of_its_action(domain: Domain) -> None:
+    initial = make_state()
+    assert holds(run_plan(domain, initial, "GRASP rag"), "robot_on floor")
     assert len(domain.operators) == 35
 
 
-def test_a_substance_is_seen_with_what_it_is_on_or_openly_in(domain: Domain) -> None:
-    def sight(*more: str) -> set[str]:
-        initial = state(*more)
+def test_a_substance_is_visible_on_an_object_or_in_an_open_container(domain: Domain) -> None:
+    def find_visible(*more: str) -> set[str]:
+        initial = make_state(*more)
         return {name for name, i in initial.scene.index.items() if domain.find_visible(initial, 1 << i)}
 
-    assert {"plate", "flour"} <= sight()
-    assert "stain" not in sight()
-    assert "dust" in sight("has_cover plate dust")
-    assert "dust" not in sight("has_cover pan dust", "lies_in pan oven")
-    assert "water" in sight("has_in pan water")
-    assert "dough" not in sight("has_in oven dough")
-    assert "dough" in sight("has_in oven dough", "is_open oven")
+    assert {"plate", "flour"} <= find_visible()
+    assert "stain" not in find_visible()
+    assert "dust" in find_visible("has_cover plate dust")
+    assert "dust" not in find_visible("has_cover pan dust", "lies_in pan oven")
+    assert "water" in find_visible("has_in pan water")
+    assert "dough" not in find_visible("has_in oven dough")
+    assert "dough" in find_visible("has_in oven dough", "is_open oven")

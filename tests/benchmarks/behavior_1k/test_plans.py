@@ -1,4 +1,4 @@
-"""The gold plans of the package are those that its program writes."""
+"""The gold plans of the package equal the output of the program that writes them."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from sweeps import every
 
 
 @every(100)
-def test_plans_are_as_the_program_writes_them(
+def test_gold_plans_equal_the_output_of_the_planning_program(
     activity_store: Store, monkeypatch: pytest.MonkeyPatch, every: int
 ) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "tools" / "behavior_1k"))
     tool = module_at("tools/behavior_1k/plans.py")
     lines = tool.FILE.read_text(encoding="utf-8").splitlines(keepends=True)
-    known = {line.partition("\t")[0]: line for line in lines}
+    packaged = {line.partition("\t")[0]: line for line in lines}
     names, set_up = tool.opened(Source(activity_store))
-    assert known.keys() <= set(names)
+    assert packaged.keys() <= set(names)
     for name in names[::every]:
-        assert tool.line_of(set_up, name) == known.get(name, ""), "run: python tools/behavior_1k/plans.py"
+        assert tool.line_of(set_up, name) == packaged.get(name, ""), "run: python tools/behavior_1k/plans.py"

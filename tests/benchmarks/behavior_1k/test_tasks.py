@@ -61,7 +61,9 @@ def test_gold_plans_reach_the_goals(activities: TaskSet[Task], domain: Domain, e
 
 
 @every(20)
-def test_no_step_of_a_gold_plan_is_needless(activities: TaskSet[Task], domain: Domain, every: int) -> None:
+def test_no_step_of_a_gold_plan_can_be_left_out(
+    activities: TaskSet[Task], domain: Domain, every: int
+) -> None:
     for task_id in list(activities)[::every]:
         task = activities[task_id]
         for number in range(len(task.script)):
@@ -73,10 +75,8 @@ def test_no_step_of_a_gold_plan_is_needless(activities: TaskSet[Task], domain: D
 
 
 @every(10)
-def test_no_gold_plan_wipes_with_something_dirty(
-    activities: TaskSet[Task], domain: Domain, every: int
-) -> None:
-    wiping = [each for each in activities if "WIPE" in {a.operator for a in activities[each].script}]
+def test_no_gold_plan_wipes_with_a_dirty_tool(activities: TaskSet[Task], domain: Domain, every: int) -> None:
+    wiping = [name for name in activities if "WIPE" in {a.operator for a in activities[name].script}]
     for task_id in dict.fromkeys(["clean_synthetic_hiking_gear", *wiping[::every]]):
         task = activities[task_id]
         states = execute(domain, task.initial, task.script).states
@@ -87,7 +87,7 @@ def test_no_gold_plan_wipes_with_something_dirty(
                 assert not task.initial.relation("has_cover").row(tool), task_id
 
 
-def test_an_activity_has_a_plan_or_is_left_out_with_a_reason(activities: TaskSet[Task]) -> None:
+def test_each_activity_has_a_plan_or_a_reason_for_its_exclusion(activities: TaskSet[Task]) -> None:
     planned = {task_id for task_id, task in activities.items() if task.script}
     reasons = load_exclusions()
     assert len(planned) == PLANNED
@@ -95,35 +95,35 @@ def test_an_activity_has_a_plan_or_is_left_out_with_a_reason(activities: TaskSet
     assert planned | set(reasons) == set(activities)
 
 
-def test_the_goal_of_stacking_wood_counts_four_of_six_logs(activities: TaskSet[Task]) -> None:
+def test_the_goal_of_stacking_wood_contradicts_itself(activities: TaskSet[Task]) -> None:
     task = activities["stacking_wood"]
-    each, on_the_table, on_a_log = (goal.formula for goal in task.goals)
-    assert isinstance(each, f.ForAll)
+    every_log, on_the_table, on_a_log = (goal.formula for goal in task.goals)
+    assert isinstance(every_log, f.ForAll)
     assert isinstance(on_the_table, f.Exactly)
     assert isinstance(on_a_log, f.Exactly)
-    assert isinstance(each.body, f.Or)
-    assert each.body.operands == (on_the_table.body, on_a_log.body)
+    assert isinstance(every_log.body, f.Or)
+    assert every_log.body.operands == (on_the_table.body, on_a_log.body)
     logs = len(task.scene.names(task.scene.category("log")))
     assert on_the_table.count + on_a_log.count < logs
     assert "contradicts itself" in load_exclusions()["stacking_wood"]
 
 
 @every(50)
-def test_a_goal_does_not_hold_at_the_start(activities: TaskSet[Task], every: int) -> None:
+def test_goals_do_not_hold_initially_except_in_one_activity(activities: TaskSet[Task], every: int) -> None:
     for task_id in list(activities)[::every]:
         task = activities[task_id]
         holds = all(GoalTest(task).reached(task.initial, [], [task.initial]))
         assert holds == (task_id == "clean_a_stainless_steel_dishwasher")
 
 
-def test_the_challenge_has_a_plan_for_each_of_its_activities(activity_store: Store) -> None:
+def test_each_activity_of_the_challenge_has_a_plan(activity_store: Store) -> None:
     tasks = challenge_2025().tasks(Source(store=activity_store))
     assert len(tasks) == 50
     assert next(iter(tasks)) == "turning_on_radio"
     assert all(task.script and task.unsolvable is None for task in tasks.values())
 
 
-def test_the_activities_of_behavior_100_are_those_of_the_same_name(activity_store: Store) -> None:
+def test_the_subset_of_behavior_100_has_the_activities_of_equal_names(activity_store: Store) -> None:
     source = Source(store=activity_store)
     of_100 = {task_id.partition("_0_")[0] for task_id in behavior().tasks(source)}
     assert list(of_behavior_100().tasks(source)) == [
@@ -131,15 +131,13 @@ def test_the_activities_of_behavior_100_are_those_of_the_same_name(activity_stor
     ]
 
 
-def test_the_planner_puts_into_a_washer_what_is_to_be_washed(
-    activities: TaskSet[Task], domain: Domain
-) -> None:
-    found = find_plan(activities["wash_dog_toys"], Planner(domain), Limits(100))
-    assert found.end is SearchEnd.SOLVED
-    assert "WASH" in {action.operator for action in found.plan}
+def test_the_planner_uses_a_washer_for_dirty_objects(activities: TaskSet[Task], domain: Domain) -> None:
+    search = find_plan(activities["wash_dog_toys"], Planner(domain), Limits(100))
+    assert search.end is SearchEnd.SOLVED
+    assert "WASH" in {action.operator for action in search.plan}
 
 
-def test_the_planner_follows_a_recipe_which_no_answer_names(
+def test_the_planner_follows_recipes_which_answers_cannot_name(
     activities: TaskSet[Task], domain: Domain
 ) -> None:
     task = activities["make_coffee"]
@@ -149,36 +147,36 @@ def test_the_planner_follows_a_recipe_which_no_answer_names(
     assert "RUN" in [action.operator for action in plan]
 
 
-def test_the_planner_brings_together_one_by_one_what_a_recipe_takes(
+def test_the_planner_collects_the_ingredients_of_a_recipe_one_by_one(
     activities: TaskSet[Task], domain: Domain
 ) -> None:
     task = activities["make_mustard_herb_and_spice_seasoning"]
-    found = find_plan(task, Planner(domain), Limits(100, looks=20_000))
-    assert [action.operator for action in found.plan].count("POUR") == 6
-    assert len(found.plan) == len(task.script)
+    search = find_plan(task, Planner(domain), Limits(100, looks=20_000))
+    assert [action.operator for action in search.plan].count("POUR") == 6
+    assert len(search.plan) == len(task.script)
 
 
-def test_what_is_on_no_known_floor_is_seen_from_anywhere(activities: TaskSet[Task]) -> None:
+def test_an_object_without_a_known_floor_is_visible_from_everywhere(activities: TaskSet[Task]) -> None:
     task = activities["clean_the_exterior_of_your_garage"]
     door, stain = (task.scene.index[name] for name in ("door_1", "stain_1"))
     assert not task.initial.relation("by_floor").row(door)
     assert stain in Game(staged(task, behavior_1k(), STANDARD)).memory.known
 
 
-def test_prompts_of_plans_tell_the_conventions_unless_they_are_asked(activity_store: Store) -> None:
+def test_prompts_for_plans_list_conventions_unless_the_benchmark_tests_them(activity_store: Store) -> None:
     library, task_id = Library("eai", source=Source(store=activity_store)), "clean_a_patio"
-    told, silent = (
-        {ability: library.open(each, ability)[task_id].user for ability in PAPER_ABILITIES[:3]}
-        for each in (behavior_1k(), untold())
+    explained, silent = (
+        {ability: library.open(benchmark, ability)[task_id].user for ability in PAPER_ABILITIES[:3]}
+        for benchmark in (behavior_1k(), untold())
     )
     for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
-        assert "mud_1 is removed by wiping with broom_1" in told[ability]
+        assert "mud_1 is removed by wiping with broom_1" in explained[ability]
         assert HEADING not in silent[ability]
-    assert told[Ability.GOAL_INTERPRETATION] == silent[Ability.GOAL_INTERPRETATION]
+    assert explained[Ability.GOAL_INTERPRETATION] == silent[Ability.GOAL_INTERPRETATION]
 
 
 @pytest.mark.parametrize("task_id", ["clean_clams", "cook_hot_dogs", "make_a_cappuccino"])
-def test_problems_tell_the_rules_without_which_the_gold_operators_reach_no_goal(
+def test_planning_problems_contain_the_rules_that_gold_operators_need(
     activity_store: Store, task_id: str
 ) -> None:
     suite = open_suite(behavior_1k(), Ability.TRANSITION_MODELING, source=Source(store=activity_store))
@@ -189,21 +187,21 @@ def test_problems_tell_the_rules_without_which_the_gold_operators_reach_no_goal(
     assert verdict.success
 
 
-def test_prompts_of_transition_modeling_tell_what_their_operators_read_and_little_else(
+def test_prompts_of_transition_modeling_show_the_facts_of_their_operators_and_little_more(
     activity_store: Store,
 ) -> None:
     source = Source(store=activity_store)
     operators = behavior_1k().operators(source)
     prompts = Library("eai", source=source).open(behavior_1k(), Ability.TRANSITION_MODELING)
     for task_id in list(operators)[::40]:
-        shown, _, asked = prompts[task_id].user.partition("An example of another task")
+        shown, _, question = prompts[task_id].user.partition("An example of another task")
         task = operators[task_id]
-        facts = asked.partition("Your task")[2]
+        facts = question.partition("Your task")[2]
         read = {
-            part.predicate
-            for each in task.gold.values()
-            for part in walk(each.precondition)
-            if isinstance(part, Atom)
+            formula.predicate
+            for operator in task.gold.values()
+            for formula in walk(operator.precondition)
+            if isinstance(formula, Atom)
         }
         assert all(f"({name}" in shown for name in read), task_id
         assert all(write_formula(fact) in facts for fact in task.problem.initial if fact.predicate in read), (
@@ -214,6 +212,6 @@ def test_prompts_of_transition_modeling_tell_what_their_operators_read_and_littl
     assert "removes_soaked" not in prompts["putting_shoes_on_rack"].user
 
 
-def test_the_declaration_conforms(activities: TaskSet[Task], domain: Domain) -> None:
+def test_the_domain_conforms_to_its_declarations(activities: TaskSet[Task], domain: Domain) -> None:
     names = ("cook_cabbage", "make_pizza", "cleaning_up_plates_and_food", "washing_vegetables")
     assert check(domain, [activities[name].initial for name in names]) == ()

@@ -1,4 +1,4 @@
-"""A small flat, made by hand: the least that every VirtualHome action needs."""
+"""A small hand-made flat, with the objects that the VirtualHome actions need."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ PROPERTIES = {
     "guest.24": ["PERSON"],
     "cloud.30": ["GRABBABLE"],
 }
-ROOM_OF = {
+OBJECTS_BY_ROOM = {
     "kitchen.1": ["fridge.10", "table.12", "cup.13", "bread.14", "knife.15", "milk.11", "chair.21"],
     "bedroom.2": ["character.65", "face.70", "book.16", "shirt.17", "bed.20", "television.22", "keyboard.23"],
 }
-START = (
+INITIAL_FACTS = (
     "INSIDE milk.11 fridge.10",
     "CLOSED fridge.10",
     "OFF fridge.10",
@@ -47,39 +47,36 @@ START = (
 )
 
 
-def scene() -> Scene:
-    """The objects of the flat."""
+def make_scene() -> Scene:
     objects = [WorldObject(name, name.rpartition(".")[0]) for name in PROPERTIES]
     return Scene(VOCABULARY, objects, agent=list(PROPERTIES).index("character.65"))
 
 
-def state(*changes: str, over: Scene | None = None) -> State:
-    """The flat at the start, with facts added (``HELD cup.13``) or, after a minus sign, removed."""
-    over = over or scene()
+def make_state(*changes: str, over: Scene | None = None) -> State:
+    """Return the initial state with facts added (``HELD cup.13``) or, after a minus sign, removed."""
+    over = over or make_scene()
     facts = {f"{p} {name}" for name, properties in PROPERTIES.items() for p in properties}
-    facts |= {f"INSIDE {name} {room}" for room, names in ROOM_OF.items() for name in names}
-    facts |= set(START)
+    facts |= {f"INSIDE {name} {room}" for room, names in OBJECTS_BY_ROOM.items() for name in names}
+    facts |= set(INITIAL_FACTS)
     for change in changes:
         if change.startswith("-"):
             facts.remove(change[1:])
         else:
             facts.add(change)
-    return over.state(read(facts, over))
+    return over.state(parse_facts(facts, over))
 
 
-def read(facts: Iterable[str], over: Scene) -> Iterable[Fact]:
-    """Facts from their texts."""
+def parse_facts(facts: Iterable[str], over: Scene) -> Iterable[Fact]:
     for text in facts:
         predicate, *names = text.split()
         yield Fact(predicate, tuple(over.index[name] for name in names))
 
 
-def action(text: str, over: Scene) -> Action:
-    """An action from ``GRAB cup.13``."""
+def parse_action(text: str, over: Scene) -> Action:
+    """Return an action from ``GRAB cup.13``."""
     operator, *names = text.split()
     return Action(operator, tuple(over.index[name] for name in names))
 
 
-def told(facts: Iterable[Fact], over: Scene) -> set[str]:
-    """Facts as texts."""
+def format_facts(facts: Iterable[Fact], over: Scene) -> set[str]:
     return {" ".join([f.predicate, *(over.objects[i].name for i in f.arguments)]) for f in facts}

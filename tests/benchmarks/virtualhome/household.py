@@ -1,4 +1,4 @@
-"""Made-up tasks in the small flat, to be scored."""
+"""Made-up tasks in the small flat."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ def make_task(
     relevant: Sequence[str] | None = None,
     more_objects: Sequence[str] = (),
 ) -> VirtualHomeTask:
-    """A task in the flat.
+    """Return a task in the flat.
 
     Args:
-        changes: how the flat differs at the start (``HOLDS_RH character.65 cup.13``, ``-CLOSED fridge.10``).
+        changes: changes of the initial facts (``HOLDS_RH character.65 cup.13``, ``-CLOSED fridge.10``).
         goals: ``state OPEN fridge.10``, ``relation ONTOP cup.13 bed.20`` or ``action LOOKAT|WATCH``.
-        final: how the annotated final state differs from the start; if None, every goal holds in it.
+        final: changes from the initial to the annotated final state; if None, all goals hold in it.
         script: the annotated plan (``WALK fridge.10``).
         relevant: the objects that an answer may name without an id, in order; all if None.
-        more_objects: further objects, about which nothing is true but what ``changes`` says.
+        more_objects: further objects, without facts except those in ``changes``.
     """
     objects = [*flat.PROPERTIES, *more_objects]
     scene = Scene(
@@ -37,7 +37,7 @@ def make_task(
         [WorldObject(name, name.rpartition(".")[0]) for name in objects],
         agent=objects.index("character.65"),
     )
-    initial = flat.state(*changes, over=scene)
+    initial = flat.make_state(*changes, over=scene)
     if final is None:
         final = [goal.partition(" ")[2] for goal in goals if not goal.startswith("action")]
     about = objects if relevant is None else relevant
@@ -46,23 +46,22 @@ def make_task(
         title="Made up",
         instruction="Do it.",
         initial=initial,
-        annotated_final=flat.state(*changes, *final, over=scene),
-        script=tuple(flat.action(step, scene) for step in script),
-        goals=tuple(_goal(text) for text in goals),
+        annotated_final=flat.make_state(*changes, *final, over=scene),
+        script=tuple(flat.parse_action(step, scene) for step in script),
+        goals=tuple(_parse_goal(text) for text in goals),
         temporal_goal=None,
         relevant=tuple(scene.index[name] for name in about),
-        record=_record(about),
+        record=_make_record(about),
     )
 
 
-def _record(relevant: Sequence[str]) -> TaskRecord:
-    """What a record says of the objects that a task is about."""
+def _make_record(relevant: Sequence[str]) -> TaskRecord:
     unchanged = GraphDelta((), (), (), (), ())
     ids = tuple(int(name.rpartition(".")[2]) for name in relevant)
     return TaskRecord("1_1", "Made up", "Do it.", (), (), (), (), None, unchanged, unchanged, ids, ())
 
 
-def _goal(text: str) -> Goal:
+def _parse_goal(text: str) -> Goal:
     kind, predicate, *names = text.split()
     if kind == GoalKind.ACTION.value:
         return Goal(GoalKind.ACTION, Or(tuple(Occurs(word) for word in predicate.split("|"))))

@@ -17,19 +17,19 @@ SITUATIONS: tuple[tuple[str, ...], ...] = (
     ("SITTING character.65", "ONTOP character.65 chair.21", "NEXT_TO character.65 bed.20"),
     ("LYING character.65", "NEXT_TO character.65 bed.20"),
 )
-"""The flat as an action can find it when it seems needless."""
+"""Initial facts under which some actions are unnecessary."""
 
 
-def problems(domain: Domain) -> set[str]:
-    """What does not conform when each action that can be additional is tried by itself, on all objects."""
-    states = [flat.state(*situation) for situation in SITUATIONS]
-    alone = [
+def find_problems(domain: Domain) -> set[str]:
+    """Return the defects of each action with an additional-step check, tried alone on all objects."""
+    states = [flat.make_state(*situation) for situation in SITUATIONS]
+    domains = [
         replace(domain, operators=(operator,))
         for operator in domain.operators
-        if any(each.fault is FaultKind.ADDITIONAL_STEP for each in operator.checks)
+        if any(rule.fault is FaultKind.ADDITIONAL_STEP for rule in operator.checks)
     ]
-    return {defect for each in alone for defect in check(each, states, steps=100)}
+    return {defect for single in domains for defect in check(single, states, steps=100)}
 
 
-def test_it_conforms() -> None:
-    assert not problems(as_meant())
+def test_the_domain_conforms_to_its_declarations() -> None:
+    assert not find_problems(as_meant())

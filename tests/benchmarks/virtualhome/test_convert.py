@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.graphs import ORDERED, PlainGraph, final_graph, initial_graph
+from benchmarks.graphs import ORDERED, PlainGraph, build_final_graph, build_initial_graph
 from benchmarks.synthetic import PROGRAMS, SCENE, TASKS, MadeTask, Triple, bundle, files, graph, node
 from eai.base.errors import DataError
 from eai.base.store import Store, ignore_progress
@@ -18,14 +18,14 @@ from eai.benchmarks.virtualhome.records import (
 )
 
 
-def converted(tasks: tuple[MadeTask, ...], folder: Path) -> VirtualHome:
+def convert(tasks: tuple[MadeTask, ...], folder: Path) -> VirtualHome:
     members = convert_tasks(bundle(files(tasks)), ignore_progress)
     return VirtualHome.of(Store(folder).write("virtualhome", {}, members))
 
 
 @pytest.fixture
 def tasks(tmp_path: Path) -> VirtualHome:
-    return converted(TASKS, tmp_path)
+    return convert(TASKS, tmp_path)
 
 
 def expected_targets(values: dict[str, Any]) -> dict[tuple[int, str], list[int]]:
@@ -35,10 +35,10 @@ def expected_targets(values: dict[str, Any]) -> dict[tuple[int, str], list[int]]
     return {key: list(ids) if key[1] in ORDERED else sorted(ids) for key, ids in groups.items()}
 
 
-def assert_objects(found: PlainGraph, values: dict[str, Any]) -> None:
-    last = {each["id"]: each for each in values["nodes"]}
-    assert found.objects.keys() == last.keys()
-    for identifier, record in found.objects.items():
+def assert_objects(graph: PlainGraph, values: dict[str, Any]) -> None:
+    last = {entry["id"]: entry for entry in values["nodes"]}
+    assert graph.objects.keys() == last.keys()
+    for identifier, record in graph.objects.items():
         expected = last[identifier]
         assert (record.id, record.class_name, record.category) == (
             identifier,
@@ -57,7 +57,7 @@ def test_tasks_come_in_the_order_of_the_annotations(tasks: VirtualHome) -> None:
         tasks["4_1"]
 
 
-def test_script_and_goals_are_kept_as_annotated(tasks: VirtualHome) -> None:
+def test_scripts_and_goals_are_stored_as_annotated(tasks: VirtualHome) -> None:
     cup, sofa = ("cup", 1000), ("sofa", 90)
     assert tasks["3_1"].script == (("GRAB", (cup,)), ("PUTBACK", (cup, sofa)))
     assert tasks["3_1"].description == "Put it on the sofa."
@@ -69,25 +69,25 @@ def test_script_and_goals_are_kept_as_annotated(tasks: VirtualHome) -> None:
 
 
 @pytest.mark.parametrize("made", TASKS, ids=lambda made: made.id)
-def test_graphs_come_back_from_the_differences(tasks: VirtualHome, made: MadeTask) -> None:
-    found = initial_graph(tasks.base, tasks[made.id])
-    assert_objects(found, made.initial)
-    assert found.targets() == expected_targets(made.initial)
-    found = final_graph(tasks.base, tasks[made.id])
-    assert_objects(found, made.final)
-    assert {key: set(ids) for key, ids in found.targets().items()} == {
+def test_graphs_can_be_restored_from_their_differences(tasks: VirtualHome, made: MadeTask) -> None:
+    graph_read = build_initial_graph(tasks.base, tasks[made.id])
+    assert_objects(graph_read, made.initial)
+    assert graph_read.targets() == expected_targets(made.initial)
+    graph_read = build_final_graph(tasks.base, tasks[made.id])
+    assert_objects(graph_read, made.final)
+    assert {key: set(ids) for key, ids in graph_read.targets().items()} == {
         key: set(ids) for key, ids in expected_targets(made.final).items()
     }
 
 
-def test_relevant_objects_come_in_the_order_met(tasks: VirtualHome) -> None:
+def test_relevant_objects_have_their_order_of_occurrence(tasks: VirtualHome) -> None:
     assert tasks["1_1"].relevant_from_nodes == (7,)
     assert tasks["1_1"].relevant_from_edges == (65, 90)
     assert tasks["2_1"].relevant_from_nodes == tasks["2_1"].relevant_from_edges == ()
     assert tasks["3_1"].relevant_from_edges == (1000, 1, 90)
 
 
-def test_progress_counts_tasks() -> None:
+def test_conversion_reports_the_number_of_converted_tasks() -> None:
     steps: list[tuple[object, ...]] = []
     convert_tasks(bundle(files()), lambda stage, _, *counts: steps.append((stage, *counts)))
     assert steps == [("converting", done, 3) for done in range(4)]
@@ -96,11 +96,11 @@ def test_progress_counts_tasks() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        (b"Turn on light", b"Turn off light", "its title is 'Turn off light'"),
-        (b"[WALK]", b"WALK", "not a step: 'WALK <lamp>"),
+        (b"Turn on light", b"Turn off light", "title 'Turn off light'"),
+        (b"[WALK]", b"WALK", "'WALK <lamp> .* is not a step"),
     ],
 )
-def test_a_script_of_another_form_is_told(old: bytes, new: bytes, reason: str) -> None:
+def test_a_script_with_an_unexpected_form_is_an_error(old: bytes, new: bytes, reason: str) -> None:
     contents = files()
     path = f"{PROGRAMS}executable_programs/{SCENE}1_1.txt"
     contents[path] = contents[path].replace(old, new)
@@ -119,7 +119,7 @@ def random_graph(edges: list[Triple], states: list[str], size: int) -> dict[str,
 
 
 @given(st.lists(st.tuples(EDGES, STATES, st.integers(1, 4), EDGES, STATES), min_size=1, max_size=4))
-def test_any_set_of_graphs_comes_back(
+def test_any_graphs_can_be_restored_from_their_differences(
     drawn: list[tuple[list[Triple], list[str], int, list[Triple], list[str]]],
 ) -> None:
     made = tuple(
@@ -136,11 +136,14 @@ def test_any_set_of_graphs_comes_back(
         for number, (before, states, size, after, final_states) in enumerate(drawn)
     )
     with TemporaryDirectory() as folder:
-        tasks = converted(made, Path(folder))
-    for each in made:
-        found, last = initial_graph(tasks.base, tasks[each.id]), final_graph(tasks.base, tasks[each.id])
-        assert_objects(found, each.initial)
-        assert_objects(last, each.final)
-        assert found.targets() == expected_targets(each.initial)
-        assert last.targets().keys() == expected_targets(each.final).keys()
-        assert len(last.edges) == len({tuple(edge.values()) for edge in each.final["edges"]})
+        tasks = convert(made, Path(folder))
+    for made_task in made:
+        first, last = (
+            build_initial_graph(tasks.base, tasks[made_task.id]),
+            build_final_graph(tasks.base, tasks[made_task.id]),
+        )
+        assert_objects(first, made_task.initial)
+        assert_objects(last, made_task.final)
+        assert first.targets() == expected_targets(made_task.initial)
+        assert last.targets().keys() == expected_targets(made_task.final).keys()
+        assert len(last.edges) == len({tuple(edge.values()) for edge in made_task.final["edges"]})

@@ -1,4 +1,4 @@
-"""Explanations of models' answers say when each part of a temporal goal is met."""
+"""Explanations report the step at which each part of a temporal goal is met."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from oracle import Oracle
 from subgoal_scorers import virtualhome_subgoals
 
 
-def test_every_part_of_a_temporal_goal_is_met_at_the_step_that_is_told(
+def test_each_part_of_a_temporal_goal_is_met_at_its_reported_step(
     oracle: Oracle, virtualhome_tasks: VirtualHomeTasks
 ) -> None:
-    wrong, told = {}, 0
+    wrong, reported = {}, 0
     scorer_of = virtualhome_subgoals()
     for row in oracle("virtualhome", "subgoal_decomposition", "gpt-4o-2024-05-13")["tasks"][::5]:
         scorer = scorer_of(virtualhome_tasks[row["id"].partition("@")[0]])
@@ -33,21 +33,21 @@ def test_every_part_of_a_temporal_goal_is_met_at_the_step_that_is_told(
             goal.parts if isinstance(goal, Then) else (goal,), explanation.parts, strict=True
         ):
             if report.when:
-                told += 1
+                reported += 1
                 if not is_met(part, report, explanation, states):
                     wrong[row["id"]] = (report.part, report.when)
     assert wrong == {}
-    assert told >= 60
+    assert reported >= 60
 
 
 def states_by_step(scorer: SubgoalDecomposition, explanation: Explanation) -> dict[int, State]:
-    """The state after each executed step of an explanation, by the number of the step; 0 is the start."""
+    """Return the states after the executed steps by step number; 0 is the initial state."""
     state = scorer.task.initial
     states = {0: state}
     for number, step in enumerate(explanation.steps, 1):
         if step.outcome == EXECUTED:
             name, _, names = step.action.removesuffix(")").partition("(")
-            objects = tuple(scorer.task.scene.index[each] for each in names.split(", ") if each)
+            objects = tuple(scorer.task.scene.index[word] for word in names.split(", ") if word)
             state = attempt(scorer.domain, History(state), Action(name, objects))
             assert isinstance(state, State)
             states[number] = state
@@ -55,8 +55,8 @@ def states_by_step(scorer: SubgoalDecomposition, explanation: Explanation) -> di
 
 
 def is_met(part: Formula, report: PartReport, explanation: Explanation, states: Mapping[int, State]) -> bool:
-    """Whether a part is met where its report says: in a state, or by an action of the name."""
-    actions = [each.action for each in walk(part) if isinstance(each, Occurs)]
+    """Whether a part is met at its reported step: by the state, or by an action of that name."""
+    actions = [formula.action for formula in walk(part) if isinstance(formula, Occurs)]
     if not actions:
         number = report.met_after
         at = f"after step {number}" if number else "at the start"

@@ -54,7 +54,7 @@ COUNTS = [
         answer(relations=[ON_BED] * 3),
         [(0, 0, 1), (2, 0, 0), (0, 0, 2)],
     ),
-    # What does not exist, and what lacks a field.
+    # Unknown objects and missing fields.
     (
         answer([{"name": "yacht", "state": "ON"}, {"name": "fridge"}, {}]),
         [(0, 0, 1), (0, 0, 2), (0, 0, 2)],
@@ -72,7 +72,7 @@ COUNTS = [
         answer(actions=[{"action": "TYPE", "description": d} for d in "abc"]),
         [(0, 0, 1), (0, 0, 2), (1, 0, 1)],
     ),
-    # What cannot be read misses everything.
+    # An unreadable answer misses all goals.
     ("The fridge should be open.", [(0, 0, 1), (0, 0, 2), (0, 0, 2)]),
     ("Sure! " + answer([OPEN]), [(1, 0, 0), (0, 0, 2), (0, 0, 2)]),
     ("```json\n" + answer([OPEN]) + "\n```", [(1, 0, 0), (0, 0, 2), (0, 0, 2)]),
@@ -84,45 +84,45 @@ COUNTS = [
 
 
 @pytest.mark.parametrize(("text", "expected"), COUNTS)
-def test_the_counts(text: str, expected: list[object]) -> None:
+def test_an_answer_has_its_counts_of_goals(text: str, expected: list[object]) -> None:
     assert counts(STRICT.score(text)) == tuple(expected)
 
 
 @pytest.fixture
 def scorer() -> Scorer:
-    """The scorer under `strict`; tests of other protocols have a fixture of this name, too."""
+    """Return the scorer under `strict`. Tests of other protocols override this fixture."""
     return STRICT
 
 
-def test_what_cannot_be_read_is_a_parsing_error(scorer: Scorer) -> None:
+def test_an_unreadable_answer_is_a_parsing_error(scorer: Scorer) -> None:
     error = scorer.score("no goals here").error
     assert error is not None
     assert error.kind is FaultKind.PARSING
 
 
-NOT_THERE = answer(
+UNKNOWN_NAMES = answer(
     [{"name": "yacht", "state": "ON"}, {"name": "fridge", "state": "SHINY"}],
     [{**ON_BED, "to_name": "moon"}, {**ON_BED, "relation": "UNDER"}],
     ["FLY", "TYPE"],
 )
 
 
-def test_names_that_do_not_exist_are_reported() -> None:
-    verdict = STRICT.score(NOT_THERE)
+def test_unknown_names_are_reported_as_hallucinated() -> None:
+    verdict = STRICT.score(UNKNOWN_NAMES)
     assert isinstance(verdict, GoalVerdict)
     assert verdict.hallucinated == ("yacht", "SHINY", "moon", "UNDER", "FLY")
     assert verdict.unknown_predicates == ("SHINY", "UNDER")
     assert (verdict.predicted, verdict.ill_formed) == (6, 0)
 
 
-def test_a_state_that_is_a_relation_is_an_ill_formed_relation_goal() -> None:
+def test_a_relation_in_the_section_of_states_is_ill_formed() -> None:
     verdict = STRICT.score(answer([{"name": "fridge", "state": "INSIDE"}]))
     assert isinstance(verdict, GoalVerdict)
     assert (verdict.ill_formed, verdict.hallucinated) == (1, ())
     assert counts(verdict) == ((0, 0, 1), (0, 0, 2), (0, 0, 2))
 
 
-def test_mere_repetition_is_no_prediction() -> None:
+def test_repeated_goals_are_predicted_once() -> None:
     verdict = STRICT.score(
         answer([OPEN, OPEN, {"name": "fridge"}, {"name": "fridge"}], actions=["FLY", "FLY"])
     )
@@ -130,11 +130,11 @@ def test_mere_repetition_is_no_prediction() -> None:
     assert (verdict.predicted, verdict.ill_formed, verdict.hallucinated) == (3, 1, ("FLY",))
 
 
-def test_the_repairs_are_named() -> None:
+def test_a_verdict_names_the_repairs_of_its_answer() -> None:
     assert STRICT.score("Sure! " + answer([OPEN]) + " Bye.").repairs == ("prose",)
 
 
-def test_an_explanation_says_which_goals_are_met() -> None:
+def test_an_explanation_marks_each_goal_as_met_or_unmet() -> None:
     explanation = STRICT.explain(answer([OPEN, {"name": "yacht", "state": "ON"}, {}, {"x": 1}], [ON_BED]))
     assert [goal.satisfied for goal in explanation.goals] == [True, True, False, False, False]
     assert "left out as hallucination: ON(yacht), there is no yacht" in explanation.notes
@@ -156,22 +156,24 @@ TEXTS = st.text() | st.recursive(
 ).map(json.dumps)
 
 
-def must_have_a_verdict(scorer: Scorer, text: str) -> None:
-    """Fail unless a text has the same verdict twice, and an explanation."""
+def assert_has_a_verdict(scorer: Scorer, text: str) -> None:
+    """Fail unless a text has an explanation, and equal verdicts when scored twice."""
     assert json.dumps(fields_of(scorer.score(text))) == json.dumps(fields_of(scorer.score(text)))
     json.dumps(dataclass_to_json(scorer.explain(text)))
 
 
 @given(TEXTS)
 def test_any_text_has_a_verdict(text: str) -> None:
-    must_have_a_verdict(STRICT, text)
+    assert_has_a_verdict(STRICT, text)
 
 
-LEFT_OUT = answer([{"name": "fridge", "state": "SHINY"}, {"name": "yacht", "state": "ON"}, {"name": "cup"}])
+IGNORED_ENTRIES = answer(
+    [{"name": "fridge", "state": "SHINY"}, {"name": "yacht", "state": "ON"}, {"name": "cup"}]
+)
 
 
-def test_an_explanation_says_what_is_left_out() -> None:
-    assert STRICT.explain(LEFT_OUT).notes[:3] == (
+def test_an_explanation_lists_ill_formed_and_hallucinated_entries() -> None:
+    assert STRICT.explain(IGNORED_ENTRIES).notes[:3] == (
         "left out as ill-formed: {'name': 'cup'}",
         "left out as hallucination: SHINY(fridge), there is no SHINY",
         "left out as hallucination: ON(yacht), there is no yacht",
@@ -182,13 +184,13 @@ SHUT = {"name": "fridge", "state": "CLOSED"}
 WRONG_GOALS = answer([OPEN, SHUT, SHUT], [ON_BED, {**ON_BED, "relation": "UNDER"}], ["LOOKAT", "FLY"])
 
 
-def wrong_goals(scorer: Scorer) -> list[str]:
+def get_wrong_goals(scorer: Scorer) -> list[str]:
     notes = scorer.explain(WRONG_GOALS).notes
     return [note.removeprefix("wrong: ") for note in notes if note.startswith("wrong: ")]
 
 
 def test_explanations_name_each_wrong_goal_once() -> None:
-    assert wrong_goals(STRICT) == ["CLOSED(fridge)"]
+    assert get_wrong_goals(STRICT) == ["CLOSED(fridge)"]
 
 
 @pytest.mark.parametrize(
@@ -205,7 +207,7 @@ def test_extreme_texts_have_a_verdict(scorer: Scorer, text: str) -> None:
     assert scorer.score(text).counts is not None
 
 
-def test_the_data_sets_own_goals_score_in_full(virtualhome_tasks: VirtualHomeTasks) -> None:
+def test_the_goals_of_the_data_set_score_in_full(virtualhome_tasks: VirtualHomeTasks) -> None:
     wrong = []
     notation = VirtualHomeGoals()
     for task in virtualhome_tasks.values():

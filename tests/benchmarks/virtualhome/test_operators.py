@@ -31,24 +31,24 @@ A, D, M, W, U = (
 
 @pytest.fixture
 def domain() -> Domain:
-    """The rules of the paper; tests of other rules for the same world have a fixture of this name, too."""
+    """Return the domain with the paper's rules. Tests of other rules override this fixture."""
     return STRICT
 
 
-def fault_of(domain: Domain, facts: tuple[str, ...], action: str) -> FaultKind | None:
-    scene = flat.scene()
-    outcome = attempt(domain, History(flat.state(*facts, over=scene)), flat.action(action, scene))
+def get_fault(domain: Domain, facts: tuple[str, ...], action: str) -> FaultKind | None:
+    scene = flat.make_scene()
+    outcome = attempt(domain, History(flat.make_state(*facts, over=scene)), flat.parse_action(action, scene))
     return outcome.kind if isinstance(outcome, Fault) else None
 
 
-def after(domain: Domain, facts: tuple[str, ...], action: str) -> tuple[set[str], set[str]]:
-    """What an action adds and removes."""
-    scene = flat.scene()
-    before = flat.state(*facts, over=scene)
-    outcome = attempt(domain, History(before), flat.action(action, scene))
+def get_changes(domain: Domain, facts: tuple[str, ...], action: str) -> tuple[set[str], set[str]]:
+    """Return the facts that an action adds and removes."""
+    scene = flat.make_scene()
+    before = flat.make_state(*facts, over=scene)
+    outcome = attempt(domain, History(before), flat.parse_action(action, scene))
     assert isinstance(outcome, State), outcome
     difference = compare_states(before, outcome)
-    return flat.told(difference.added, scene), flat.told(difference.removed, scene)
+    return flat.format_facts(difference.added, scene), flat.format_facts(difference.removed, scene)
 
 
 @pytest.mark.parametrize(
@@ -111,11 +111,13 @@ def after(domain: Domain, facts: tuple[str, ...], action: str) -> tuple[set[str]
         ((), "GREET book.16", A),
     ],
 )
-def test_the_first_failing_check_decides(
+def test_a_failing_action_has_the_fault_of_its_first_failing_check(
     domain: Domain, facts: tuple[str, ...], action: str, kind: FaultKind
 ) -> None:
-    found = fault_of(domain, facts, action)
-    assert (M if found is W else found) is kind, "whether it is a wrong order is the history rule's to say"
+    fault = get_fault(domain, facts, action)
+    assert (M if fault is W else fault) is kind, (
+        "the history rule, not the check, decides whether an order is wrong"
+    )
 
 
 @pytest.mark.parametrize(
@@ -159,14 +161,14 @@ def test_the_first_failing_check_decides(
         (AT_TABLE, "EAT bread.14", set(), set()),
     ],
 )
-def test_what_an_action_changes(
+def test_an_action_has_its_effects(
     domain: Domain, facts: tuple[str, ...], action: str, added: set[str], removed: set[str]
 ) -> None:
-    assert after(domain, facts, action) == (added, removed)
+    assert get_changes(domain, facts, action) == (added, removed)
 
 
-def test_walking_leaves_all_neighbours_for_the_target_and_what_it_holds_or_stands_on(domain: Domain) -> None:
-    added, removed = after(domain, (*AT_BED, "FACING character.65 bed.20"), "WALK fridge.10")
+def test_walking_replaces_all_neighbours_by_the_target_and_its_contents(domain: Domain) -> None:
+    added, removed = get_changes(domain, (*AT_BED, "FACING character.65 bed.20"), "WALK fridge.10")
     assert added >= {"INSIDE character.65 kitchen.1", "NEXT_TO character.65 fridge.10"}
     assert added >= {"NEXT_TO character.65 milk.11", "NEXT_TO character.65 face.70"}
     assert removed == {
@@ -176,8 +178,8 @@ def test_walking_leaves_all_neighbours_for_the_target_and_what_it_holds_or_stand
     }
 
 
-def test_grabbing_takes_the_object_from_its_place_and_remembers_it(domain: Domain) -> None:
-    added, removed = after(domain, (*AT_TABLE, "HOLDS_RH character.65 cup.13"), "GRAB bread.14")
+def test_grabbing_removes_an_object_from_its_place_and_remembers_the_place(domain: Domain) -> None:
+    added, removed = get_changes(domain, (*AT_TABLE, "HOLDS_RH character.65 cup.13"), "GRAB bread.14")
     assert added == {
         "HOLDS_LH character.65 bread.14",
         "NEXT_TO character.65 bread.14",
@@ -191,14 +193,14 @@ def test_grabbing_takes_the_object_from_its_place_and_remembers_it(domain: Domai
 
 def test_putting_back_restores_the_remembered_place(domain: Domain) -> None:
     facts = (*AT_TABLE, "-ONTOP cup.13 table.12", "HOLDS_RH character.65 cup.13")
-    added, removed = after(domain, (*facts, "TAKEN_FROM_TOP_OF cup.13 table.12"), "PUTOBJBACK cup.13")
+    added, removed = get_changes(domain, (*facts, "TAKEN_FROM_TOP_OF cup.13 table.12"), "PUTOBJBACK cup.13")
     assert {"ONTOP cup.13 table.12"} <= added
     assert removed == {"HOLDS_RH character.65 cup.13", "TAKEN_FROM_TOP_OF cup.13 table.12"}
 
 
-def test_what_is_grabbed_anew_goes_back_to_where_it_was_last() -> None:
+def test_grabbing_an_object_again_remembers_its_new_place() -> None:
     moved = ("NEXT_TO character.65 bread.14", "-ONTOP bread.14 table.12", "ONTOP bread.14 chair.21", *GRABBED)
-    added, removed = after(STRICT, moved, "GRAB bread.14")
+    added, removed = get_changes(STRICT, moved, "GRAB bread.14")
     assert "TAKEN_FROM_TOP_OF bread.14 chair.21" in added
     assert {*GRABBED} <= removed
 
@@ -209,25 +211,25 @@ FILLED = (
 )
 
 
-def test_what_is_in_a_thing_goes_with_it_and_a_bed_does_not() -> None:
-    scene = flat.scene()
-    past = History(flat.state(*FILLED, "INSIDE knife.15 milk.11", over=scene))
+def test_contents_move_with_a_grabbed_object_but_a_bed_on_it_does_not() -> None:
+    scene = flat.make_scene()
+    past = History(flat.make_state(*FILLED, "INSIDE knife.15 milk.11", over=scene))
     for step in ("WALK cup.13", "GRAB cup.13", "WALK book.16", "PUTBACK cup.13 bed.20", "WALK fridge.10"):
-        outcome = attempt(STRICT, past, flat.action(step, scene))
+        outcome = attempt(STRICT, past, flat.parse_action(step, scene))
         assert isinstance(outcome, State)
         past = past.extended(outcome)
-    told = flat.told(past.state.facts(), scene)
-    kept = {"INSIDE milk.11 cup.13", "ONTOP bread.14 cup.13", "INSIDE knife.15 milk.11"}
+    facts = flat.format_facts(past.state.facts(), scene)
+    unchanged = {"INSIDE milk.11 cup.13", "ONTOP bread.14 cup.13", "INSIDE knife.15 milk.11"}
     moved = {"ONTOP cup.13 bed.20"}
     moved |= {f"INSIDE {name} bedroom.2" for name in ("cup.13", "milk.11", "bread.14", "knife.15")}
-    assert told >= kept | moved
-    assert told.isdisjoint({"ONTOP bed.20 cup.13", "INSIDE milk.11 kitchen.1"})
-    assert isinstance(attempt(STRICT, past, flat.action("WALK cup.13", scene)), State)
-    near = past.extended(attempt(STRICT, past, flat.action("WALK cup.13", scene)))  # type: ignore[arg-type]
-    assert isinstance(attempt(STRICT, near, flat.action("GRAB milk.11", scene)), State)
+    assert facts >= unchanged | moved
+    assert facts.isdisjoint({"ONTOP bed.20 cup.13", "INSIDE milk.11 kitchen.1"})
+    assert isinstance(attempt(STRICT, past, flat.parse_action("WALK cup.13", scene)), State)
+    near = past.extended(attempt(STRICT, past, flat.parse_action("WALK cup.13", scene)))  # type: ignore[arg-type]
+    assert isinstance(attempt(STRICT, near, flat.parse_action("GRAB milk.11", scene)), State)
 
 
-def test_what_was_poured_stays_where_it_is_when_one_goes_on() -> None:
+def test_a_poured_liquid_stays_in_its_cup_when_the_character_walks() -> None:
     facts = ("HOLDS_RH character.65 milk.11", "-INSIDE milk.11 fridge.10", "INSIDE milk.11 cup.13")
-    _, removed = after(STRICT, facts, "WALK book.16")
+    _, removed = get_changes(STRICT, facts, "WALK book.16")
     assert "INSIDE milk.11 cup.13" not in removed

@@ -48,7 +48,7 @@ def steps(text: str) -> Steps:
         '{"plan": "[{\\"WALK\\": [\\"sofa\\"]}, {\\"GRAB\\": [\\"cup\\"]}]"}',
     ],
 )
-def test_one_plan_in_many_guises(text: str) -> None:
+def test_many_forms_of_a_plan_are_read_alike(text: str) -> None:
     assert steps(text) == WALK_GRAB
 
 
@@ -65,7 +65,7 @@ def test_one_plan_in_many_guises(text: str) -> None:
         ("{'WALK': ('sofa',)}", [("WALK", ("sofa",))]),
     ],
 )
-def test_what_stands_there_is_kept(text: str, expected: Steps) -> None:
+def test_words_of_a_plan_are_read_as_written(text: str, expected: Steps) -> None:
     assert steps(text) == expected
 
 
@@ -79,7 +79,7 @@ def test_what_stands_there_is_kept(text: str, expected: Steps) -> None:
         ('{"why": "to sit", "plan": {"WALK": ["sofa"]}}', ("wrapper_key",)),
     ],
 )
-def test_repairs_are_named(text: str, repairs: tuple[str, ...]) -> None:
+def test_a_read_plan_names_its_repairs(text: str, repairs: tuple[str, ...]) -> None:
     plan = read_steps(text, ACTION_NAMES)
     assert isinstance(plan, WrittenPlan)
     assert plan.repairs == repairs
@@ -114,17 +114,17 @@ NO_PLAN = "there is no object or list of actions with their objects"
         ('{"plan": {"WALK": ["sofa"]}, "GRAB": ["cup"]}', NO_PLAN),
     ],
 )
-def test_what_is_no_whole_plan_cannot_be_read(text: str, reason: str) -> None:
+def test_an_incomplete_plan_cannot_be_read(text: str, reason: str) -> None:
     plan = read_steps(text, ACTION_NAMES)
     assert isinstance(plan, Unreadable)
     assert reason in plan.reason
 
 
-def test_an_endless_answer_is_not_searched() -> None:
+def test_an_answer_beyond_the_maximum_length_is_not_searched() -> None:
     assert read_steps('{"WALK": ["sofa"]}' + " " * MAX_LENGTH) is TOO_LONG
 
 
-SCENE = flat.scene()
+SCENE = flat.make_scene()
 NOTATION = VirtualHomePlans()
 ACTIONS = st.builds(
     Action,
@@ -143,15 +143,15 @@ ACTIONS = st.builds(
     ],
 )
 def test_a_plan_is_written_with_names_and_ids(plan: list[str], text: str) -> None:
-    actions = [flat.action(step, SCENE) for step in plan]
+    actions = [flat.parse_action(step, SCENE) for step in plan]
     assert NOTATION.join(NOTATION.write(actions, SCENE)) == text
 
 
 PLANS = st.lists(ACTIONS, min_size=1, max_size=5).filter(lambda plan: any(a.arguments for a in plan))
 
 
-def must_read_what_is_written(notation: PlanNotation, plan: list[Action]) -> None:
-    """Fail unless a plan that is written in the notation of `strict` is read by another one."""
+def assert_reads_written_plan(notation: PlanNotation, plan: list[Action]) -> None:
+    """Fail unless a notation reads a plan that the notation of `strict` wrote."""
     task = make_task()
     read = notation.read(NOTATION.join(NOTATION.write(plan, task.scene)))
     assert isinstance(read, WrittenPlan)
@@ -160,8 +160,8 @@ def must_read_what_is_written(notation: PlanNotation, plan: list[Action]) -> Non
 
 
 @given(PLANS)
-def test_what_is_written_is_read(plan: list[Action]) -> None:
-    must_read_what_is_written(NOTATION, plan)
+def test_a_written_plan_is_read_as_the_same_plan(plan: list[Action]) -> None:
+    assert_reads_written_plan(NOTATION, plan)
 
 
 @pytest.mark.parametrize(
@@ -172,11 +172,11 @@ def test_what_is_written_is_read(plan: list[Action]) -> None:
         ('{"PUTIN": ["cup", "fridge"]}', ("cup", "fridge")),
     ],
 )
-def test_a_class_and_an_id_are_one_object(text: str, objects: tuple[object, ...]) -> None:
+def test_a_class_followed_by_an_id_is_read_as_one_object(text: str, objects: tuple[object, ...]) -> None:
     plan = NOTATION.read(text)
     assert isinstance(plan, WrittenPlan)
     assert plan.steps[0].objects == objects
 
 
-def test_what_messages_call_an_object() -> None:
+def test_a_message_names_an_object_by_class_and_id() -> None:
     assert (str(ObjectWithId("cup", 13)), str(ObjectWithId("cup", None))) == ("cup_13", "cup without an id")

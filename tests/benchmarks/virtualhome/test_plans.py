@@ -29,12 +29,12 @@ def score_strictly(text: str, task: Task) -> Verdict:
 
 @pytest.fixture
 def score() -> Score:
-    """Scores an answer under `strict`; tests of other protocols have a fixture of this name, too."""
+    """Return the scoring function under `strict`. Tests of other protocols override this fixture."""
     return score_strictly
 
 
-def told(verdict: Verdict) -> str:
-    """The error with its step, else whether the goals were reached."""
+def describe_outcome(verdict: Verdict) -> str:
+    """Return the kind and step of the error, or whether the goals were reached."""
     if verdict.excluded is not None:
         return "excluded"
     if verdict.error is None:
@@ -43,8 +43,8 @@ def told(verdict: Verdict) -> str:
     return verdict.error.kind.value + step
 
 
-def plan(*steps: str) -> str:
-    """An answer with names and ids from steps like ``GRAB cup.13``."""
+def write_answer(*steps: str) -> str:
+    """Return an answer with names and ids, from steps such as ``GRAB cup.13``."""
     pairs = []
     for step in steps:
         action, *names = step.split()
@@ -72,7 +72,7 @@ OUTCOMES = [
     ('{"WALK": [true, 1.5]}', "hallucination 0"),
     ('{"WALK": [{"name": "fridge"}]}', "parsing"),
     ('{"WALK": ["\ud800"]}', "hallucination 0"),
-    # A name without an id where others have one.
+    # A name without an id next to names with ids.
     ('{"WALK": ["fridge", "10", "milk"]}', "hallucination 0"),
     ('{"WALK": ["fridge", "10"], "OPEN": ["fridge"]}', "hallucination 1"),
     # Too many or too few objects.
@@ -83,12 +83,12 @@ OUTCOMES = [
     ('{"WALK": [ ], "FLY": ["moon"]}', "hallucination 1"),
     ('{"FLY": ["moon", "10"], "WALK": ["fridge"]}', "hallucination 0"),
     ('{"OPEN": ["fridge"], "WALK": [ ]}', "argument_number 1"),
-    # Nothing to read.
+    # Unreadable answers.
     ("I cannot.", "parsing"),
     ("", "parsing"),
     ('{"WALK": [fridge]}', "parsing"),
     ('{"WALK": ["\0"]}', "hallucination 0"),
-    # What happens when the plan runs.
+    # Outcomes of plans that run.
     ('{"OPEN": ["fridge"]}', "missing_step 0"),
     ('{"WALK": ["table"], "GRAB": ["table"]}', "affordance 1"),
     ('{"WALK": ["fridge"]}', "failure"),
@@ -96,21 +96,21 @@ OUTCOMES = [
 
 
 @pytest.mark.parametrize(("text", "outcome"), OUTCOMES, ids=str)
-def test_an_answer_has_its_outcome(text: str, outcome: str) -> None:
-    assert told(score_strictly(text, make_task())) == outcome
+def test_an_answer_has_its_expected_outcome(text: str, outcome: str) -> None:
+    assert describe_outcome(score_strictly(text, make_task())) == outcome
 
 
 @pytest.mark.parametrize("text", ["", '{"FLY": ["moon"]}', '{"WALK": [ ]}'])
-def test_an_answer_that_never_runs_is_counted_with_all_goals_unmet(score: Score, text: str) -> None:
+def test_an_answer_that_never_runs_counts_with_all_goals_unmet(score: Score, text: str) -> None:
     verdict = score(text, make_task())
     assert (verdict.executable, verdict.success, verdict.additional_steps) == (False, False, 0)
     assert verdict.goals is not None
     assert verdict.goals.state == (0, 1)
 
 
-def test_goals_count_in_the_state_in_which_a_plan_stopped(score: Score) -> None:
+def test_goals_are_counted_in_the_state_in_which_a_plan_stops(score: Score) -> None:
     verdict = score('{"WALK": ["fridge"], "OPEN": ["fridge"], "READ": ["book"]}', make_task())
-    assert told(verdict) == "missing_step 2"
+    assert describe_outcome(verdict) == "missing_step 2"
     assert verdict.executable is False
     assert verdict.goals is not None
     assert verdict.goals.state == (1, 1)
@@ -119,14 +119,14 @@ def test_goals_count_in_the_state_in_which_a_plan_stopped(score: Score) -> None:
 def test_additional_steps_are_counted_and_skipped(score: Score) -> None:
     text = '{"STANDUP": [ ], "WALK": ["fridge"], "OPEN": ["fridge"], "OPEN": ["fridge"]}'
     verdict = score(text, make_task())
-    assert (told(verdict), verdict.executable, verdict.additional_steps) == ("success", True, 2)
+    assert (describe_outcome(verdict), verdict.executable, verdict.additional_steps) == ("success", True, 2)
 
 
 @pytest.mark.parametrize("steps", [("STANDUP",), ("READ book.16",)])
 def test_steps_that_were_not_executed_reach_no_action_goal(score: Score, steps: Sequence[str]) -> None:
     task = make_task(goals=("action STANDUP|READ",))
-    assert told(score(plan(*steps), task)) in {"failure", "missing_step 0"}
-    assert score(plan(*steps), task).success is False
+    assert describe_outcome(score(write_answer(*steps), task)) in {"failure", "missing_step 0"}
+    assert score(write_answer(*steps), task).success is False
 
 
 def test_a_name_alone_means_the_last_relevant_object_of_its_class() -> None:
@@ -135,12 +135,12 @@ def test_a_name_alone_means_the_last_relevant_object_of_its_class() -> None:
     assert (step.action, step.outcome) == ("TOUCH(cup.80)", "executed")
 
 
-def test_a_task_with_several_relation_goals_counts() -> None:
+def test_a_task_with_several_relation_goals_is_scored() -> None:
     task = make_task(
         goals=("relation ONTOP cup.13 table.12", "relation ONTOP bread.14 table.12"),
         script=["WALK fridge.10"],
     )
-    assert told(score_strictly(plan("WALK table.12"), task)) == "success"
+    assert describe_outcome(score_strictly(write_answer("WALK table.12"), task)) == "success"
 
 
 def test_a_task_without_goals_is_excluded() -> None:
@@ -148,24 +148,29 @@ def test_a_task_without_goals_is_excluded() -> None:
     assert score_strictly(FRIDGE_OPEN, task) == PlanVerdict(excluded=NO_GOALS)
 
 
-def test_a_task_whose_annotation_misses_its_goal_counts() -> None:
+def test_a_task_whose_annotated_state_misses_its_goal_is_scored() -> None:
     task = make_task(goals=("state ON television.22",), final=())
     assert score_strictly(FRIDGE_OPEN, task).excluded is None
 
 
 def test_a_plan_equal_to_the_script_succeeds() -> None:
     task = make_task(script=["WALK fridge.10", "OPEN fridge.10"])
-    text = plan("WALK fridge.10", "OPEN fridge.10")
+    text = write_answer("WALK fridge.10", "OPEN fridge.10")
     verdict = score_strictly(text, task)
     assert (verdict.executable, verdict.success) == (True, True)
-    assert told(score_strictly(plan("WALK table.12", "WALK fridge.10", "OPEN fridge.10"), task)) == "success"
+    assert (
+        describe_outcome(
+            score_strictly(write_answer("WALK table.12", "WALK fridge.10", "OPEN fridge.10"), task)
+        )
+        == "success"
+    )
 
 
 def test_an_empty_list_is_a_step() -> None:
     task = make_task("SITTING character.65", goals=("action WALK",))
     text = '{"STANDUP": [], "WALK": ["fridge"]}'
-    assert told(score_strictly(text, task)) == "success"
-    assert told(score_strictly(text.replace("[]", "[ ]"), task)) == "success"
+    assert describe_outcome(score_strictly(text, task)) == "success"
+    assert describe_outcome(score_strictly(text.replace("[]", "[ ]"), task)) == "success"
 
 
 @pytest.mark.parametrize(
@@ -175,62 +180,71 @@ def test_actions_that_the_prompt_offers_are_accepted(action: str, device: str) -
     task = make_task(
         f"NEXT_TO character.65 {device}", "HOLDS_RH character.65 cup.13", goals=(f"action {action}",)
     )
-    assert told(score_strictly(plan(f"{action} {device}"), task)) == "success"
+    assert describe_outcome(score_strictly(write_answer(f"{action} {device}"), task)) == "success"
 
 
 def test_any_object_may_be_named_with_its_id() -> None:
     task = make_task(relevant=["fridge.10"], goals=("action WALK",))
-    assert told(score_strictly(plan("WALK table.12"), task)) == "success"
-    assert told(score_strictly('{"WALK": ["table"]}', task)) == "hallucination 0"
+    assert describe_outcome(score_strictly(write_answer("WALK table.12"), task)) == "success"
+    assert describe_outcome(score_strictly('{"WALK": ["table"]}', task)) == "hallucination 0"
 
 
-def test_steps_that_are_remembered_are_told_from_others_that_are_equal_in_python() -> None:
+def test_cached_steps_are_distinguished_from_steps_that_python_calls_equal() -> None:
     scorer = virtualhome_scorer(make_task())
     texts = [f'{{"WALK": ["fridge", {written}]}}' for written in ('"10"', "10", "10.0", '"10"')]
-    outcomes = [told(scorer.score(text)) for text in (*texts, *reversed(texts))]
-    fresh = [told(score_strictly(text, make_task())) for text in texts]
+    outcomes = [describe_outcome(scorer.score(text)) for text in (*texts, *reversed(texts))]
+    fresh = [describe_outcome(score_strictly(text, make_task())) for text in texts]
     assert outcomes == [*fresh, *reversed(fresh)]
     assert len({*fresh}) == 2, "one of them stands for no object"
 
 
 def test_success_needs_an_executable_plan() -> None:
     task = make_task(goals=("state OPEN fridge.10",))
-    text = plan("WALK fridge.10", "OPEN fridge.10", "READ book.16")
+    text = write_answer("WALK fridge.10", "OPEN fridge.10", "READ book.16")
     verdict = score_strictly(text, task)
     assert (verdict.executable, verdict.success) == (False, False)
 
 
 def test_checks_are_made_in_the_order_of_the_paper() -> None:
     task = make_task(goals=("action SIT",))
-    assert told(score_strictly(plan("SIT table.12"), task)) == "affordance 0"
+    assert describe_outcome(score_strictly(write_answer("SIT table.12"), task)) == "affordance 0"
 
 
 def test_an_unplugged_device_is_a_missing_step() -> None:
     task = make_task("NEXT_TO character.65 television.22", goals=("state ON television.22",))
-    assert told(score_strictly(plan("SWITCHON television.22"), task)) == "missing_step 0"
-    assert told(score_strictly(plan("PLUGIN television.22", "SWITCHON television.22"), task)) == "success"
+    assert describe_outcome(score_strictly(write_answer("SWITCHON television.22"), task)) == "missing_step 0"
+    assert (
+        describe_outcome(score_strictly(write_answer("PLUGIN television.22", "SWITCHON television.22"), task))
+        == "success"
+    )
 
 
 def test_a_closed_container_is_a_missing_step() -> None:
     task = make_task("NEXT_TO character.65 fridge.10", "HOLDS_RH character.65 cup.13")
-    assert told(score_strictly(plan("PUTIN cup.13 fridge.10"), task)) == "missing_step 0"
+    assert describe_outcome(score_strictly(write_answer("PUTIN cup.13 fridge.10"), task)) == "missing_step 0"
 
 
 def test_an_object_in_a_container_that_was_open_once_is_a_wrong_order() -> None:
-    text = plan("WALK fridge.10", "OPEN fridge.10", "CLOSE fridge.10", "GRAB milk.11")
-    assert told(score_strictly(text, make_task())) == "wrong_order 3"
+    text = write_answer("WALK fridge.10", "OPEN fridge.10", "CLOSE fridge.10", "GRAB milk.11")
+    assert describe_outcome(score_strictly(text, make_task())) == "wrong_order 3"
 
 
 def test_held_objects_come_along() -> None:
     task = make_task("NEXT_TO character.65 book.16", goals=("relation INSIDE book.16 kitchen.1",))
-    assert told(score_strictly(plan("GRAB book.16", "WALK kitchen.1"), task)) == "success"
+    assert describe_outcome(score_strictly(write_answer("GRAB book.16", "WALK kitchen.1"), task)) == "success"
 
 
-def test_putting_back_can_fail() -> None:
+def test_putting_an_object_back_needs_its_former_place_nearby() -> None:
     task = make_task("NEXT_TO character.65 cup.13", goals=("relation ONTOP cup.13 table.12",))
     grab = "GRAB cup.13"
-    assert told(score_strictly(plan(grab, "WALK bed.20", "PUTOBJBACK cup.13"), task)) == "wrong_order 2"
-    assert told(score_strictly(plan(grab, "WALK table.12", "PUTOBJBACK cup.13"), task)) == "success"
+    assert (
+        describe_outcome(score_strictly(write_answer(grab, "WALK bed.20", "PUTOBJBACK cup.13"), task))
+        == "wrong_order 2"
+    )
+    assert (
+        describe_outcome(score_strictly(write_answer(grab, "WALK table.12", "PUTOBJBACK cup.13"), task))
+        == "success"
+    )
 
 
 @pytest.mark.parametrize(
@@ -242,8 +256,8 @@ def test_putting_back_can_fail() -> None:
         ("WALK cloud.30", "affordance 0"),
     ],
 )
-def test_an_action_that_cannot_be_carried_out_is_an_error(step: str, outcome: str) -> None:
-    assert told(score_strictly(plan(step), make_task())) == outcome
+def test_an_action_that_cannot_be_executed_is_an_error(step: str, outcome: str) -> None:
+    assert describe_outcome(score_strictly(write_answer(step), make_task())) == outcome
 
 
 def test_two_action_goals_count_in_their_order() -> None:
@@ -254,7 +268,7 @@ def test_two_action_goals_count_in_their_order() -> None:
         "NEXT_TO character.65 keyboard.23",
         goals=("action TYPE", "action SWITCHOFF"),
     )
-    in_order = plan("TYPE keyboard.23", "SWITCHOFF fridge.10")
-    reversed_order = plan("SWITCHOFF fridge.10", "TYPE keyboard.23")
-    assert told(score_strictly(in_order, task)) == "success"
-    assert told(score_strictly(reversed_order, task)) == "failure"
+    in_order = write_answer("TYPE keyboard.23", "SWITCHOFF fridge.10")
+    reversed_order = write_answer("SWITCHOFF fridge.10", "TYPE keyboard.23")
+    assert describe_outcome(score_strictly(in_order, task)) == "success"
+    assert describe_outcome(score_strictly(reversed_order, task)) == "failure"

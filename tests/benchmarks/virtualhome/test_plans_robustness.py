@@ -1,4 +1,4 @@
-"""Whatever a model writes, there is a verdict and an explanation, the same every time."""
+"""Any text of a model has a verdict and an explanation, and scoring it again gives equal verdicts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from protocols import PROTOCOLS
 MADE_UP = make_task(goals=("state OPEN fridge.10", "relation ONTOP cup.13 bed.20", "action TOUCH|TYPE"))
 STRICT = virtualhome_scorer(MADE_UP)
 ACTIONS = sorted(virtualhome.as_meant().compiled)
-NAMES = [thing.name for thing in MADE_UP.scene.objects]
+NAMES = [obj.name for obj in MADE_UP.scene.objects]
 
 SYNTAX = [
     "{",
@@ -66,16 +66,16 @@ PLANS = st.lists(STEPS, max_size=12).map(
 )
 
 
-def verdict_as_text(scorer: ActionSequencing, text: str) -> str:
+def write_verdict(scorer: ActionSequencing, text: str) -> str:
     return json.dumps(fields_of(scorer.score(text)))
 
 
-def check(scorer: ActionSequencing, text: str) -> None:
-    """The verdict is complete and always the same, and there is an explanation."""
+def assert_has_a_verdict(scorer: ActionSequencing, text: str) -> None:
+    """Fail unless a text has a complete verdict, equal when scored twice, and an explanation."""
     verdict = scorer.score(text)
     assert (verdict.excluded is None) == (verdict.executable is not None)
     assert verdict.error is None or not verdict.executable
-    assert verdict_as_text(scorer, text) == verdict_as_text(scorer, text)
+    assert write_verdict(scorer, text) == write_verdict(scorer, text)
     json.dumps(dataclass_to_json(scorer.explain(text)))
 
 
@@ -84,12 +84,12 @@ TEXTS = SOUP | st.text() | VALUES.map(json.dumps) | VALUES.map(repr) | PLANS
 
 @given(TEXTS)
 def test_any_text_has_a_verdict(text: str) -> None:
-    check(STRICT, text)
+    assert_has_a_verdict(STRICT, text)
 
 
 @pytest.fixture
 def scorer() -> ActionSequencing:
-    """The scorer under `strict`; tests of other protocols have a fixture of this name, too."""
+    """Return the scorer under `strict`. Tests of other protocols override this fixture."""
     return STRICT
 
 
@@ -110,7 +110,7 @@ def scorer() -> ActionSequencing:
     ids=lambda value: value[:12] if isinstance(value, str) else None,
 )
 def test_extreme_texts_have_a_verdict(scorer: ActionSequencing, text: str) -> None:
-    check(scorer, text)
+    assert_has_a_verdict(scorer, text)
     assert scorer.score(text).executable is False
 
 
@@ -135,7 +135,7 @@ def suites(data_store: Store) -> tuple[Suite, ...]:
 
 @pytest.fixture(scope="module")
 def answers(data_store: Store) -> list[tuple[str, str]]:
-    """(task id, answer) for all tasks."""
+    """Return an answer with its task id for each task."""
     return made_answers("virtualhome", Ability.ACTION_SEQUENCING, data_store)
 
 
@@ -151,4 +151,4 @@ def test_a_damaged_answer_has_a_verdict(
     for suite in suites:
         scorer = suite.scorer(task_id)
         assert isinstance(scorer, ActionSequencing)
-        check(scorer, damaged)
+        assert_has_a_verdict(scorer, damaged)

@@ -28,13 +28,13 @@ IN_SHELVES = (
 
 @pytest.fixture
 def domain() -> Domain:
-    """The rules of the paper; tests of other rules for the same world have a fixture of this name, too."""
+    """Return the domain with the paper's rules. Tests of other rules override this fixture."""
     return STRICT
 
 
 def holds(domain: Domain, formula: Formula, *facts: str) -> bool:
-    """Whether a formula holds in the flat with two shelves, where some facts are added."""
-    return domain.holds(formula, flat.state(*facts, over=_scene()))
+    """Whether a formula holds in the flat with two shelves and these additional facts."""
+    return domain.holds(formula, flat.make_state(*facts, over=_scene()))
 
 
 def _scene() -> Scene:
@@ -42,63 +42,68 @@ def _scene() -> Scene:
     return Scene(VOCABULARY, objects, NAMES.index("character.65"))
 
 
-def holds_after(domain: Domain, place: str, *facts: str) -> bool:
-    """Whether a grabbed cup is remembered to have stood on a place."""
+def is_remembered_after_grabbing(domain: Domain, support: str, *facts: str) -> bool:
+    """Whether the remembered place of a grabbed cup is this support."""
     scene = _scene()
-    state = attempt(domain, History(flat.state(*facts, over=scene)), flat.action("GRAB cup.13", scene))
+    state = attempt(
+        domain, History(flat.make_state(*facts, over=scene)), flat.parse_action("GRAB cup.13", scene)
+    )
     assert isinstance(state, State)
-    return domain.holds(looked_up("TAKEN_FROM_TOP_OF", "cup.13", place), state)
+    return domain.holds(make_atom("TAKEN_FROM_TOP_OF", "cup.13", support), state)
 
 
-def looked_up(predicate: str, *names: str) -> Atom:
+def make_atom(predicate: str, *names: str) -> Atom:
     return Atom(predicate, tuple(Constant(name) for name in names))
 
 
-def test_of_several_places_the_first_in_the_data_set_counts() -> None:
-    remembered = [name for name in ("shelf.90", "shelf.128") if holds_after(STRICT, name, *ON_SHELVES)]
+def test_an_object_on_several_supports_is_remembered_on_the_first() -> None:
+    remembered = [
+        name for name in ("shelf.90", "shelf.128") if is_remembered_after_grabbing(STRICT, name, *ON_SHELVES)
+    ]
     assert remembered == ["shelf.90"]
 
 
 def test_a_room_is_found_through_the_only_container(domain: Domain) -> None:
-    assert holds(domain, looked_up("room_of", "cup.13", "kitchen.1"), *IN_SHELVES)
+    assert holds(domain, make_atom("room_of", "cup.13", "kitchen.1"), *IN_SHELVES)
 
 
 def test_a_room_is_not_found_through_several_containers() -> None:
     several = (*IN_SHELVES, "INSIDE shelf.90 fridge.10")
-    assert not holds(STRICT, looked_up("room_of", "cup.13", "kitchen.1"), *several)
+    assert not holds(STRICT, make_atom("room_of", "cup.13", "kitchen.1"), *several)
 
 
-def test_an_object_that_is_in_one_room_is_there(domain: Domain) -> None:
-    assert holds(domain, looked_up("room_of", "fridge.10", "kitchen.1"))
-    assert not holds(domain, looked_up("room_of", "cloud.30", "kitchen.1"))
+def test_an_object_in_a_room_has_that_room(domain: Domain) -> None:
+    assert holds(domain, make_atom("room_of", "fridge.10", "kitchen.1"))
+    assert not holds(domain, make_atom("room_of", "cloud.30", "kitchen.1"))
 
 
-def test_only_the_first_relation_that_holds_decides_where_something_is_taken_from(domain: Domain) -> None:
+def test_only_the_first_relation_that_holds_defines_the_place_of_an_object(domain: Domain) -> None:
     facts = ("INSIDE cup.13 shelf.90", "NEXT_TO cup.13 shelf.128")
-    assert holds(domain, looked_up("lies_on", "cup.13", "table.12"), *facts)
-    assert not holds(domain, looked_up("lies_in", "cup.13", "shelf.90"), *facts)
-    assert not holds(domain, looked_up("lies_next_to", "cup.13", "shelf.128"), *facts)
+    assert holds(domain, make_atom("lies_on", "cup.13", "table.12"), *facts)
+    assert not holds(domain, make_atom("lies_in", "cup.13", "shelf.90"), *facts)
+    assert not holds(domain, make_atom("lies_next_to", "cup.13", "shelf.128"), *facts)
 
 
-def test_relevant_objects_are_in_the_order_of_the_data_set(virtualhome_tasks: VirtualHomeTasks) -> None:
+def test_relevant_objects_have_the_order_of_the_data_set(virtualhome_tasks: VirtualHomeTasks) -> None:
     for task in virtualhome_tasks.values():
         assert list(task.relevant) == sorted(set(task.relevant))
 
 
-def test_what_goes_along_is_what_rests_in_it_or_in_that() -> None:
-    """The lookup of `carries` says what its formula says: the closure of `rests_in`."""
+def test_carries_is_the_closure_of_rests_in() -> None:
     chance = random.Random(4)
-    things = ("cup.13", "bread.14", "knife.15", "book.16", "table.12", "bed.20")
-    scene = flat.scene()
+    names = ("cup.13", "bread.14", "knife.15", "book.16", "table.12", "bed.20")
+    scene = flat.make_scene()
     for _ in range(60):
-        pairs = [chance.sample(things, 2) for _ in range(5)]
-        state = flat.state(*(f"{chance.choice(('INSIDE', 'ONTOP'))} {x} {y}" for x, y in pairs), over=scene)
+        pairs = [chance.sample(names, 2) for _ in range(5)]
+        state = flat.make_state(
+            *(f"{chance.choice(('INSIDE', 'ONTOP'))} {x} {y}" for x, y in pairs), over=scene
+        )
 
-        def said(name: str, x: str, y: str, state: State = state) -> bool:
-            return STRICT.holds(looked_up(name, x, y), state)
+        def is_true(name: str, x: str, y: str, state: State = state) -> bool:
+            return STRICT.holds(make_atom(name, x, y), state)
 
-        for x in things:
-            found: set[str] = set()
-            while more := {y for y in things for z in (x, *found) if said("rests_in", y, z)} - found:
-                found |= more
-            assert {y for y in things if said("carries", x, y)} == found
+        for x in names:
+            carried: set[str] = set()
+            while more := {y for y in names for z in (x, *carried) if is_true("rests_in", y, z)} - carried:
+                carried |= more
+            assert {y for y in names if is_true("carries", x, y)} == carried

@@ -1,4 +1,4 @@
-"""The published data set; all of it is skipped where it cannot be had."""
+"""The published data set; its tests are skipped if the data cannot be obtained."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from benchmarks.graphs import final_graph, initial_graph
+from benchmarks.graphs import build_final_graph, build_initial_graph
 from eai.base.store import Store
 from eai.benchmarks.packs import open_pack
 from eai.benchmarks.reference_wheel import PROMPTS, RESOURCES
@@ -38,7 +38,7 @@ lines = status.read_text().splitlines() if status.exists() else []
 peak = [line.split()[1] for line in lines if line.startswith("VmHWM")]
 print(seconds, *peak)
 """
-"""Prints the CPU seconds of imports and loading and, on Linux, the peak kB once all tasks are decoded."""
+"""Prints the CPU seconds of imports and loading and, on Linux, the peak kB after all tasks were decoded."""
 
 
 @pytest.fixture(scope="module")
@@ -46,47 +46,45 @@ def tasks(data_store: Store) -> VirtualHome:
     return open_virtualhome(Source(data_store))
 
 
-def test_one_task_reads_as_the_data_set_has_it(tasks: VirtualHome) -> None:
+def test_a_task_is_read_as_the_data_set_has_it(tasks: VirtualHome) -> None:
     task = tasks["27_2"]
     assert (task.title, len(task.script)) == ("Wash clothes", 14)
     assert task.script[-1] == ("SWITCHON", (("washing_machine", 1001),))
     assert task.node_goals[1] == (1001, "washing_machine", "ON")
     assert task.edge_goals == ((1003, "ON", 1001), (1002, "ON", 1001))
-    before, after = initial_graph(tasks.base, task), final_graph(tasks.base, task)
+    before, after = build_initial_graph(tasks.base, task), build_final_graph(tasks.base, task)
     assert (1003, "ON", 1001) in set(after.edges) - set(before.edges)
     assert {"CLOSED", "ON"} <= set(after.objects[1001].states)
     assert set(task.relevant_from_nodes) == {1001}
     assert {1001, 1002, 1003, CHARACTER_ID} <= set(task.relevant_from_edges)
 
 
-def test_every_graph_is_whole(tasks: VirtualHome) -> None:
+def test_every_graph_is_complete(tasks: VirtualHome) -> None:
     for task in tasks.values():
-        graph = initial_graph(tasks.base, task)
+        graph = build_initial_graph(tasks.base, task)
         assert 280 <= len(graph.objects) <= 300
         assert 5656 <= len(graph.edges) <= 5746
         assert list(graph.objects) == sorted(graph.objects)
-        assert [each.id for each in graph.objects.values() if each.class_name == "character"] == [
-            CHARACTER_ID
-        ]
+        assert [obj.id for obj in graph.objects.values() if obj.class_name == "character"] == [CHARACTER_ID]
 
 
-def test_what_tasks_refer_to_is_there(tasks: VirtualHome) -> None:
+def test_every_object_that_a_task_names_exists(tasks: VirtualHome) -> None:
     for task in list(tasks.values())[::7]:
-        objects = final_graph(tasks.base, task).objects
+        objects = build_final_graph(tasks.base, task).objects
         named = {number for number, _, _ in task.node_goals}
-        named |= {number for _, things in task.script for _, number in things}
+        named |= {number for _, objs in task.script for _, number in objs}
         edges = (*task.edge_goals, *task.initial.added_edges, *task.final.added_edges)
         named |= {end for source, _, target in edges for end in (source, target)}
         named |= {*task.relevant_from_nodes, *task.relevant_from_edges, CHARACTER_ID}
         assert named <= objects.keys()
 
 
-def test_the_scene_is_shared(tasks: VirtualHome) -> None:
+def test_tasks_share_the_base_scene(tasks: VirtualHome) -> None:
     assert (len(tasks.base.added_objects), len(tasks.base.added_edges)) == (275, 5635)
     assert sum(len(task.initial.added_edges) for task in tasks.values()) < 70 * len(tasks)
 
 
-def test_tasks_come_in_the_order_of_the_references_rows(tasks: VirtualHome, oracle: Oracle) -> None:
+def test_tasks_have_the_order_of_the_references_rows(tasks: VirtualHome, oracle: Oracle) -> None:
     rows = oracle("virtualhome", "action_sequencing", "gpt-4o-2024-05-13")["tasks"]
     assert [row["id"] for row in rows] == list(tasks)
 
@@ -113,15 +111,15 @@ def test_resources_and_prompts_are_complete(data_store: Store, tasks: VirtualHom
     }
 
 
-def test_sets_of_ids_have_the_order_that_verdicts_rest_on() -> None:
-    """Another interpreter, or a later one, may lay out its sets otherwise."""
+def test_sets_of_ids_have_the_order_on_which_verdicts_depend() -> None:
+    """Other interpreters, or later versions, may order their sets differently."""
     rng = random.Random(65)
     ids = [[rng.randrange(2101) for _ in range(rng.randrange(120))] for _ in range(200)]
-    same, found = GraphDelta((), (), (), (), ()), []
+    same, orders = GraphDelta((), (), (), (), ()), []
     for nodes, edges in zip(ids[::2], ids[1::2], strict=True):
         record = TaskRecord("", "", "", (), (), (), (), None, same, same, tuple(nodes), tuple(edges))
-        found += [record.relevant_in_order, list(set(nodes))]
-    assert hashlib.sha256(repr(found).encode()).hexdigest()[:16] == "209fa4f71264e7df"
+        orders += [record.relevant_in_order, list(set(nodes))]
+    assert hashlib.sha256(repr(orders).encode()).hexdigest()[:16] == "209fa4f71264e7df"
 
 
 def test_the_store_is_small_and_quick_to_load(data_store: Store) -> None:

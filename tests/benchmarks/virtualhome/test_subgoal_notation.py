@@ -19,8 +19,8 @@ from sweeps import swept
 WORDS = VirtualHomeSubgoals()
 
 AT_HAND = tuple(
-    f"NEXT_TO character.65 {thing}.{number}"
-    for thing, number in (
+    f"NEXT_TO character.65 {category}.{number}"
+    for category, number in (
         ("fridge", 10),
         ("milk", 11),
         ("table", 12),
@@ -42,24 +42,24 @@ AT_HAND = tuple(
         ("TOUCH table.12", "TOUCH(table.12)"),
     ],
 )
-def test_each_step_has_a_subgoal(step: str, subgoal: str) -> None:
+def test_a_step_is_written_as_the_subgoal_that_it_reaches(step: str, subgoal: str) -> None:
     task = make_task(*AT_HAND)
-    assert WORDS.write(task, [flat.action(step, task.scene)]) == (subgoal,)
+    assert WORDS.write(task, [flat.parse_action(step, task.scene)]) == (subgoal,)
 
 
-def test_what_is_made_false_stands_for_a_step_that_makes_nothing_true() -> None:
+def test_a_step_that_only_ends_a_state_is_written_as_a_negation() -> None:
     task = make_task("SITTING character.65")
-    assert WORDS.write(task, [flat.action("STANDUP", task.scene)]) == ("not SITTING(character.65)",)
+    assert WORDS.write(task, [flat.parse_action("STANDUP", task.scene)]) == ("not SITTING(character.65)",)
 
 
-def test_nothing_stands_for_a_step_that_changes_nothing_and_has_no_name() -> None:
+def test_a_step_without_effect_and_without_a_subgoal_name_is_left_out() -> None:
     task = make_task(*AT_HAND, "NEXT_TO cup.13 character.65")
-    assert WORDS.write(task, [flat.action("FIND cup.13", task.scene)]) == ()
+    assert WORDS.write(task, [flat.parse_action("FIND cup.13", task.scene)]) == ()
 
 
-def test_an_action_without_objects_stands_for_itself_where_it_has_a_name() -> None:
+def test_an_action_without_objects_is_written_by_its_name() -> None:
     task = make_task("LYING character.65", "ONTOP character.65 bed.20")
-    assert WORDS.write(task, [flat.action("SLEEP", task.scene)]) == ("SLEEP()",)
+    assert WORDS.write(task, [flat.parse_action("SLEEP", task.scene)]) == ("SLEEP()",)
 
 
 def test_subgoals_are_joined_into_an_answer() -> None:
@@ -67,7 +67,7 @@ def test_subgoals_are_joined_into_an_answer() -> None:
 
 
 @pytest.mark.parametrize("open_book", [open_answer_book, *swept(open_planned_book)])
-def test_the_subgoals_of_scripts_and_of_plans_reach_every_goal(
+def test_subgoals_of_scripts_and_of_plans_reach_every_goal(
     open_book: Callable[..., AnswerBook], data_store: Store
 ) -> None:
     source = Source(data_store)

@@ -30,7 +30,7 @@ REACHED = ("TOUCH(table.12)", "OPEN(fridge.10)", CUP_HELD, "ONTOP(cup.13, bed.20
 
 @pytest.fixture
 def scorer() -> SubgoalDecomposition:
-    """The scorer under `strict`; tests of other protocols have a fixture of this name, too."""
+    """Return the scorer under `strict`. Tests of other protocols override this fixture."""
     return STRICT
 
 
@@ -38,8 +38,8 @@ def answer(*subgoals: object) -> str:
     return json.dumps({"necessity_to_use_action": "yes", "actions_to_include": [], "output": subgoals})
 
 
-def told(verdict: Verdict) -> str:
-    """The category, and what ended the answer: of those that run, also where."""
+def describe_verdict(verdict: Verdict) -> str:
+    """Return category and error; for runtime errors also the step."""
     assert verdict.category is not None
     error = "" if verdict.error is None else f" {verdict.error.kind.value}"
     runs = verdict.category is SubgoalCategory.RUNTIME
@@ -49,7 +49,7 @@ def told(verdict: Verdict) -> str:
 
 OUTCOMES = [
     (REACHED, "correct"),
-    # However it is joined, an entry is one subgoal, which takes two actions at most.
+    # An entry is one subgoal, which takes at most two actions, even if it joins several.
     ([" then ".join(REACHED)], "runtime missing_step 0"),
     ([f"({' and '.join(REACHED)})"], "runtime missing_step 0"),
     (REACHED[1:], "goal_unreachable"),
@@ -90,7 +90,7 @@ OUTCOMES = [
         "correct",
     ),
     (["TOUCH(table)", "OPEN(fridge)", CUP_HELD, "ONTOP(cup, bed)"], "correct"),
-    # What no action brings about.
+    # Conditions that no action achieves.
     ([*REACHED, "SITTING(character.65)"], "correct"),
     ([*REACHED, "SITTING(character.65) and ONTOP(character.65, bed.20)"], "correct"),
     ([*REACHED, "NEXT_TO(cup.13, book.16)"], "correct"),
@@ -105,25 +105,25 @@ OUTCOMES = [
 
 
 @pytest.mark.parametrize(("subgoals", "outcome"), OUTCOMES)
-def test_the_category_and_the_error(subgoals: list[object], outcome: str) -> None:
-    assert told(STRICT.score(answer(*subgoals))) == outcome
+def test_an_answer_has_its_category_and_error(subgoals: list[object], outcome: str) -> None:
+    assert describe_verdict(STRICT.score(answer(*subgoals))) == outcome
 
 
 @pytest.mark.parametrize(
     ("subgoals", "additional"),
     [
         (["GRAB(cup.13)", "GRAB(cup.13)"], 1),
-        # What holds already is asked for in vain ...
+        # A condition that holds already is an additional step ...
         (["OPEN(fridge.10)", "OPEN(fridge.10)"], 1),
         ([CUP_HELD, "GRAB(cup.13)"], 1),
-        # ... but not where an action of the same subgoal brings it about, or where the subgoal asks for more.
+        # ... unless an action of the same subgoal achieves it, or the subgoal has other conditions.
         ([f"GRAB(cup.13) and {CUP_HELD}"], 0),
         ([f"{CUP_HELD} and GRAB(cup.13)"], 0),
         (["OPEN(fridge.10)", f"OPEN(fridge.10) and {CUP_HELD}"], 0),
         (["OPEN(fridge.10)", "OPEN(fridge.10) and TOUCH(table.12)"], 0),
     ],
 )
-def test_additional_steps_of_subgoals(subgoals: list[str], additional: int) -> None:
+def test_subgoals_that_hold_already_are_additional_steps(subgoals: list[str], additional: int) -> None:
     verdict = STRICT.score(answer(*subgoals))
     assert (verdict.executable, verdict.additional_steps) == (True, additional)
 
@@ -141,15 +141,15 @@ TEXTS = [
 
 
 @pytest.mark.parametrize(("text", "outcome"), TEXTS)
-def test_where_the_subgoals_are_found(text: str, outcome: str) -> None:
-    assert told(STRICT.score(text)) == outcome
+def test_subgoals_are_read_from_several_forms_of_answers(text: str, outcome: str) -> None:
+    assert describe_verdict(STRICT.score(text)) == outcome
 
 
-def test_what_the_verdict_says_is_what_counts() -> None:
+def test_a_verdict_under_strict_has_no_separate_counts() -> None:
     assert STRICT.score(answer("OPEN(fridge.10)", "OPEN(fridge.10)")).counted is None
 
 
-def test_repairs_are_named() -> None:
+def test_a_verdict_names_the_repairs_of_its_answer() -> None:
     assert STRICT.score(answer("SLEEP")).repairs == ("brackets",)
 
 
@@ -176,7 +176,7 @@ def test_action_goals_count_up_to_the_first_that_is_missing() -> None:
 
 
 def test_a_goal_with_two_variables_is_read() -> None:
-    assert told(virtualhome_subgoals()(POURED).score(answer(*REACHED))) == "goal_unreachable"
+    assert describe_verdict(virtualhome_subgoals()(POURED).score(answer(*REACHED))) == "goal_unreachable"
 
 
 @pytest.mark.parametrize(
@@ -193,14 +193,14 @@ def test_a_goal_with_two_variables_is_read() -> None:
         ("(OPEN(fridge.10) and CLOSED(fridge.10)) or HOLDS_LH(character.65, table.12)", False),
     ],
 )
-def test_parts_that_exclude_each_other_are_told(subgoal: str, excluded: bool) -> None:
+def test_a_subgoal_with_contradictory_parts_has_its_own_error(subgoal: str, excluded: bool) -> None:
     error = STRICT.score(answer(subgoal)).error
     assert error is not None
-    told = error.detail.endswith(" does not hold, and its parts exclude each other")
-    assert (told, error.check == "parts_exclude_each_other") == (excluded, excluded)
+    is_contradiction = error.detail.endswith(" does not hold, and its parts exclude each other")
+    assert (is_contradiction, error.check == "parts_exclude_each_other") == (excluded, excluded)
 
 
-def test_what_holds_together_at_the_start_does_not_exclude_each_other() -> None:
+def test_states_that_hold_together_initially_do_not_contradict() -> None:
     task = make_task("OPEN fridge.10", goals=GOALS)
     scorer = virtualhome_subgoals()(task)
     assert scorer.score(answer("OPEN(fridge.10) and CLOSED(fridge.10)")).executable
@@ -210,7 +210,7 @@ def test_a_task_without_goals_is_excluded() -> None:
     assert virtualhome_subgoals()(WITHOUT_GOALS).score(answer(*REACHED)).excluded is not None
 
 
-def test_the_end_of_the_search_is_told() -> None:
+def test_a_verdict_says_why_the_search_ended() -> None:
     scorer = virtualhome_subgoals(ExplorationLimits(attempts=3))(TASK)
     verdict = scorer.score(answer(*REACHED))
     assert (verdict.search, verdict.tried_actions) == ("attempts", 4)
@@ -218,7 +218,7 @@ def test_the_end_of_the_search_is_told() -> None:
     assert STRICT.score(answer(*REACHED)).search == "complete"
 
 
-def test_too_many_alternatives_are_refused() -> None:
+def test_a_subgoal_with_too_many_alternatives_is_an_error() -> None:
     four = " and ".join(f"exists {v}. (TOUCH({v}))" for v in "abcd")
     nested = "exists a. (exists b. (exists c. (exists d. (TOUCH(a) and TOUCH(b) and TOUCH(c) and TOUCH(d)))))"
     assert STRICT.score(answer(four, *REACHED[1:])).category is SubgoalCategory.RUNTIME
@@ -227,12 +227,12 @@ def test_too_many_alternatives_are_refused() -> None:
     assert "alternatives" in verdict.error.detail
 
 
-def test_quantifiers_within_pairs_are_counted_before_anything_is_unfolded() -> None:
+def test_nested_quantifiers_over_pairs_are_counted_before_they_are_unfolded() -> None:
     more = [f"cup.{number}" for number in range(100, 120)]
     scorer = virtualhome_subgoals()(make_task(goals=GOALS, more_objects=more))
     pairs = "forpairs x, y. (forpairs z, w. (ONTOP(x, y) or ONTOP(z, w) or not ONTOP(x, w)))"
     verdict = scorer.score(answer(pairs))
-    assert told(verdict) == "not_parseable parsing"
+    assert describe_verdict(verdict) == "not_parseable parsing"
     assert verdict.error is not None
     assert verdict.error.detail == "it comes down to more than 100,000 literals"
 
@@ -275,8 +275,8 @@ ANY_TEXT = st.text() | st.lists(st.lists(PIECES, max_size=6).map("".join), max_s
 )
 
 
-def must_have_a_verdict(scorer: SubgoalDecomposition, text: str) -> None:
-    """Fail unless a text has the same verdict twice, and an explanation."""
+def assert_has_a_verdict(scorer: SubgoalDecomposition, text: str) -> None:
+    """Fail unless a text has an explanation, and equal verdicts when scored twice."""
     verdict = scorer.score(text)
     assert verdict.category is not None
     assert json.dumps(fields_of(verdict)) == json.dumps(fields_of(scorer.score(text)))
@@ -286,7 +286,7 @@ def must_have_a_verdict(scorer: SubgoalDecomposition, text: str) -> None:
 @settings(deadline=None)
 @given(ANY_TEXT)
 def test_any_text_has_a_verdict(text: str) -> None:
-    must_have_a_verdict(STRICT, text)
+    assert_has_a_verdict(STRICT, text)
 
 
 @pytest.mark.parametrize(
@@ -320,7 +320,7 @@ def test_forty_choices_do_not_cost_two_to_the_forty_executions() -> None:
     assert verdict.tried_actions < 2_000
 
 
-def test_any_number_of_threads_may_ask_one_scorer(scorer: SubgoalDecomposition) -> None:
+def test_many_threads_may_use_one_scorer(scorer: SubgoalDecomposition) -> None:
     answers = [
         answer(*subgoals)
         for subgoals in (

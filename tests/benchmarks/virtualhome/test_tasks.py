@@ -6,8 +6,8 @@ from operator import or_
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 
 
-def test_relations_know_their_sources_and_targets(virtualhome_tasks: VirtualHomeTasks) -> None:
-    """They are counted while states are built, edges coming and going, and not gathered afterwards."""
+def test_a_relation_has_the_masks_of_its_sources_and_targets(virtualhome_tasks: VirtualHomeTasks) -> None:
+    """Building a state updates the masks with every added or removed edge."""
     states = [
         state
         for task in virtualhome_tasks.values()

@@ -245,7 +245,7 @@ def test_the_quality_of_annotations_is_told() -> None:
     bad = replace(shelves(), open_tasks=given(wrong))
     found = check_annotations(bad, Source(planner=PlannerChoice.BUILT_IN))
     assert [each.problem for each in found] == [
-        "cup: 1 of 1 goals do not hold where its plan is said to end",
+        "cup: 1 of 1 goals do not hold in the annotated final state",
         "cup: the plan fails: a goal is missed",
         "cup: the gold operators do not solve their problem: unsolvable",
     ]

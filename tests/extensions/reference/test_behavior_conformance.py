@@ -2,12 +2,18 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.behavior.test_conformance import test_it_conforms, test_it_conforms_on_the_data_sets_scenes
+from benchmarks.behavior.test_conformance import (
+    test_the_domain_conforms_on_the_scenes_of_the_data_set,
+    test_the_domain_conforms_to_its_declarations,
+)
 from eai.benchmarks.behavior.domain import as_meant
 from eai.extensions.reference.behavior_quirks import as_in_reference, as_in_reference_subgoals
 from eai.world.domain import Domain
 
-SHARED = (test_it_conforms, test_it_conforms_on_the_data_sets_scenes)
+SHARED = (
+    test_the_domain_conforms_to_its_declarations,
+    test_the_domain_conforms_on_the_scenes_of_the_data_set,
+)
 """Tests of the paper's rules, which are run again with the fixtures below."""
 
 

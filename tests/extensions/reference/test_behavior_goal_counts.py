@@ -14,7 +14,7 @@ from benchmarks.behavior.test_goal_notation import (
     TEXTS,
     answer,
     counts,
-    test_written_goals_are_all_found,
+    test_written_goals_score_in_full,
 )
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Scorer
@@ -24,7 +24,7 @@ from eai.extensions.reference.behavior_goals import ByFirstOption
 from sweeps import examples
 
 REFERENCE = ByFirstOption(TASK)
-SHARED = (test_written_goals_are_all_found,)
+SHARED = (test_written_goals_score_in_full,)
 """A test of `strict` that is run again with the fixture `scorer_of` below."""
 
 OTHERWISE = {

@@ -16,11 +16,11 @@ from benchmarks.behavior.test_operators import (
     outcome,
     run,
     test_a_dishwasher_cleans_its_contents,
-    test_cleaning_takes_off_what_the_means_suffice_for,
-    test_grasping_ends_all_labels_of_the_object,
-    test_slicing_replaces_an_object_by_its_parts,
-    test_what_is_carried_comes_along_but_for_what_is_much_larger,
-    test_where_placed_objects_are,
+    test_a_placed_object_has_its_new_relations,
+    test_cleaning_removes_only_the_dirt_that_the_tool_can_remove,
+    test_grasping_ends_all_loose_relations_of_the_object,
+    test_grasping_lifts_the_cargo_except_much_larger_objects,
+    test_slicing_replaces_an_object_by_its_halves,
 )
 from eai.benchmarks.behavior import domain as behavior
 from eai.extensions.reference import behavior_quirks
@@ -29,11 +29,11 @@ from eai.world.fault import FaultKind
 
 SHARED = (
     test_a_dishwasher_cleans_its_contents,
-    test_cleaning_takes_off_what_the_means_suffice_for,
-    test_grasping_ends_all_labels_of_the_object,
-    test_slicing_replaces_an_object_by_its_parts,
-    test_what_is_carried_comes_along_but_for_what_is_much_larger,
-    test_where_placed_objects_are,
+    test_cleaning_removes_only_the_dirt_that_the_tool_can_remove,
+    test_grasping_ends_all_loose_relations_of_the_object,
+    test_slicing_replaces_an_object_by_its_halves,
+    test_grasping_lifts_the_cargo_except_much_larger_objects,
+    test_a_placed_object_has_its_new_relations,
 )
 """Tests of the paper's operators, which are run again with the fixture `domain` below."""
 

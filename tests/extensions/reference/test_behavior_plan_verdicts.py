@@ -15,8 +15,8 @@ from benchmarks.behavior.test_plans import (
     TASK,
     TEXTS,
     answer,
-    test_explanations_tell_every_step_and_goal,
-    told,
+    describe_outcome,
+    test_an_explanation_shows_every_step_and_goal,
 )
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.extensions.reference.behavior_plans import BehaviorActionSequencing
@@ -24,7 +24,7 @@ from eai.results.codec import fields_of
 from sweeps import examples
 
 REFERENCE = BehaviorActionSequencing(TASK)
-SHARED = (test_explanations_tell_every_step_and_goal,)
+SHARED = (test_an_explanation_shows_every_step_and_goal,)
 """Tests of `strict` that are run again with the fixture `scorer` below."""
 
 OTHERWISE = {
@@ -45,12 +45,12 @@ def scorer() -> ActionSequencing:
 @pytest.mark.parametrize(("steps", "strict"), OUTCOMES)
 def test_verdicts(steps: list[str], strict: str) -> None:
     text = answer(*steps)
-    assert told(REFERENCE.score(text)) == OTHERWISE.get(text, strict)
+    assert describe_outcome(REFERENCE.score(text)) == OTHERWISE.get(text, strict)
 
 
 def test_a_plan_that_fails_after_reaching_the_goal_succeeds() -> None:
     verdict = REFERENCE.score(answer(*GOAL_REACHED, "COOK plate_1"))
-    assert (told(verdict), verdict.success) == ("affordance 6", True)
+    assert (describe_outcome(verdict), verdict.success) == ("affordance 6", True)
 
 
 @pytest.mark.parametrize("text", NEVER_RUN)

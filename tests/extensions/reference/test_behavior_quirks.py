@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.behavior.kitchen import actions, make_task
+from benchmarks.behavior.kitchen import make_task, parse_actions
 from eai.base.errors import InputError
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
@@ -26,7 +26,7 @@ def file(name: str) -> Any:
 
 
 def after(task: BehaviorTask, *steps: str) -> State:
-    return execute(behavior.as_meant(), task.initial, actions(task.initial, *steps)).final
+    return execute(behavior.as_meant(), task.initial, parse_actions(task.initial, *steps)).final
 
 
 def satisfied(goal: str, *steps: str) -> tuple[bool, bool]:

@@ -10,15 +10,15 @@ from hypothesis import given, settings
 from benchmarks.behavior.test_subgoals import (
     DUSTY,
     EITHER,
-    NOT_CARRIED_OUT,
+    NOT_EXECUTED,
     OUTCOMES,
     REACHED,
     TASK,
     TEXTS,
-    actions_of,
     answer,
-    test_any_number_of_threads_may_ask_one_scorer,
-    told,
+    describe_verdict,
+    get_actions,
+    test_many_threads_may_use_one_scorer,
 )
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.extensions.reference.behavior_subgoals import BehaviorSubgoalDecomposition
@@ -26,7 +26,7 @@ from eai.tasks.share import Share
 from sweeps import examples
 
 REFERENCE = BehaviorSubgoalDecomposition(TASK)
-SHARED = (test_any_number_of_threads_may_ask_one_scorer,)
+SHARED = (test_many_threads_may_use_one_scorer,)
 """Tests of `strict` that are run again with the fixture `scorer` below."""
 
 OTHERWISE = {
@@ -59,7 +59,7 @@ def scorer() -> SubgoalDecomposition:
 @pytest.mark.parametrize(("subgoals", "strict"), OUTCOMES)
 def test_verdicts(subgoals: list[object], strict: str) -> None:
     text = answer(*subgoals)
-    assert told(REFERENCE.score(text)) == OTHERWISE.get(text, strict)
+    assert describe_verdict(REFERENCE.score(text)) == OTHERWISE.get(text, strict)
 
 
 @pytest.mark.parametrize(
@@ -90,16 +90,16 @@ def test_verdicts(subgoals: list[object], strict: str) -> None:
     ],
 )  # fmt: skip
 def test_what_the_reference_does_for_subgoals(subgoals: list[str], actions: list[str]) -> None:
-    assert actions_of(REFERENCE, *subgoals) == actions
+    assert get_actions(REFERENCE, *subgoals) == actions
 
 
 def test_a_hand_holds_what_its_content_is_named_after_in_the_reference() -> None:
     subgoals = ("holds_lh(rag.10)", "inside(rag.1, sink.1)")
-    assert actions_of(REFERENCE, *subgoals)[1:] == ["LEFT_PLACE_INSIDE(sink_1)"]
+    assert get_actions(REFERENCE, *subgoals)[1:] == ["LEFT_PLACE_INSIDE(sink_1)"]
 
 
 def test_an_answer_that_is_not_carried_out_meets_goals_that_hold_at_the_start() -> None:
-    for text in NOT_CARRIED_OUT:
+    for text in NOT_EXECUTED:
         goals = BehaviorSubgoalDecomposition(replace(TASK, goals=(DUSTY,))).score(text).goals
         assert goals is not None
         assert goals.state == Share(1, 1)

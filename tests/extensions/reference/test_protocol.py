@@ -44,7 +44,7 @@ def test_the_preset_is_an_experiment_of_its_own() -> None:
     assert replace(scripted(0.1), preset=None) == ours
     assert scripted(0.1).label == f"{ours.label}+as-eai-1.0.5"
     assert preset_attempts("", 0.1, 0, 3) is None
-    with pytest.raises(InputError, match="'eai-9' is no preset: expected eai-1"):
+    with pytest.raises(InputError, match="'eai-9' is not a preset: expected eai-1"):
         preset_attempts("eai-9", 0.1, 0, 3)
 
 

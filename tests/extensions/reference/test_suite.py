@@ -2,13 +2,13 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.test_suite import NAMES_ONLY, WITH_IDS, opened
+from benchmarks.test_suite import NAMES_ONLY, WITH_IDS, open_plan_suite
 from eai.abilities.protocol import Protocol
 from eai.base.store import Store
 
 
 def test_tasks_with_several_relation_goals_are_excluded(data_store: Store) -> None:
-    suite = opened(data_store, Protocol("eai-1.0.5"))
+    suite = open_plan_suite(data_store, Protocol("eai-1.0.5"))
     assert sum(suite.score(task_id, "").excluded is not None for task_id in suite.task_ids) == 37
 
 
@@ -26,6 +26,6 @@ def test_tasks_with_several_relation_goals_are_excluded(data_store: Store) -> No
 def test_under_the_reference_the_answers_decide_how_each_is_read(
     data_store: Store, answers: tuple[str, ...], text: str, kind: str | None
 ) -> None:
-    error = opened(data_store, Protocol("eai-1.0.5"), *answers).score("11_1", text).error
+    error = open_plan_suite(data_store, Protocol("eai-1.0.5"), *answers).score("11_1", text).error
     assert (error and error.kind.value) == kind
-    assert opened(data_store, Protocol.STRICT, *answers).score("11_1", text).error is None
+    assert open_plan_suite(data_store, Protocol.STRICT, *answers).score("11_1", text).error is None

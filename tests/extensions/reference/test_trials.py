@@ -4,11 +4,11 @@ from collections.abc import Mapping
 
 import pytest
 
-from benchmarks.test_trials import test_how_answers_are_read_is_fixed_by_the_prompts
+from benchmarks.test_trials import test_prompts_decide_whether_answers_are_read_with_ids
 from eai.abilities.protocol import Protocol
 from eai.tasks.prompts.prompt import PromptSet
 
-SHARED = (test_how_answers_are_read_is_fixed_by_the_prompts,)
+SHARED = (test_prompts_decide_whether_answers_are_read_with_ids,)
 """A test of `strict` that is run again with the fixtures below."""
 
 

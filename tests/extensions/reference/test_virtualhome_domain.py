@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.test_export import sample
+from benchmarks.test_export import draw_tasks
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.extensions.reference.virtualhome_quirks import as_in_reference
 from eai.pddl.export import export
@@ -20,7 +20,7 @@ def domain() -> Domain:
 
 
 def test_what_is_not_exported_exactly_is_named(virtualhome_tasks: VirtualHomeTasks) -> None:
-    (task,) = sample(virtualhome_tasks, 1)
+    (task,) = draw_tasks(virtualhome_tasks, 1)
     reason = "its formula leaves open which of several objects is the first"
     assert export(as_in_reference(), task.initial, ()).unsupported == tuple(
         f"{name}: {reason}" for name in ("room_of", "lies_on", "lies_in", "lies_next_to")

@@ -8,25 +8,25 @@ from hypothesis import given
 from benchmarks.virtualhome.test_goal_notation import (
     COUNTS,
     DOMAIN,
-    LEFT_OUT,
-    NOT_THERE,
+    IGNORED_ENTRIES,
     ON_BED,
     OPEN,
     TASK,
     TEXTS,
+    UNKNOWN_NAMES,
     answer,
+    assert_has_a_verdict,
     counts,
-    must_have_a_verdict,
+    get_wrong_goals,
+    test_an_unreadable_answer_is_a_parsing_error,
     test_extreme_texts_have_a_verdict,
-    test_what_cannot_be_read_is_a_parsing_error,
-    wrong_goals,
 )
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Scorer
 from eai.extensions.reference.virtualhome_goals import ByLargestId
 
 REFERENCE = ByLargestId(TASK, DOMAIN)
-SHARED = (test_extreme_texts_have_a_verdict, test_what_cannot_be_read_is_a_parsing_error)
+SHARED = (test_extreme_texts_have_a_verdict, test_an_unreadable_answer_is_a_parsing_error)
 """Tests of `strict` that are run again with the fixture `scorer` below."""
 
 OTHERWISE = {
@@ -80,7 +80,7 @@ def test_an_answer_on_which_the_reference_aborts_is_told(text: str) -> None:
 
 
 def test_only_objects_that_do_not_exist_are_reported() -> None:
-    verdict = REFERENCE.score(NOT_THERE)
+    verdict = REFERENCE.score(UNKNOWN_NAMES)
     assert isinstance(verdict, GoalVerdict)
     assert verdict.hallucinated == ("yacht", "moon")
 
@@ -91,7 +91,7 @@ def test_an_explanation_says_which_goals_are_met() -> None:
 
 
 def test_an_explanation_says_what_is_left_out() -> None:
-    notes = REFERENCE.explain(LEFT_OUT).notes
+    notes = REFERENCE.explain(IGNORED_ENTRIES).notes
     assert notes[:2] == (
         "left out as ill-formed: {'name': 'cup'}",
         "left out as hallucination: there is no yacht",
@@ -100,9 +100,9 @@ def test_an_explanation_says_what_is_left_out() -> None:
 
 
 def test_explanations_name_each_wrong_goal_once() -> None:
-    assert wrong_goals(REFERENCE) == ["CLOSED(fridge.10)", "UNDER(cup.40, bed.20)", "FLY"]
+    assert get_wrong_goals(REFERENCE) == ["CLOSED(fridge.10)", "UNDER(cup.40, bed.20)", "FLY"]
 
 
 @given(TEXTS)
 def test_any_text_has_a_verdict(text: str) -> None:
-    must_have_a_verdict(REFERENCE, text)
+    assert_has_a_verdict(REFERENCE, text)

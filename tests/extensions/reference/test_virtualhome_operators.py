@@ -18,13 +18,13 @@ from benchmarks.virtualhome.test_operators import (
     M,
     U,
     W,
-    after,
-    fault_of,
-    test_grabbing_takes_the_object_from_its_place_and_remembers_it,
+    get_changes,
+    get_fault,
+    test_a_failing_action_has_the_fault_of_its_first_failing_check,
+    test_an_action_has_its_effects,
+    test_grabbing_removes_an_object_from_its_place_and_remembers_the_place,
     test_putting_back_restores_the_remembered_place,
-    test_the_first_failing_check_decides,
-    test_walking_leaves_all_neighbours_for_the_target_and_what_it_holds_or_stands_on,
-    test_what_an_action_changes,
+    test_walking_replaces_all_neighbours_by_the_target_and_its_contents,
 )
 from eai.extensions.reference.virtualhome_quirks import as_in_reference
 from eai.world.action import Fault
@@ -35,11 +35,11 @@ from eai.world.history import History
 from eai.world.state import State
 
 SHARED = (
-    test_grabbing_takes_the_object_from_its_place_and_remembers_it,
+    test_grabbing_removes_an_object_from_its_place_and_remembers_the_place,
     test_putting_back_restores_the_remembered_place,
-    test_the_first_failing_check_decides,
-    test_walking_leaves_all_neighbours_for_the_target_and_what_it_holds_or_stands_on,
-    test_what_an_action_changes,
+    test_a_failing_action_has_the_fault_of_its_first_failing_check,
+    test_walking_replaces_all_neighbours_by_the_target_and_its_contents,
+    test_an_action_has_its_effects,
 )
 """Tests of the paper's operators, which are run again with the fixture `domain` below."""
 
@@ -53,20 +53,20 @@ def domain() -> Domain:
 
 def test_quirk_held_objects_stay_behind() -> None:
     facts = ("HOLDS_RH character.65 book.16",)
-    strict, _ = after(STRICT, facts, "WALK fridge.10")
-    reference, _ = after(REFERENCE, facts, "WALK fridge.10")
+    strict, _ = get_changes(STRICT, facts, "WALK fridge.10")
+    reference, _ = get_changes(REFERENCE, facts, "WALK fridge.10")
     assert "INSIDE book.16 kitchen.1" in strict
     assert "INSIDE book.16 kitchen.1" not in reference
 
 
 def test_quirk_unplugged_is_additional() -> None:
-    assert fault_of(STRICT, AT_TV, "SWITCHON television.22") is M
-    assert fault_of(REFERENCE, AT_TV, "SWITCHON television.22") is D
+    assert get_fault(STRICT, AT_TV, "SWITCHON television.22") is M
+    assert get_fault(REFERENCE, AT_TV, "SWITCHON television.22") is D
 
 
 def test_quirk_running_is_additional() -> None:
-    assert fault_of(STRICT, (*AT_FRIDGE, *RUNNING), "OPEN fridge.10") is M
-    assert fault_of(REFERENCE, (*AT_FRIDGE, *RUNNING), "OPEN fridge.10") is D
+    assert get_fault(STRICT, (*AT_FRIDGE, *RUNNING), "OPEN fridge.10") is M
+    assert get_fault(REFERENCE, (*AT_FRIDGE, *RUNNING), "OPEN fridge.10") is D
 
 
 @pytest.mark.parametrize(
@@ -81,14 +81,14 @@ def test_quirk_running_is_additional() -> None:
     ],
 )
 def test_quirk_no_state_is_additional(facts: tuple[str, ...], action: str) -> None:
-    assert fault_of(STRICT, facts, action) is A
-    assert fault_of(REFERENCE, facts, action) is D
+    assert get_fault(STRICT, facts, action) is A
+    assert get_fault(REFERENCE, facts, action) is D
 
 
 def test_quirk_grabbed_once_is_additional() -> None:
     facts = (*AT_TABLE, *GRABBED)
-    assert fault_of(STRICT, facts, "GRAB bread.14") is None
-    assert fault_of(REFERENCE, facts, "GRAB bread.14") is D
+    assert get_fault(STRICT, facts, "GRAB bread.14") is None
+    assert get_fault(REFERENCE, facts, "GRAB bread.14") is D
 
 
 @pytest.mark.parametrize(
@@ -100,20 +100,20 @@ def test_quirk_grabbed_once_is_additional() -> None:
     ],
 )
 def test_quirk_seated_elsewhere_is_additional(facts: tuple[str, ...], action: str) -> None:
-    assert fault_of(STRICT, (*AT_BED, *facts), action) is M
-    assert fault_of(REFERENCE, (*AT_BED, *facts), action) is D
+    assert get_fault(STRICT, (*AT_BED, *facts), action) is M
+    assert get_fault(REFERENCE, (*AT_BED, *facts), action) is D
 
 
 def test_quirk_closed_container_is_affordance() -> None:
     facts = (*AT_FRIDGE, "HOLDS_RH character.65 cup.13")
-    assert fault_of(STRICT, facts, "PUTIN cup.13 fridge.10") is M
-    assert fault_of(REFERENCE, facts, "PUTIN cup.13 fridge.10") is A
+    assert get_fault(STRICT, facts, "PUTIN cup.13 fridge.10") is M
+    assert get_fault(REFERENCE, facts, "PUTIN cup.13 fridge.10") is A
 
 
 def test_quirk_put_back_never_fails() -> None:
     facts = ("HOLDS_RH character.65 cup.13", "TAKEN_FROM_TOP_OF cup.13 table.12")
-    assert fault_of(STRICT, facts, "PUTOBJBACK cup.13") is M
-    assert after(REFERENCE, facts, "PUTOBJBACK cup.13") == (set(), set())
+    assert get_fault(STRICT, facts, "PUTOBJBACK cup.13") is M
+    assert get_changes(REFERENCE, facts, "PUTOBJBACK cup.13") == (set(), set())
 
 
 @pytest.mark.parametrize(
@@ -127,8 +127,8 @@ def test_quirk_put_back_never_fails() -> None:
 def test_quirk_what_the_reference_cannot_execute(
     action: str, strict: FaultKind, reference: FaultKind
 ) -> None:
-    assert fault_of(STRICT, (), action) is strict
-    assert fault_of(REFERENCE, (), action) is reference
+    assert get_fault(STRICT, (), action) is strict
+    assert get_fault(REFERENCE, (), action) is reference
 
 
 @pytest.mark.parametrize(
@@ -145,11 +145,11 @@ def test_quirk_what_the_reference_cannot_execute(
 )
 def test_quirk_sought_is_not_the_condition(plan: list[str], strict: FaultKind, reference: FaultKind) -> None:
     for domain, kind in ((STRICT, strict), (REFERENCE, reference)):
-        scene = flat.scene()
-        past = History(flat.state(over=scene))
+        scene = flat.make_scene()
+        past = History(flat.make_state(over=scene))
         outcome: State | Fault | None = None
         for step in plan:
-            outcome = attempt(domain, past, flat.action(step, scene))
+            outcome = attempt(domain, past, flat.parse_action(step, scene))
             if isinstance(outcome, State):
                 past = past.extended(outcome)
         assert isinstance(outcome, Fault)
@@ -158,13 +158,13 @@ def test_quirk_sought_is_not_the_condition(plan: list[str], strict: FaultKind, r
 
 def test_quirk_grabbing_empties() -> None:
     facts = (*AT_TABLE, "INSIDE milk.11 cup.13", "-INSIDE milk.11 fridge.10")
-    _, strict = after(STRICT, facts, "GRAB cup.13")
-    _, reference = after(REFERENCE, facts, "GRAB cup.13")
+    _, strict = get_changes(STRICT, facts, "GRAB cup.13")
+    _, reference = get_changes(REFERENCE, facts, "GRAB cup.13")
     assert "INSIDE milk.11 cup.13" not in strict
     assert "INSIDE milk.11 cup.13" in reference
 
 
 def test_what_was_poured_goes_along_with_what_it_was_poured_from() -> None:
     facts = ("HOLDS_RH character.65 milk.11", "-INSIDE milk.11 fridge.10", "INSIDE milk.11 cup.13")
-    _, removed = after(REFERENCE, facts, "WALK book.16")
+    _, removed = get_changes(REFERENCE, facts, "WALK book.16")
     assert "INSIDE milk.11 cup.13" in removed

@@ -8,20 +8,20 @@ import pytest
 from hypothesis import given
 
 from benchmarks.virtualhome.household import make_task
-from benchmarks.virtualhome.test_plan_notation import PLANS, must_read_what_is_written
+from benchmarks.virtualhome.test_plan_notation import PLANS, assert_reads_written_plan
 from benchmarks.virtualhome.test_plans import (
     CUPS,
     CUPS_IN_KITCHEN,
     FRIDGE_OPEN,
     OUTCOMES,
     Score,
-    plan,
+    describe_outcome,
     score_strictly,
     test_additional_steps_are_counted_and_skipped,
-    test_an_answer_that_never_runs_is_counted_with_all_goals_unmet,
-    test_goals_count_in_the_state_in_which_a_plan_stopped,
+    test_an_answer_that_never_runs_counts_with_all_goals_unmet,
+    test_goals_are_counted_in_the_state_in_which_a_plan_stops,
     test_steps_that_were_not_executed_reach_no_action_goal,
-    told,
+    write_answer,
 )
 from eai.abilities.verdict import PlanVerdict, SummaryCounts, Verdict
 from eai.extensions.reference.virtualhome_plans import (
@@ -36,8 +36,8 @@ from eai.world.action import Action
 from eai.world.fault import FaultKind
 
 SHARED = (
-    test_an_answer_that_never_runs_is_counted_with_all_goals_unmet,
-    test_goals_count_in_the_state_in_which_a_plan_stopped,
+    test_an_answer_that_never_runs_counts_with_all_goals_unmet,
+    test_goals_are_counted_in_the_state_in_which_a_plan_stops,
     test_additional_steps_are_counted_and_skipped,
     test_steps_that_were_not_executed_reach_no_action_goal,
 )
@@ -72,7 +72,7 @@ def counted(text: str, task: Task | None = None) -> SummaryCounts | None:
 
 @pytest.mark.parametrize(("text", "strict"), OUTCOMES, ids=str)
 def test_an_answer_has_its_outcome(text: str, strict: str) -> None:
-    assert told(score_as_reference(text, make_task())) == OTHERWISE.get(text, strict)
+    assert describe_outcome(score_as_reference(text, make_task())) == OTHERWISE.get(text, strict)
 
 
 def test_a_name_alone_means_the_last_object_of_its_class_in_a_hash_table() -> None:
@@ -85,11 +85,11 @@ def test_a_name_alone_means_the_last_object_of_its_class_in_a_hash_table() -> No
 @pytest.mark.parametrize(
     ("answers", "with_ids"),
     [
-        ([plan("WALK fridge.10")], True),
+        ([write_answer("WALK fridge.10")], True),
         ([FRIDGE_OPEN], False),
-        ([FRIDGE_OPEN, plan("WALK fridge.10"), plan("WALK cup.13")], True),
-        ([FRIDGE_OPEN, plan("WALK fridge.10")], False),
-        (["", "no plan", '{"STANDUP": [ ]}', plan("WALK fridge.10")], True),
+        ([FRIDGE_OPEN, write_answer("WALK fridge.10"), write_answer("WALK cup.13")], True),
+        ([FRIDGE_OPEN, write_answer("WALK fridge.10")], False),
+        (["", "no plan", '{"STANDUP": [ ]}', write_answer("WALK fridge.10")], True),
         ([], False),
     ],
 )
@@ -101,20 +101,22 @@ def test_most_answers_of_a_file_decide_how_all_are_read(answers: Sequence[str], 
     ("with_ids", "text", "outcome"),
     [
         (True, FRIDGE_OPEN, "parsing 0"),
-        (False, plan("WALK fridge.10", "OPEN fridge.10"), "hallucination 0"),
+        (False, write_answer("WALK fridge.10", "OPEN fridge.10"), "hallucination 0"),
         (None, FRIDGE_OPEN, "success"),
-        (None, plan("WALK fridge.10", "OPEN fridge.10"), "success"),
+        (None, write_answer("WALK fridge.10", "OPEN fridge.10"), "success"),
     ],
 )
 def test_the_form_of_the_file_binds_each_answer(with_ids: bool | None, text: str, outcome: str) -> None:
-    assert told(VirtualHomeActionSequencing(make_task(), with_ids=with_ids).score(text)) == outcome
+    assert (
+        describe_outcome(VirtualHomeActionSequencing(make_task(), with_ids=with_ids).score(text)) == outcome
+    )
 
 
 # The differences between the protocols, one by one (docs/extensions/reference).
 
 
 def both(task: Task, text: str) -> tuple[str, str]:
-    return told(score_strictly(text, task)), told(score_as_reference(text, task))
+    return describe_outcome(score_strictly(text, task)), describe_outcome(score_as_reference(text, task))
 
 
 def test_a_task_with_several_relation_goals_counts_under_strict_only() -> None:
@@ -122,8 +124,8 @@ def test_a_task_with_several_relation_goals_counts_under_strict_only() -> None:
         goals=("relation ONTOP cup.13 table.12", "relation ONTOP bread.14 table.12"),
         script=["WALK fridge.10"],
     )
-    assert told(score_strictly(plan("WALK table.12"), task)) == "success"
-    assert score_as_reference(plan("WALK table.12"), task) == PlanVerdict(excluded=GOLD_TEST)
+    assert describe_outcome(score_strictly(write_answer("WALK table.12"), task)) == "success"
+    assert score_as_reference(write_answer("WALK table.12"), task) == PlanVerdict(excluded=GOLD_TEST)
 
 
 def test_a_task_without_goals_is_excluded_under_strict() -> None:
@@ -140,13 +142,16 @@ def test_a_task_whose_annotation_misses_its_goal_counts_under_strict_only() -> N
 
 def test_a_plan_equal_to_the_script_succeeds_under_strict() -> None:
     task = make_task(script=["WALK fridge.10", "OPEN fridge.10"])
-    text = plan("WALK fridge.10", "OPEN fridge.10")
+    text = write_answer("WALK fridge.10", "OPEN fridge.10")
     strict, reference = score_strictly(text, task), score_as_reference(text, task)
     assert (strict.executable, strict.success) == (True, True)
     assert (reference.executable, reference.success, reference.error) == (True, False, None)
     assert reference.goals is not None
     assert reference.goals.state == (0, 1)
-    assert both(task, plan("WALK table.12", "WALK fridge.10", "OPEN fridge.10")) == ("success", "success")
+    assert both(task, write_answer("WALK table.12", "WALK fridge.10", "OPEN fridge.10")) == (
+        "success",
+        "success",
+    )
 
 
 def test_an_empty_list_is_a_step_under_strict() -> None:
@@ -167,8 +172,8 @@ def test_an_unreadable_list_counts_once_under_strict() -> None:
 
 
 def test_every_additional_step_counts_in_the_reference() -> None:
-    once = counted(plan("STANDUP", "WALK fridge.10", "OPEN fridge.10"))
-    thrice = counted(plan("STANDUP", "STANDUP", "STANDUP", "OPEN fridge.10"))
+    once = counted(write_answer("STANDUP", "WALK fridge.10", "OPEN fridge.10"))
+    thrice = counted(write_answer("STANDUP", "STANDUP", "STANDUP", "OPEN fridge.10"))
     assert once is None
     assert thrice is not None
     assert thrice.errors == {FaultKind.MISSING_STEP: 1, FaultKind.ADDITIONAL_STEP: 3}
@@ -181,18 +186,18 @@ def test_actions_that_the_prompt_offers_are_accepted_under_strict(action: str) -
     task = make_task(
         f"NEXT_TO character.65 {device}", "HOLDS_RH character.65 cup.13", goals=(f"action {action}",)
     )
-    assert both(task, plan(f"{action} {device}")) == ("success", "hallucination 0")
+    assert both(task, write_answer(f"{action} {device}")) == ("success", "hallucination 0")
 
 
 def test_any_object_may_be_named_with_its_id_under_strict() -> None:
     task = make_task(relevant=["fridge.10"], goals=("action WALK",))
-    assert both(task, plan("WALK table.12")) == ("success", "hallucination 0")
+    assert both(task, write_answer("WALK table.12")) == ("success", "hallucination 0")
     assert both(task, '{"WALK": ["table"]}') == ("hallucination 0", "hallucination 0")
 
 
 def test_success_needs_an_executable_plan_under_strict() -> None:
     task = make_task(goals=("state OPEN fridge.10",))
-    text = plan("WALK fridge.10", "OPEN fridge.10", "READ book.16")
+    text = write_answer("WALK fridge.10", "OPEN fridge.10", "READ book.16")
     strict, reference = score_strictly(text, task), score_as_reference(text, task)
     assert (strict.executable, strict.success) == (False, False)
     assert (reference.executable, reference.success) == (False, True)
@@ -200,36 +205,39 @@ def test_success_needs_an_executable_plan_under_strict() -> None:
 
 def test_checks_are_made_in_the_order_of_the_paper_under_strict() -> None:
     task = make_task(goals=("action SIT",))
-    assert both(task, plan("SIT table.12")) == ("affordance 0", "missing_step 0")
+    assert both(task, write_answer("SIT table.12")) == ("affordance 0", "missing_step 0")
 
 
 def test_an_unplugged_device_is_a_missing_step_under_strict() -> None:
     task = make_task("NEXT_TO character.65 television.22", goals=("state ON television.22",))
-    assert both(task, plan("SWITCHON television.22")) == ("missing_step 0", "failure")
-    assert score_as_reference(plan("SWITCHON television.22"), task).additional_steps == 1
-    assert told(score_strictly(plan("PLUGIN television.22", "SWITCHON television.22"), task)) == "success"
+    assert both(task, write_answer("SWITCHON television.22")) == ("missing_step 0", "failure")
+    assert score_as_reference(write_answer("SWITCHON television.22"), task).additional_steps == 1
+    assert (
+        describe_outcome(score_strictly(write_answer("PLUGIN television.22", "SWITCHON television.22"), task))
+        == "success"
+    )
 
 
 def test_a_closed_container_is_a_missing_step_under_strict() -> None:
     task = make_task("NEXT_TO character.65 fridge.10", "HOLDS_RH character.65 cup.13")
-    assert both(task, plan("PUTIN cup.13 fridge.10")) == ("missing_step 0", "affordance 0")
+    assert both(task, write_answer("PUTIN cup.13 fridge.10")) == ("missing_step 0", "affordance 0")
 
 
 def test_an_object_in_a_container_that_was_open_once_is_a_wrong_order_under_strict() -> None:
-    text = plan("WALK fridge.10", "OPEN fridge.10", "CLOSE fridge.10", "GRAB milk.11")
+    text = write_answer("WALK fridge.10", "OPEN fridge.10", "CLOSE fridge.10", "GRAB milk.11")
     assert both(make_task(), text) == ("wrong_order 3", "missing_step 3")
 
 
 def test_held_objects_come_along_under_strict() -> None:
     task = make_task("NEXT_TO character.65 book.16", goals=("relation INSIDE book.16 kitchen.1",))
-    assert both(task, plan("GRAB book.16", "WALK kitchen.1")) == ("success", "failure")
+    assert both(task, write_answer("GRAB book.16", "WALK kitchen.1")) == ("success", "failure")
 
 
 def test_putting_back_can_fail_under_strict() -> None:
     task = make_task("NEXT_TO character.65 cup.13", goals=("relation ONTOP cup.13 table.12",))
     grab = "GRAB cup.13"
-    assert both(task, plan(grab, "WALK bed.20", "PUTOBJBACK cup.13")) == ("wrong_order 2", "failure")
-    assert both(task, plan(grab, "WALK table.12", "PUTOBJBACK cup.13")) == ("success", "success")
+    assert both(task, write_answer(grab, "WALK bed.20", "PUTOBJBACK cup.13")) == ("wrong_order 2", "failure")
+    assert both(task, write_answer(grab, "WALK table.12", "PUTOBJBACK cup.13")) == ("success", "success")
 
 
 @pytest.mark.parametrize(
@@ -242,7 +250,7 @@ def test_putting_back_can_fail_under_strict() -> None:
     ],
 )
 def test_what_aborts_the_reference_is_an_error_of_the_row(step: str, strict: str) -> None:
-    assert both(make_task(), plan(step)) == (strict, "uncategorised 0")
+    assert both(make_task(), write_answer(step)) == (strict, "uncategorised 0")
 
 
 def test_two_action_goals_count_in_their_order_under_strict() -> None:
@@ -253,8 +261,8 @@ def test_two_action_goals_count_in_their_order_under_strict() -> None:
         "NEXT_TO character.65 keyboard.23",
         goals=("action TYPE", "action SWITCHOFF"),
     )
-    in_order = plan("TYPE keyboard.23", "SWITCHOFF fridge.10")
-    reversed_order = plan("SWITCHOFF fridge.10", "TYPE keyboard.23")
+    in_order = write_answer("TYPE keyboard.23", "SWITCHOFF fridge.10")
+    reversed_order = write_answer("SWITCHOFF fridge.10", "TYPE keyboard.23")
     assert both(task, in_order) == ("success", "failure")
     assert both(task, reversed_order) == ("failure", "success")
     told_besides = counted(in_order, task)
@@ -266,4 +274,4 @@ def test_two_action_goals_count_in_their_order_under_strict() -> None:
 @given(PLANS)
 def test_plans_that_are_written_under_strict_are_read(plan: list[Action]) -> None:
     for notation in (_Notation(), _Notation(with_ids=True)):
-        must_read_what_is_written(notation, plan)
+        assert_reads_written_plan(notation, plan)

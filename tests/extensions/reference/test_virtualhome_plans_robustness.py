@@ -6,7 +6,7 @@ from hypothesis import given
 from benchmarks.virtualhome.test_plans_robustness import (
     MADE_UP,
     TEXTS,
-    check,
+    assert_has_a_verdict,
     test_a_plan_of_ten_thousand_steps_is_executed,
     test_extreme_texts_have_a_verdict,
 )
@@ -27,4 +27,4 @@ def scorer() -> ActionSequencing:
 @given(TEXTS)
 def test_any_text_has_a_verdict(text: str) -> None:
     for scorer in SCORERS:
-        check(scorer, text)
+        assert_has_a_verdict(scorer, text)

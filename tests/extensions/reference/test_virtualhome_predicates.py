@@ -6,10 +6,10 @@ import pytest
 
 from benchmarks.virtualhome.test_predicates import (
     ON_SHELVES,
-    holds_after,
+    is_remembered_after_grabbing,
     test_a_room_is_found_through_the_only_container,
-    test_an_object_that_is_in_one_room_is_there,
-    test_only_the_first_relation_that_holds_decides_where_something_is_taken_from,
+    test_an_object_in_a_room_has_that_room,
+    test_only_the_first_relation_that_holds_defines_the_place_of_an_object,
 )
 from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
@@ -18,8 +18,8 @@ from eai.world.domain import Domain
 
 SHARED = (
     test_a_room_is_found_through_the_only_container,
-    test_an_object_that_is_in_one_room_is_there,
-    test_only_the_first_relation_that_holds_decides_where_something_is_taken_from,
+    test_an_object_in_a_room_has_that_room,
+    test_only_the_first_relation_that_holds_defines_the_place_of_an_object,
 )
 """Tests of the paper's predicates, which are run again with the fixture `domain` below."""
 
@@ -33,7 +33,11 @@ def domain() -> Domain:
 
 def test_of_several_places_the_first_in_a_hash_table_counts() -> None:
     """Python iterates a set of 90 and 128 as 128, 90: they are in slots 0 and 2 of 8."""
-    remembered = [name for name in ("shelf.90", "shelf.128") if holds_after(REFERENCE, name, *ON_SHELVES)]
+    remembered = [
+        name
+        for name in ("shelf.90", "shelf.128")
+        if is_remembered_after_grabbing(REFERENCE, name, *ON_SHELVES)
+    ]
     assert remembered == ["shelf.128"]
 
 

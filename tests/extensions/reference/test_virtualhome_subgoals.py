@@ -16,10 +16,10 @@ from benchmarks.virtualhome.test_subgoals import (
     THREE_ACTIONS,
     WITHOUT_GOALS,
     answer,
-    must_have_a_verdict,
-    test_any_number_of_threads_may_ask_one_scorer,
+    assert_has_a_verdict,
+    describe_verdict,
     test_extreme_subgoals_have_a_verdict,
-    told,
+    test_many_threads_may_use_one_scorer,
 )
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.extensions.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition
@@ -28,7 +28,7 @@ from eai.tasks.task import Task
 from eai.world.fault import FaultKind
 
 REFERENCE = VirtualHomeSubgoalDecomposition(TASK)
-SHARED = (test_any_number_of_threads_may_ask_one_scorer, test_extreme_subgoals_have_a_verdict)
+SHARED = (test_many_threads_may_use_one_scorer, test_extreme_subgoals_have_a_verdict)
 """Tests of `strict` that are run again with the fixture `scorer` below."""
 
 BY_LOT = {
@@ -70,7 +70,7 @@ def scorer() -> SubgoalDecomposition:
 )
 def test_the_category_and_the_error(text: str, strict: str) -> None:
     if text not in BY_LOT:
-        assert told(REFERENCE.score(text)) == OTHERWISE.get(text, strict)
+        assert describe_verdict(REFERENCE.score(text)) == OTHERWISE.get(text, strict)
 
 
 def test_the_reference_counts_entries_but_not_those_of_unreachable_goals() -> None:
@@ -95,7 +95,10 @@ def test_action_goals_count_up_to_the_first_that_is_missing() -> None:
 
 @pytest.mark.parametrize("task", [POURED, WITHOUT_GOALS], ids=["poured", "without goals"])
 def test_a_goal_that_cannot_be_read_makes_every_plan_unparseable(task: Task) -> None:
-    assert told(VirtualHomeSubgoalDecomposition(task).score(answer(*REACHED))) == "not_parseable parsing"
+    assert (
+        describe_verdict(VirtualHomeSubgoalDecomposition(task).score(answer(*REACHED)))
+        == "not_parseable parsing"
+    )
 
 
 def test_a_negation_is_explained_as_unparseable() -> None:
@@ -105,4 +108,4 @@ def test_a_negation_is_explained_as_unparseable() -> None:
 @settings(deadline=None)
 @given(ANY_TEXT)
 def test_any_text_has_a_verdict(text: str) -> None:
-    must_have_a_verdict(REFERENCE, text)
+    assert_has_a_verdict(REFERENCE, text)
