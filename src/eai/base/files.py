@@ -206,8 +206,7 @@ def make_lock(file: Path) -> tuple[Path, BaseFileLock]:
     """Return a lock for a file, and the path of the file that processes lock.
 
     Some network file systems cannot lock files. There, the existence of another file is the lock. This file
-    is
-    left over if the process is killed.
+    is left over if the process is killed.
 
     Args:
         file: the file to lock, in an existing folder.

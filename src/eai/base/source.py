@@ -7,8 +7,7 @@ certificates. pip neither resolves dependencies nor builds anything.
 
 Archives are read in place (`Bundle`): a wheel is never unpacked to disk. A wheel is a zip. A source
 distribution is a gzipped tar with one top folder. An unpacked wheel is a folder whose `RECORD` lists the
-digest
-of every file. Each file is checked against its digest when read.
+digest of every file. Each file is checked against its digest when read.
 """
 
 from __future__ import annotations
@@ -81,8 +80,7 @@ def read_record(folder: Path) -> dict[str, str]:
     """Return the digests of the published files of an unpacked or installed wheel, by path.
 
     Lines that an installer adds (its own metadata, byte code) are left out. So an installed package has the
-    same
-    digests as the unpacked wheel.
+    same digests as the unpacked wheel.
     """
     digests: dict[str, str] = {}
     for record in sorted(folder.glob("*.dist-info/RECORD")):

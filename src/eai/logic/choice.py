@@ -1,12 +1,11 @@
 """The choices that remain when a formula is to be made true: its ground and-or tree.
 
 The tree is polynomial in the number of objects, while the number of ways to choose is exponential. Options
-are
-listed, counted and rated on the tree. An option is a list of ground conditions that makes the formula true:
-of
-"every candle in a basket of its own" it says which candle and which basket. Options are generated one by one,
-and counted without being generated. The option that shares most conditions with an answer is found without
-listing the others. For this, conditions are numbered, and sets of them are bit masks (bit i = condition i).
+are listed, counted and rated on the tree. An option is a list of ground conditions that makes the formula
+true: of "every candle in a basket of its own" it says which candle and which basket. Options are generated
+one by one, and counted without being generated. The option that shares most conditions with an answer is
+found without listing the others. For this, conditions are numbered, and sets of them are bit masks (bit i =
+condition i).
 """
 
 from __future__ import annotations
@@ -84,14 +83,12 @@ def ground(formula: f.Formula, objects: ObjectsByCategory) -> Choice:
     """Return the choices for making a closed formula true. Negation is pushed inwards to the conditions.
 
     ``then`` is read as a conjunction in a given order. For ``forn`` exactly that many instances are chosen,
-    and the
-    others are free. A pairing has as many pairs as the smaller category has objects. Both follow bddl
+    and the others are free. A pairing has as many pairs as the smaller category has objects. Both follow bddl
     (``condition_evaluation.py``). No object is paired with itself.
 
     Raises:
         InputError: a variable is not bound; or a part has no finite choice of conditions: a temporal operator
-            other
-            than ``then``, a negated ``then`` or a negated counting quantifier.
+            other than ``then``, a negated ``then`` or a negated counting quantifier.
     """
     return _Grounding(objects).ground(formula, {}, True)
 
@@ -185,10 +182,8 @@ def count_options(formula: f.Formula, objects: ObjectsByCategory) -> int:
     """Count the options of a closed formula without generating them.
 
     Takes time polynomial in the number of objects, except for two kinds of pairings: those in which an object
-    may
-    stand on both sides, and those whose pairs differ in their numbers of options. They take time exponential
-    in the
-    smaller side.
+    may stand on both sides, and those whose pairs differ in their numbers of options. They take time
+    exponential in the smaller side.
 
     Raises:
         InputError: the formula has no finite options (see `ground`).
@@ -311,8 +306,7 @@ def best_overlap(choice: Choice, number: Callable[[Literal], int]) -> BestOverla
     """Return a function that finds the option that shares most conditions with the stated ones.
 
     Ties are broken by length, then by order. Parts that are chosen together are rated separately: a condition
-    that
-    stands in two of them counts twice.
+    that stands in two of them counts twice.
 
     Args:
         choice: the goal's options.

@@ -132,8 +132,7 @@ class ForPairs(_Connectives):
     """The body holds for each pair of a matching between two categories (BDDL's ``forpairs``).
 
     If ``count`` is None, the matching covers all objects of the smaller category. A number asks for that many
-    pairs
-    (BDDL's ``fornpairs``).
+    pairs (BDDL's ``fornpairs``).
     """
 
     first: Variable

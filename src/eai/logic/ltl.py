@@ -2,10 +2,8 @@
 
 Precedence, loosest first: then, implies, or, and, until, and the prefixes not, next, eventually, always.
 Blanks may stand between any two words, and are never needed: ``p(x)thenq(y)`` is a formula. No word is
-reserved:
-``not(x)`` and ``forall(x)`` are primitives, because ``x`` alone is not a formula. ``not(true)`` is a
-negation,
-because ``true`` is a formula.
+reserved: ``not(x)`` and ``forall(x)`` are primitives, because ``x`` alone is not a formula. ``not(true)`` is
+a negation, because ``true`` is a formula.
 """
 
 from __future__ import annotations
@@ -41,8 +39,7 @@ Dialect: TypeAlias = Literal["release", "ltlf"]
 (``tl_formula/simple_tl_parser.py``). In this dialect, a name that begins with ``not`` is a negation
 (``notopen(x)``).
 ``ltlf``: the paper's formulas in both spellings of ``forn``, and all of linear temporal logic on finite
-traces,
-with categories of variables, equations, implication, pairings and constants.
+traces, with categories of variables, equations, implication, pairings and constants.
 """
 
 
@@ -57,10 +54,8 @@ def read_formula(
     """Parse a formula, and return it with the misuses of names, in the order of the text.
 
     The whole text is parsed before names are looked up. So a syntax error anywhere comes before an unknown
-    name. An
-    argument is a variable if a quantifier around it binds its name, otherwise an object. Names of actions
-    become
-    `Occurs`; all other names, also unknown ones, become `Atom`.
+    name. An argument is a variable if a quantifier around it binds its name, otherwise an object. Names of
+    actions become `Occurs`; all other names, also unknown ones, become `Atom`.
 
     Args:
         text: one formula.
@@ -69,8 +64,7 @@ def read_formula(
 
     Raises:
         ParseError: the text is not a formula of the dialect, is nested too deep (`traversal.MAX_DEPTH`), or
-            counts
-            with too large a number (`traversal.MAX_COUNT_DIGITS`).
+            counts with too large a number (`traversal.MAX_COUNT_DIGITS`).
     """
     return _LtlReader(text, signature, dialect).read()
 
@@ -83,8 +77,7 @@ def spell_names(names: Iterable[str]) -> dict[str, str]:
     """Return the names of objects by their spelling in formulas, in order.
 
     A character that formulas do not allow in names becomes an underscore. If two names become equal, the
-    later one
-    gets another underscore.
+    later one gets another underscore.
     """
     words: dict[str, str] = {}
     for name in names:

@@ -16,10 +16,8 @@ def print_ltl(formula: f.Formula) -> str:
     """Print a formula with as few brackets as the grammar allows.
 
     Reading the text gives an equal formula under four conditions. Its names must be names of the grammar and
-    no
-    words of it. No object may be named like a variable around it. Actions must be in the reader's signature.
-    And,
-    Or and Then must have at least two parts (or none: ``true`` and ``false``).
+    no words of it. No object may be named like a variable around it. Actions must be in the reader's
+    signature. And, Or and Then must have at least two parts (or none: ``true`` and ``false``).
     """
     return _print(formula, STRENGTHS["then"])
 

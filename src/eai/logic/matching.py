@@ -14,8 +14,7 @@ def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
 
     Returns:
         The matched right vertex of each left vertex, or None. The size of the matching is the number of
-        entries
-        that are not None. Earlier neighbours are preferred; equal input gives equal output.
+        entries that are not None. Earlier neighbours are preferred; equal input gives equal output.
 
     Takes O(E sqrt(V)) time and does not recurse.
     """
@@ -101,11 +100,10 @@ def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
 
     Args:
         weights: the table, row by row, without negative weights. Cells of weight 0 are never taken: an
-            augmenting
-            path that gains weight has none, since no other cells of the same number weigh more.
+            augmenting path that gains weight has none, since no other cells of the same number weigh more.
 
-    The cells are ordered as in `heaviest_matching`. Equal input gives equal output. Takes
-    O(cells * rows * min(rows, columns)) time.
+    The cells are ordered as in `heaviest_matching`. Equal input gives equal output. Takes O(cells * rows *
+    min(rows, columns)) time.
     """
     column_of: dict[int, int] = {}
     while _grow(weights, column_of, least_gain=1):

@@ -2,19 +2,16 @@
 
 A state formula holds on a trace if it holds at some position. ``f then g`` holds if the trace can be cut into
 two nonempty pieces, the first satisfying ``f`` and the second ``g``. And, or, not and quantifiers around
-``then``
-combine the truth values of their parts on the same trace, as usual. The operators beyond the paper are about
-positions, as usual in LTL on finite traces (De Giacomo and Vardi 2013). Below next, eventually, always and
-until, a state formula means "at this position". At the top, these operators mean "at the first position".
+``then`` combine the truth values of their parts on the same trace, as usual. The operators beyond the paper
+are about positions, as usual in LTL on finite traces (De Giacomo and Vardi 2013). Below next, eventually,
+always and until, a state formula means "at this position". At the top, these operators mean "at the first
+position".
 
 Every subformula is evaluated once for all positions at a time, as a mask of positions, so that connectives
-are
-integer operations. The piece of an operand before ``then`` may end anywhere. Some operands cannot become
-false
-when their piece grows: all without not, always, implies and forn over ``then``. For these, only the last
-possible end is tried. For operands that cannot become false when the piece shrinks, only the first end is
-tried.
-All others are evaluated on every piece, which costs a factor of the trace's length.
+are integer operations. The piece of an operand before ``then`` may end anywhere. Some operands cannot become
+false when their piece grows: all without not, always, implies and forn over ``then``. For these, only the
+last possible end is tried. For operands that cannot become false when the piece shrinks, only the first end
+is tried. All others are evaluated on every piece, which costs a factor of the trace's length.
 
 A quantifier tries only those objects for which its body can be true, or false, at all (`support`):
 ``exists x. exists y. (pour(x, y))`` on a trace with one pouring does not try 290 times 290 pairs.
@@ -360,13 +357,11 @@ class _Evidence:
     Attributes:
         holds: whether the formula holds.
         positions: for a state formula, every position at which it holds. For ``then``, the positions at which
-            its
-            parts were first completed one after the other, up to the first part that was not. For any other
-            formula, every position from which the rest of the trace satisfies it.
+            its parts were first completed one after the other, up to the first part that was not. For any
+            other formula, every position from which the rest of the trace satisfies it.
         failed: the smallest parts that make the formula false. These are the conjuncts that never hold; or a
             conjunction whose conjuncts never hold together; or the first part of a ``then`` that is not
-            completed
-            after the parts before it; otherwise the formula itself.
+            completed after the parts before it; otherwise the formula itself.
     """
 
     holds: bool
@@ -386,9 +381,8 @@ def find_violation(formula: f.Formula, trace: Trace) -> _Violation:
     """Return the violated part of a formula that does not hold on the trace.
 
     For always and until, this is the first position at which the body, or the left side, does not hold; if
-    the
-    left side always holds, it is the right side. For a conjunction it is the first false part; or the whole
-    conjunction if its parts only hold apart from each other.
+    the left side always holds, it is the right side. For a conjunction it is the first false part; or the
+    whole conjunction if its parts only hold apart from each other.
     """
     evaluator, end = _Evaluator(formula, trace), trace.length - 1
     match formula:

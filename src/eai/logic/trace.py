@@ -31,9 +31,8 @@ class Trace:
     """A finite, nonempty sequence of states with the actions between them (paper, section on LTL goals).
 
     Action i is taken in state i and leads to state i + 1. So it belongs to position i, before its effects,
-    and the
-    last position has no action. All states have the same objects. Truth values are computed on demand and
-    cached.
+    and the last position has no action. All states have the same objects. Truth values are computed on demand
+    and cached.
 
     Args:
         states: the states, at least one.

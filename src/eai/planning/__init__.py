@@ -1,1 +1,1 @@
-"""The planner on a declared domain: agenda, best-first search, heuristic, achievers, preferred operators."""
+"""The planner on declared domains: agenda, best-first search, heuristic, achievers, preferred operators."""

@@ -1,9 +1,8 @@
-"""Greedy best-first search: the state that looks nearest is expanded next.
+"""Greedy best-first search: the state with the lowest estimated cost is expanded next.
 
-It is expanded by its preferred operators (Hoffmann and Nebel 2001): the actions that lead towards a
-condition. They are the ends of the chains that an estimate is made of (see `additive_heuristic`): those
-actions on the cheapest way to the condition that are applicable at once. If those lead nowhere, every
-applicable action is tried where that is asked for.
+A state is expanded by its preferred operators (Hoffmann and Nebel 2001): the applicable actions on the
+cheapest estimated path to a condition (see `additive_heuristic`). If those fail, a thorough search tries
+every applicable action.
 """
 
 from __future__ import annotations
@@ -20,25 +19,28 @@ from eai.world.action import Action
 from eai.world.derived import Defined
 
 _STEP_COST = 0.2
-"""Cost of a step of the way, beside 1 for an estimated one of the way ahead: enough to leave long detours."""
+"""Cost of an action on the path so far; an estimated action ahead costs 1.
+
+It suffices to leave long detours.
+"""
 
 _UNEXPANDED, _EXPANDED = 0, 1
-"""The states not yet expanded come first."""
+"""Ranks of states: those not yet expanded come first."""
 
 
 class GreedySearch:
-    """Searches in one domain, as long as there are states left to spend.
+    """Greedy searches in one domain, with common limits.
 
     Args:
-        heuristic: estimates with.
-        successors: gives the states one action further.
-        limits: how much all searches together may do.
+        heuristic: the heuristic of the domain.
+        successors: generates the states after one action.
+        limits: the limits of all searches together.
 
     Attributes:
-        heuristic: estimates with.
-        successors: gives the states one action further.
-        effort: how many states were reached and estimated.
-        bindings: the number of values that were given to parameters to find actions.
+        heuristic: the heuristic of the domain.
+        successors: generates the states after one action.
+        effort: number of states that were reached and estimated.
+        bindings: number of values that were given to parameters to find actions.
     """
 
     def __init__(self, heuristic: AdditiveHeuristic, successors: SuccessorGenerator, limits: Limits) -> None:
@@ -50,11 +52,11 @@ class GreedySearch:
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing more may be done."""
+        """Whether a limit is reached."""
         return self.effort.is_used_up or self._looks.is_exceeded or self.bindings.is_exceeded
 
     def estimates(self, node: PlanNode, protected: Sequence[Subgoal] = ()) -> Estimates:
-        """The estimates from a state; what undoes one of the kept conditions costs more."""
+        """Return the estimates from a state. Actions that undo a protected condition cost more."""
         return Estimates(
             self.heuristic, node.state, self.successors.objects, protected, self._looks, self.bindings
         )
@@ -62,27 +64,26 @@ class GreedySearch:
     def search(
         self, start: PlanNode, subgoals: tuple[Subgoal, ...], taken: int, limits: Limits
     ) -> PlanNode | SearchEnd:
-        """Look for a way from a node to its target; where there is none, say why the search ended.
-
-        All applicable actions are tried, where the preferred ones lead nowhere, if it is to be thorough.
+        """Search for a path from a node to a target; if none is found, return how the search ended.
 
         Args:
             start: the node.
-            subgoals: closed conditions that shall hold at the end.
-            taken: how many of the action goals shall have been taken.
-            limits: how much to do.
+            subgoals: closed conditions that must hold at the end.
+            taken: number of action goals that must have been taken at the end.
+            limits: the limits. If they are thorough, all applicable actions are tried after the preferred
+                ones.
         """
         if self.is_over:
             return SearchEnd.STATES
         effort = Effort(min(limits.states, self.effort.limit - self.effort.used))
-        found = _Run(self, start, (subgoals, taken), effort, thorough=limits.thorough).search()
+        end = _GreedyRun(self, start, (subgoals, taken), effort, thorough=limits.thorough).search()
         self.effort.used += effort.used
-        return found
+        return end
 
     def estimate(
         self, node: PlanNode, subgoals: tuple[Subgoal, ...], taken: int
     ) -> tuple[float, tuple[Action, ...]]:
-        """How far a state looks from the target of `search`, and its preferred actions."""
+        """Estimate the cost from a state to the target of `search`, and return the preferred actions, too."""
         estimates = self.estimates(node, subgoals)
         preferred = _PreferredOperators(self.heuristic, estimates)
         total = 0.0
@@ -90,24 +91,24 @@ class GreedySearch:
             cost = estimates.estimate(condition)
             total += cost
             if 0.0 < cost < INFINITE:
-                preferred.towards(condition)
+                preferred.collect_towards(condition)
         for names in self.successors.goals[node.met : taken]:
             supporter = estimates.estimate_action(names)
             total += supporter.cost
-            preferred.along(supporter.action, supporter.before)
+            preferred.collect_action(supporter.action, supporter.before)
         return total, tuple(preferred.actions)
 
 
 class _Expansion(NamedTuple):
-    """A state to be expanded, where it comes, and by which actions; by all that are applicable if None."""
+    """A state to expand, its rank, and the actions to expand it by; None for all applicable actions."""
 
     node: PlanNode
     rank: tuple[float, int]
     actions: tuple[Action, ...] | None
 
 
-class _Run:
-    """The state of one search."""
+class _GreedyRun:
+    """One greedy search."""
 
     def __init__(
         self,
@@ -128,11 +129,11 @@ class _Run:
         self._open: OpenList[_Expansion] = OpenList()
 
     def search(self) -> PlanNode | SearchEnd:
-        """Look for a way from the start to the target."""
-        return self._reach(self._start) or best_first(self._open.pop, self._expand)
+        """Search for a path from the start to the target."""
+        return self._add_state(self._start) or best_first(self._open.pop, self._expand)
 
     def _expand(self, expansion: _Expansion) -> PlanNode | SearchEnd | None:
-        """Expand a state by its preferred actions, or once more by all others when nothing else is left."""
+        """Expand a state by its preferred actions; a thorough search later expands it by all others."""
         node, rank, actions = expansion
         if actions is not None and self._thorough:
             self._open.push(expansion._replace(actions=None), _EXPANDED, *rank)
@@ -144,17 +145,17 @@ class _Run:
             if after is None or (after.state, after.met) in self._seen:
                 continue
             self._seen.add((after.state, after.met))
-            found = self._reach(after)
-            if found is not None:
-                return found
+            goal = self._add_state(after)
+            if goal is not None:
+                return goal
         return SearchEnd.STATES if self._is_over else None
 
     @property
     def _is_over(self) -> bool:
         return self._effort.is_used_up or self._searches.is_over
 
-    def _reach(self, node: PlanNode) -> PlanNode | None:
-        """Estimate a state that was reached and queue it; the node itself if the target is reached in it."""
+    def _add_state(self, node: PlanNode) -> PlanNode | None:
+        """Estimate a new state and queue it. Return the node if the state reaches the target."""
         self._effort.used += 1
         ahead, preferred = self._searches.estimate(node, *self._target)
         if ahead == 0.0:
@@ -169,11 +170,11 @@ class _PreferredOperators:
     """Collects the preferred actions of one state.
 
     Args:
-        heuristic: the heuristic for the domain.
+        heuristic: the heuristic of the domain.
         estimates: the estimates from the state.
 
     Attributes:
-        actions: those found, each once, in order.
+        actions: the collected actions, each once, in order.
     """
 
     def __init__(self, heuristic: AdditiveHeuristic, estimates: Estimates) -> None:
@@ -182,23 +183,23 @@ class _PreferredOperators:
         self._seen: set[GroundAtom] = set()
         self.actions: dict[Action, None] = {}
 
-    def towards(self, goal: Subgoal) -> None:
-        """Collect those on the cheapest way to a goal, or on all the cheapest where it has alternatives."""
+    def collect_towards(self, goal: Subgoal) -> None:
+        """Collect the actions on the cheapest path to a goal, or to all of its cheapest alternatives."""
         alternatives = self._estimates.find_alternatives(goal)
         for condition in alternatives:
-            self.towards(condition)
+            self.collect_towards(condition)
         if not alternatives:
             self._collect(goal)
 
-    def along(self, action: Action | None, before: Sequence[Subgoal]) -> None:
-        """Collect an action, if it is applicable at once, or those that lead to what it needs first."""
-        if action is not None and not before:
+    def collect_action(self, action: Action | None, prerequisites: Sequence[Subgoal]) -> None:
+        """Collect an applicable action, or the actions that lead to its prerequisites."""
+        if action is not None and not prerequisites:
             self.actions[action] = None
-        for condition in before:
+        for condition in prerequisites:
             self._collect(condition)
 
     def _collect(self, subgoal: Subgoal) -> None:
-        """Collect those on the cheapest way to a condition, of which there is one."""
+        """Collect the actions on the cheapest path to a condition without alternatives."""
         if self._estimates.holds(subgoal):
             return
         if isinstance(subgoal.formula, Atom):
@@ -209,15 +210,15 @@ class _PreferredOperators:
             derived = self._heuristic.derived.get(atom.predicate)
             if derived is None:
                 supporter = self._estimates.find_supporter(atom)
-                self.along(supporter.action, supporter.before)
+                self.collect_action(supporter.action, supporter.before)
                 return
             if not isinstance(derived, Defined):
-                self.actions.update((action, None) for action in self._changing(derived.reads))
+                self.actions.update((action, None) for action in self._actions_changing(derived.reads))
         for part in self._estimates.choose_parts(subgoal) or ():
             self._collect(part)
 
-    def _changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
-        """All actions applicable at once that change some of these predicates."""
+    def _actions_changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
+        """Yield all applicable actions that change some of these predicates."""
         for operator in self._heuristic.achievers.writers(predicates):
             yield from applicable_actions(
                 self._heuristic.domain,

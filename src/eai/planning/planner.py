@@ -1,9 +1,9 @@
-"""Planning by search on a declared domain: a plan that takes some actions in order and makes conditions hold.
+"""The planner on declared domains. Its plans take given actions in order and make given conditions hold.
 
-The goals are reached one after the other, each by greedy best-first search (`greedy_search`) that is guided
-by the additive heuristic, computed backwards from the goal (`additive_heuristic`). Where no goal can be
-reached without giving up another one, all are searched for together. All actions of a plan are applicable.
-Effort is bounded by a number of states, never by time: equal input gives equal output.
+The goals are reached one after the other, each by greedy best-first search (`greedy_search`). The search is
+guided by the additive heuristic, computed backwards from the goal (`additive_heuristic`). If no goal can be
+reached without giving up another, one search looks for all of them together. All actions of a plan are
+applicable. Effort is limited by a number of states, never by time: equal input gives equal output.
 """
 
 from __future__ import annotations
@@ -24,20 +24,23 @@ from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.state import State
 
-_FIRST = Limits(50, thorough=False)
-"""The limits of reaching one goal, at first."""
+_FIRST_LIMITS = Limits(50, thorough=False)
+"""Limits of the first search for one goal."""
 
-_MORE = 4
-"""How many times as much is spent after all have failed."""
+_LIMIT_GROWTH = 4
+"""Factor by which the limit of states grows after the searches for all goals have failed."""
 
-_WHOLE = 4
-"""How many times what is spent on a part may be spent on a goal as a whole."""
+_WHOLE_GOAL_FACTOR = 4
+"""Factor of the limit of states of one part of a goal, for a search that reaches the whole goal."""
 
-_FAR = 12.0
-"""How far a single goal may be that is reached at once; what a farther one needs first is reached before."""
+_MAX_DIRECT_COST = 12.0
+"""Maximum estimated cost of a goal that is reached directly.
+
+Prerequisites of a costlier goal are reached first.
+"""
 
 _NEXT_ACTION = -1
-"""The number of the goal to take the next action; conditions are numbered from 0."""
+"""Number of the goal to take the next action; conditions are numbered from 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +48,8 @@ class PlanningGoal:
     """The goal of a plan.
 
     Attributes:
-        conditions: closed state formulas that shall hold at the end.
-        actions: operators to be taken, one after the other, with whatever objects; each entry lists
+        conditions: closed state formulas that must hold at the end.
+        actions: operators that must be taken, one after the other, with any objects; each entry lists
             alternatives.
     """
 
@@ -61,14 +64,14 @@ def drop_needless_actions(
     reached: Callable[[PlanNode], bool],
     actions: Sequence[Sequence[str]] = (),
 ) -> tuple[Action, ...]:
-    """The actions of a plan that it needs to end as it must; all of them if it does not end so.
+    """Return the actions of a plan that it needs to reach its goal; all actions if it does not reach it.
 
     Args:
         domain: the domain.
-        initial: the state to start from.
+        initial: the initial state.
         plan: the plan.
-        reached: whether it ends as it must.
-        actions: operators to be taken, as in `PlanningGoal`.
+        reached: whether a node reaches the goal.
+        actions: operators that must be taken, as in `PlanningGoal`.
     """
     successors = SuccessorGenerator(domain, (), actions)
     start: PlanNode = Node(initial)
@@ -86,7 +89,7 @@ class Planner:
 
     Attributes:
         domain: the domain.
-        heuristic: guides it.
+        heuristic: the heuristic of the domain.
     """
 
     def __init__(self, domain: Domain) -> None:
@@ -95,20 +98,23 @@ class Planner:
         self._allowed: Callable[[State], bool] | None = None
 
     def restrict_states(self, allowed: Callable[[State], bool]) -> Planner:
-        """The planner whose plans lead through some states only, which knows what this one does."""
+        """Return a planner with the same caches, whose plans pass only through allowed states."""
         other = copy(self)
         other._allowed = allowed
         return other
 
     def holds(self, condition: Formula, state: State) -> bool:
-        """Whether a closed condition holds in a state. It is read once, and kept as long as the planner."""
+        """Whether a closed condition holds in a state.
+
+        Compiled conditions are cached as long as the planner lives.
+        """
         return self.heuristic.readings.holds(condition, {}, state)
 
     def looks_reachable(self, state: State, condition: Formula, objects: Sequence[int], **scope: int) -> bool:
-        """Whether a condition may be brought about by actions on some objects, at first sight.
+        """Whether actions on some objects seem to be able to establish a condition.
 
-        That it looks out of reach is no proof that it is; but no search is spent on it. ``scope`` gives its
-        free variables their objects.
+        False is not a proof, but no search is made for such a condition. ``scope`` has the objects of free
+        variables.
         """
         estimates = Estimates(self.heuristic, state, objects)
         return estimates.estimate(Subgoal(condition, scope, True)) < INFINITE
@@ -120,31 +126,31 @@ class Planner:
         objects: Sequence[int],
         limits: Limits | None = None,
     ) -> SearchResult[Action]:
-        """Look for a plan.
+        """Search for a plan.
 
         Args:
-            initial: the state to start from.
-            goal: what to achieve.
-            objects: what actions may be about, by index.
-            limits: how much to do.
+            initial: the initial state.
+            goal: the goal.
+            objects: the objects that actions may use, by index.
+            limits: the limits of the search.
         """
         limits = limits or Limits()
         search = self._search(objects, goal.actions, limits)
-        return _found(search, Node(initial), goal, limits)
+        return _search_plan(search, Node(initial), goal, limits)
 
     def reach(
         self, initial: State, conditions: tuple[Subgoal, ...], objects: Sequence[int], limits: Limits
     ) -> tuple[Action, ...] | None:
-        """The actions by which one greedy search brings conditions about together, if it does.
+        """Return the actions by which one greedy search establishes conditions together, or None.
 
         Args:
-            initial: the state to start from.
+            initial: the initial state.
             conditions: the conditions.
-            objects: what actions may be about, by index.
-            limits: how much to do.
+            objects: the objects that actions may use, by index.
+            limits: the limits of the search.
         """
-        found = self._search(objects, (), limits).search(Node(initial), conditions, 0, limits)
-        return None if isinstance(found, SearchEnd) else found.plan()
+        end = self._search(objects, (), limits).search(Node(initial), conditions, 0, limits)
+        return None if isinstance(end, SearchEnd) else end.plan()
 
     def _search(
         self, objects: Sequence[int], actions: Sequence[Sequence[str]], limits: Limits
@@ -155,12 +161,14 @@ class Planner:
 
 @lru_cache(maxsize=16)
 def get_planner(domain: Domain) -> Planner:
-    """The planner of a domain, made once."""
+    """Return the cached planner of a domain."""
     return Planner(domain)
 
 
-def _found(search: GreedySearch, start: PlanNode, goal: PlanningGoal, limits: Limits) -> SearchResult[Action]:
-    """Search until there is a plan, nothing is left, or the limits are reached."""
+def _search_plan(
+    search: GreedySearch, start: PlanNode, goal: PlanningGoal, limits: Limits
+) -> SearchResult[Action]:
+    """Search until a plan is found, nothing is left, or the limits are reached."""
     holds = search.heuristic.readings.holds
 
     def is_reached(node: PlanNode) -> bool:
@@ -168,34 +176,34 @@ def _found(search: GreedySearch, start: PlanNode, goal: PlanningGoal, limits: Li
 
     goals = subgoals_of(goal.conditions, start.state.scene)
     agenda = _Agenda(search, goals)
-    node, allowed, effort = start, _FIRST, search.effort
+    node, allowed, effort = start, _FIRST_LIMITS, search.effort
     while not is_reached(node):
         further = agenda.advance(node, allowed)
         if search.is_over or (further is None and not limits.thorough):
             return SearchResult(SearchEnd.STATES, states=effort.used)
         if further is not None:
-            node, allowed = further, _FIRST
+            node, allowed = further, _FIRST_LIMITS
         elif agenda.learn():
-            node, allowed = start, _FIRST
+            node, allowed = start, _FIRST_LIMITS
         else:
-            allowed = Limits(_MORE * allowed.states)
-            found = search.search(start, goals, len(goal.actions), allowed)
-            if found is SearchEnd.UNREACHABLE:
-                return SearchResult(found, states=effort.used)
-            node = node if isinstance(found, SearchEnd) else found
-    end = search.successors.remove_needless_actions(start, node, is_reached)
-    return SearchResult(SearchEnd.SOLVED, end.plan(), effort.used)
+            allowed = Limits(_LIMIT_GROWTH * allowed.states)
+            end = search.search(start, goals, len(goal.actions), allowed)
+            if end is SearchEnd.UNREACHABLE:
+                return SearchResult(end, states=effort.used)
+            node = node if isinstance(end, SearchEnd) else end
+    last_node = search.successors.remove_needless_actions(start, node, is_reached)
+    return SearchResult(SearchEnd.SOLVED, last_node.plan(), effort.used)
 
 
 class _Agenda:
-    """Reaches the goals of one task one by one, each by a search that ends with all reached before intact.
+    """Reaches the goals of one task one by one. Each search keeps all goals that were reached before.
 
-    Goals that can be put in such an order are called serialisable (Korf 1987). The one that looks nearest
-    comes first; one with alternatives is reached part by part along the cheapest of them, which is chosen
-    anew after every part.
+    Goals that have such an order are called serialisable (Korf 1987). The goal with the lowest estimated cost
+    comes first. A goal with alternatives is reached part by part along the cheapest alternative, which is
+    chosen again after every part.
 
     Args:
-        search: searches and estimates with.
+        search: the searches and estimates.
         goals: closed conditions.
     """
 
@@ -207,97 +215,96 @@ class _Agenda:
         self._failed: set[int] = set()
 
     def advance(self, node: PlanNode, limits: Limits) -> PlanNode | None:
-        """The node in which one goal more is reached, or None if none is reached within the limits."""
+        """Return a node in which one more goal is reached, or None if the limits suffice for no goal."""
         holds = self._search.estimates(node).holds
-        kept = tuple([goal for goal in self._goals if holds(goal)])
+        reached = tuple([goal for goal in self._goals if holds(goal)])
         pending = [i for i, goal in enumerate(self._goals) if not holds(goal)]
         if node.met < len(self._search.successors.goals):
             pending.append(_NEXT_ACTION)
         for i in self._nearest_first(node, pending):
             if i == _NEXT_ACTION:
-                found = self._reach(node, kept, node.met + 1, limits)
+                further = self._reach(node, reached, node.met + 1, limits)
             else:
-                found = self._achieve(node, self._goals[i], kept, limits)
-            if found is not None:
-                return found
+                further = self._achieve(node, self._goals[i], reached, limits)
+            if further is not None:
+                return further
         self._failed = set(pending)
         return None
 
     def learn(self) -> bool:
-        """Put what was not reached in the end before everything else, if that is new; to begin again with."""
+        """Mark the goals that failed last as hard, so that they come first. Return False if none is new."""
         new = self._failed - self._hard
         self._hard |= new
         return bool(new)
 
     def _nearest_first(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
-        """Goals by their cost, the hard ones before the others.
+        """Yield goals by their cost, hard goals first.
 
-        What a goal cost when last looked at stands until its turn comes; only then is it looked at again. The
-        only one is looked at where it is not reached: that says when its turn comes after a new beginning.
+        The last known cost of a goal is used until its turn comes. Only then is it estimated again. A single
+        goal is estimated only after it was not reached; the estimate sets its turn after a restart.
         """
         if len(pending) == 1:
             yield pending[0]
-            self._look_at(pending[0], node, self._search.estimates(node))
+            self._estimate_cost(pending[0], node, self._search.estimates(node))
             return
         estimates = self._search.estimates(node)
         queue = [(i not in self._hard, self._costs.get(i, 0.0), i, False) for i in pending]
         heapq.heapify(queue)
         while queue:
-            is_easy, _, i, is_looked_at = heapq.heappop(queue)
-            if is_looked_at:
+            is_easy, _, i, is_estimated = heapq.heappop(queue)
+            if is_estimated:
                 yield i
                 continue
-            self._look_at(i, node, estimates)
+            self._estimate_cost(i, node, estimates)
             heapq.heappush(queue, (is_easy, self._costs[i], i, True))
 
-    def _look_at(self, i: int, node: PlanNode, estimates: Estimates) -> None:
-        """Estimate what a goal costs."""
+    def _estimate_cost(self, i: int, node: PlanNode, estimates: Estimates) -> None:
         if i == _NEXT_ACTION:
             self._costs[i] = estimates.estimate_action(self._search.successors.goals[node.met]).cost
         else:
             self._costs[i] = estimates.estimate(self._goals[i])
 
     def _achieve(
-        self, node: PlanNode, goal: Subgoal, kept: tuple[Subgoal, ...], limits: Limits
+        self, node: PlanNode, goal: Subgoal, protected: tuple[Subgoal, ...], limits: Limits
     ) -> PlanNode | None:
-        """Reach a goal part by part, or else as a whole."""
+        """Reach a goal part by part; if that fails, as a whole."""
         while True:
-            part = self._next_part(node, goal, kept, limits)
-            if part is None:
-                whole = replace(limits, states=_WHOLE * limits.states)
-                return self._reach(node, (*kept, goal), node.met, whole)
-            node = part
+            further = self._reach_part(node, goal, protected, limits)
+            if further is None:
+                whole_limits = replace(limits, states=_WHOLE_GOAL_FACTOR * limits.states)
+                return self._reach(node, (*protected, goal), node.met, whole_limits)
+            node = further
             if self._search.estimates(node).estimate(goal) == 0.0:
                 return node
 
-    def _next_part(
-        self, node: PlanNode, goal: Subgoal, kept: tuple[Subgoal, ...], limits: Limits
+    def _reach_part(
+        self, node: PlanNode, goal: Subgoal, protected: tuple[Subgoal, ...], limits: Limits
     ) -> PlanNode | None:
-        """The node in which one part more is reached, or None where there are none or none is reached.
+        """Return a node in which one more part is reached, or None.
 
-        The nearest comes first; of what a far goal needs the farthest.
+        Parts are tried by ascending cost, but prerequisites of a costly goal by descending cost.
         """
-        estimates = self._search.estimates(node, kept)
+        estimates = self._search.estimates(node, protected)
         parts: Sequence[Subgoal] = estimates.choose_atoms(goal)
-        is_far = len(parts) < 2 and _FAR < estimates.estimate(goal) < INFINITE
+        is_far = len(parts) < 2 and _MAX_DIRECT_COST < estimates.estimate(goal) < INFINITE
         if is_far:
             parts = estimates.find_prerequisites(goal)
         if len(parts) < 2:
             return None
         costs = [estimates.estimate(part) for part in parts]
-        held = (*kept, *[part for part, cost in zip(parts, costs, strict=True) if cost == 0.0])
+        reached = (*protected, *[part for part, cost in zip(parts, costs, strict=True) if cost == 0.0])
         for i in sorted(range(len(parts)), key=lambda i: costs[i], reverse=is_far):
-            found = None
-            if costs[i] > _FAR:
-                found = self._achieve(node, parts[i], held, limits)
+            further = None
+            if costs[i] > _MAX_DIRECT_COST:
+                further = self._achieve(node, parts[i], reached, limits)
             elif costs[i] > 0.0:
-                found = self._reach(node, (*held, parts[i]), node.met, limits)
-            if found is not None:
-                return found
+                further = self._reach(node, (*reached, parts[i]), node.met, limits)
+            if further is not None:
+                return further
         return None
 
     def _reach(
         self, node: PlanNode, subgoals: tuple[Subgoal, ...], taken: int, limits: Limits
     ) -> PlanNode | None:
-        found = self._search.search(node, subgoals, taken, limits)
-        return None if isinstance(found, SearchEnd) else found
+        end = self._search.search(node, subgoals, taken, limits)
+        return None if isinstance(end, SearchEnd) else end

@@ -1,6 +1,6 @@
-"""Roles: what operators are for (movement, taking an object, releasing it, or another change of the world).
+"""Roles of operators: movement, taking an object, releasing an object, or another change of the world.
 
-From the roles follows which predicates say where things are: how they are put, and what holds them.
+The roles show which predicates describe the places of objects.
 """
 
 from __future__ import annotations
@@ -16,39 +16,43 @@ from eai.world.operator import Operator, Role
 
 
 def role_of(operator: Operator) -> Role:
-    """The role that is declared, or else what follows from the effects.
+    """Return the declared role of an operator, or infer the role from its effects.
 
-    Movement changes what is true of the agent alone, and relations in which the agent stands to something
-    else afterwards instead of what it was (``at(agent, *)`` is deleted and ``at(agent, x)`` added). What the
-    agent takes along changes in the same relations. What only brings the agent into a relation with an object
-    (``holds(agent, x)`` is added), and may end those of the object, takes it.
+    Movement changes only facts about the agent, and relations between the agent and the objects that it
+    leaves or reaches (``at(agent, *)`` is deleted and ``at(agent, x)`` added). Objects that the agent carries
+    may change in the same relations. An operator that only adds a relation of the agent to an object
+    (``holds(agent, x)``), and may delete relations of the object, takes it.
     """
     if operator.role is not None:
         return operator.role
     changes = list(effect_schemas(operator))
     if _is_movement(changes):
         return Role.MOVEMENT
-    return Role.TAKES if _takes(changes) else Role.CHANGE
+    return Role.TAKES if _is_taking(changes) else Role.CHANGE
 
 
 def _is_movement(changes: list[EffectSchema]) -> bool:
-    own = {change.atom.predicate for change in changes if change.atom.arguments == (AGENT,)}
-    left = {change.atom.predicate for change in changes if _is_left(change)}
-    related = [change for change in changes if len(change.atom.arguments) == 2]
-    taken = {change.atom.predicate for change in related if change.adds and AGENT in change.atom.arguments}
-    return bool(changes) and all(change.atom.predicate in own | (left & taken) for change in changes)
+    own_predicates = {change.atom.predicate for change in changes if change.atom.arguments == (AGENT,)}
+    left_predicates = {change.atom.predicate for change in changes if _is_left(change)}
+    binary_changes = [change for change in changes if len(change.atom.arguments) == 2]
+    added_predicates = {
+        change.atom.predicate for change in binary_changes if change.adds and AGENT in change.atom.arguments
+    }
+    return bool(changes) and all(
+        change.atom.predicate in own_predicates | (left_predicates & added_predicates) for change in changes
+    )
 
 
 def _is_left(change: EffectSchema) -> bool:
-    """Whether a change ends the agent's relation to whatever it is, and not to an argument only."""
+    """Whether a change ends the agent's relation to any object, not only to an argument."""
     if change.adds or AGENT not in change.atom.arguments or len(change.atom.arguments) != 2:
         return False
     (other,) = [term for term in change.atom.arguments if term != AGENT] or [AGENT]
     return other == ANYTHING or other not in change.operator.parameters
 
 
-def _takes(changes: list[EffectSchema]) -> bool:
-    """Whether all that is added relates the agent to an argument; and something is."""
+def _is_taking(changes: list[EffectSchema]) -> bool:
+    """Whether an operator adds facts, all of which relate the agent to an argument."""
     added = [change for change in changes if change.adds]
     return bool(added) and all(
         change.atom.arguments[:1] == (AGENT,) and change.atom.arguments[1:] == change.operator.parameters
@@ -57,45 +61,62 @@ def _takes(changes: list[EffectSchema]) -> bool:
 
 
 def spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The stored predicates that say where things are, in the order of a domain's operators.
+    """Return the stored predicates that describe places, in the order of a domain's operators.
 
-    First those that say that something is in a hand, of the agent and it, or of it alone. Then those that say
-    that something is at the place where it was put: in, on, under another one.
+    The first tuple has the predicates for objects in a hand, with the agent as first argument or without it.
+    The second has the predicates for objects in, on or under another object.
 
-    What an operator that takes something says of it then, and another operator ends, is that it is held. What
-    an operator says of a held thing and another one, and ends that it is held, is where the thing is. What an
-    operator says of two things both ways (that they are beside each other) is neither.
+    A predicate describes held objects if an operator that takes an object adds it, and another operator
+    deletes it. A predicate describes a place if an operator that releases a held object adds it about this
+    object and another one. Predicates that an operator adds in both directions ("beside each other") are
+    neither.
     """
     changes = {operator.name: list(effect_schemas(operator)) for operator in domain.operators}
-    taking = [operator for operator in domain.operators if role_of(operator) is Role.TAKES]
-    taken = [
-        each for one in taking for each in changes[one.name] if each.adds and _is_of_parameter(each, one)
+    takers = [operator for operator in domain.operators if role_of(operator) is Role.TAKES]
+    added = [
+        change
+        for operator in takers
+        for change in changes[operator.name]
+        if change.adds and _is_of_parameter(change, operator)
     ]
-    ended = {each.atom.predicate for of_one in changes.values() for each in of_one if not each.adds}
-    held = dict.fromkeys([each.atom.predicate for each in taken if each.atom.predicate in ended])
-    handling = [of_one for of_one in changes.values() if any(each.atom.predicate in held for each in of_one)]
-    shown = {each.name for each in domain.vocabulary.predicates if each.visible}
-    for of_one in handling:
-        pairs = set(_pairs(of_one))
-        shown -= {predicate for predicate, first, second in pairs if (predicate, second, first) in pairs}
+    deleted = {
+        change.atom.predicate
+        for operator_changes in changes.values()
+        for change in operator_changes
+        if not change.adds
+    }
+    held = dict.fromkeys([change.atom.predicate for change in added if change.atom.predicate in deleted])
+    handling = [
+        operator_changes
+        for operator_changes in changes.values()
+        if any(change.atom.predicate in held for change in operator_changes)
+    ]
+    visible = {change.name for change in domain.vocabulary.predicates if change.visible}
+    for operator_changes in handling:
+        pairs = set(_added_relations(operator_changes))
+        visible -= {predicate for predicate, first, second in pairs if (predicate, second, first) in pairs}
     supports: dict[str, None] = {}
-    for of_one in handling:
-        released = {e.atom.arguments[-1] for e in of_one if not e.adds and e.atom.predicate in held}
-        found = [name for name, first, second in _pairs(of_one) if first in released and second != AGENT]
-        supports |= dict.fromkeys(found)
-    return tuple([name for name in held if name in shown]), tuple(
-        [name for name in supports if name in shown]
+    for operator_changes in handling:
+        released = {e.atom.arguments[-1] for e in operator_changes if not e.adds and e.atom.predicate in held}
+        names = [
+            name
+            for name, first, second in _added_relations(operator_changes)
+            if first in released and second != AGENT
+        ]
+        supports |= dict.fromkeys(names)
+    return tuple([name for name in held if name in visible]), tuple(
+        [name for name in supports if name in visible]
     )
 
 
 def _is_of_parameter(change: EffectSchema, operator: Operator) -> bool:
-    """Whether it is said of a parameter alone, or of the agent and one."""
+    """Whether a change is about one parameter, with or without the agent."""
     *before, last = change.atom.arguments or (AGENT,)
     return last in operator.parameters and before in ([], [AGENT])
 
 
-def _pairs(changes: list[EffectSchema]) -> Iterator[tuple[str, Term, Term]]:
-    """The relations that are added."""
+def _added_relations(changes: list[EffectSchema]) -> Iterator[tuple[str, Term, Term]]:
+    """Yield the relations that are added."""
     for change in changes:
         if change.adds and len(change.atom.arguments) == 2:
             first, second = change.atom.arguments

@@ -32,17 +32,17 @@ T = TypeVar("T")
 
 
 class Effort:
-    """Counts the operations of a search: applied actions, estimated states, objects looked at.
+    """Counts the operations of a search: applied actions, estimated states, tried objects.
 
-    Callers add to `used`. Beyond the limit `at` yields no more objects, so that every computation ends soon.
-    Its result then means nothing, and its caller checks `is_exceeded`.
+    Callers add to `used`. Beyond the limit, `take_within_limit` yields no more objects, so that every
+    computation ends soon. Its result is then invalid, and its caller checks `is_exceeded`.
 
     Args:
         limit: maximum number of operations of all callers together; infinite by default.
 
     Attributes:
         limit: maximum number of operations.
-        used: number of operations so far; may exceed the limit by the last one.
+        used: number of operations so far; the last operation may exceed the limit.
     """
 
     __slots__ = ("limit", "used")
@@ -80,13 +80,13 @@ class Limits:
 
     Attributes:
         states: maximum number of states that are reached and estimated.
-        thorough: whether to try another order of goals, and unpromising actions, when nothing else is left.
-            If not, a goal that looks out of reach stays undecided.
+        thorough: whether to try another order of goals, and unpromising actions, as a last resort. If not, a
+            goal that looks out of reach stays undecided.
         bindings: maximum number of values given to parameters to find actions on a declared domain; each
-            action counts for `successor_generator.ACTION` more.
-        looks: maximum number of literals, options and effects that a search with given operators looks at,
-            or of actions that estimates on a declared domain look at. Operators of nine models' answers need
-            fewer than 400,000 for every decided problem.
+            action counts for `successor_generator.ACTION_BINDINGS` more.
+        looks: maximum number of tested literals, options and effects in a search with given operators, or of
+            tested actions in estimates on a declared domain. Operators of nine models' answers need fewer
+            than 400,000 for every decided problem.
     """
 
     states: int = 2_000
@@ -111,7 +111,7 @@ class Node(Generic[S, A]):
 
     Attributes:
         state: the state.
-        met: the met part of the goal, if the state alone does not show it: a number of parts, or their mask.
+        met: the achieved part of the goal, if the state does not show it: a number of parts, or their mask.
         depth: number of actions on the path.
         parent: the node before the last actions; None for the start.
         actions: the actions that lead here from the parent, one or several.
@@ -153,7 +153,7 @@ class SearchResult(Generic[A]):
 
 
 class OpenList(Generic[T]):
-    """The items to visit, the least rank first. Every item needs a rank of its own."""
+    """A queue of the items to visit, lowest rank first. Every item needs a rank of its own."""
 
     def __init__(self) -> None:
         self._entries: list[tuple[tuple[float, ...], T]] = []
@@ -173,12 +173,12 @@ class OpenList(Generic[T]):
 def best_first(
     following: Callable[[], T | None], visit: Callable[[T], Node[S, A] | SearchEnd | None]
 ) -> Node[S, A] | SearchEnd:
-    """Visit items until the search ends; return the goal, or why there is none.
+    """Visit items until the search ends; return the goal, or the reason why none was found.
 
     Args:
-        following: removes and returns the next item of the open list, or None if none is left.
-        visit: tests an item, or expands it and adds its successors to the open list; returns the goal or the
-            reason if the search ends there, else None.
+        following: removes and returns the next item of the open list, or None if the list is empty.
+        visit: tests an item, or expands it and adds its successors to the open list. It returns the goal or
+            the reason if the search ends there, else None.
     """
     while (item := following()) is not None:
         end = visit(item)

@@ -1,4 +1,4 @@
-"""Subgoals: conditions that shall hold or shall not, and what they come down to."""
+"""Subgoals: conditions that must hold or must not hold, and the parts that they consist of."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from eai.world.state import Scene, State
 
 
 class Subgoal(NamedTuple):
-    """A condition that shall hold, or (``truth`` False) shall not, for the objects in ``scope``."""
+    """A condition that must hold, or (``truth`` False) must not hold, for the objects in ``scope``."""
 
     formula: f.Formula
     scope: Scope
@@ -22,12 +22,12 @@ class Subgoal(NamedTuple):
 
     @property
     def negated(self) -> Subgoal:
-        """The opposite."""
+        """The opposite subgoal."""
         return self._replace(truth=not self.truth)
 
 
 class GroundAtom(NamedTuple):
-    """An atom about objects, and whether it shall hold."""
+    """An atom with objects, and whether it must hold."""
 
     predicate: str
     arguments: tuple[int, ...]
@@ -35,53 +35,59 @@ class GroundAtom(NamedTuple):
 
 
 SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | Choose[Subgoal] | Pairing[Subgoal]
-"""The parts that a condition comes down to; where parts are chosen, the others shall not be so."""
+"""The parts that a condition consists of. If parts are chosen, the others must not hold."""
 
 
 class Unfolding:
-    """Takes conditions apart in one state.
+    """Splits conditions into parts in one state.
 
     Args:
-        readings: reads the formulas of the domain.
+        evaluator: evaluates the formulas of the domain.
         state: the state.
-        objects: what actions may be about.
+        objects: the objects that actions may use.
     """
 
-    def __init__(self, readings: FormulaEvaluator, state: State, objects: Sequence[int]) -> None:
-        self._readings = readings
+    def __init__(self, evaluator: FormulaEvaluator, state: State, objects: Sequence[int]) -> None:
+        self._evaluator = evaluator
         self._state = state
         self._objects = objects
 
     def holds(self, subgoal: Subgoal) -> bool:
-        """Whether a subgoal is reached already."""
+        """Whether a subgoal is already reached."""
         formula, scope, truth = subgoal
-        return self._readings.holds(formula, scope, self._state) == truth
+        return self._evaluator.holds(formula, scope, self._state) == truth
 
     def atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
-        """An atom about the objects that its terms stand for in a subgoal."""
+        """Return an atom with the objects that its terms have in a subgoal."""
         arguments = arguments_of(atom, subgoal.scope, self._state.scene)
         return GroundAtom(atom.predicate, arguments, subgoal.truth)
 
     def parts(self, subgoal: Subgoal) -> SubgoalParts | None:
-        """The parts of a compound condition; None for an atom and what nothing is known of."""
+        """Return the parts of a compound condition; None for an atom and for an unsupported condition."""
         formula, scope, truth = subgoal
         match formula:
             case f.Not(operand):
                 return AllOf((Subgoal(operand, scope, not truth),))
             case f.And(operands) | f.Or(operands):
-                parts = tuple([Subgoal(each, scope, truth) for each in operands])
+                parts = tuple([Subgoal(operand, scope, truth) for operand in operands])
                 return AllOf(parts) if isinstance(formula, f.And) == truth else AnyOf(parts)
             case f.Implies(premise, conclusion):
                 either = (Subgoal(premise, scope, not truth), Subgoal(conclusion, scope, truth))
                 return AnyOf(either) if truth else AllOf(either)
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
-                    values = self._promising(variable, body, scope) if truth else self._usable(variable)
+                    values = (
+                        self._promising_values(variable, body, scope)
+                        if truth
+                        else self._usable_values(variable)
+                    )
                     return AnyOf(self._instances(variable, body, scope, truth, values))
-                offending = self._offending(variable, body, scope, truth)
-                return AllOf(self._instances(variable, body, scope, truth, offending))
+                violating = self._violating_values(variable, body, scope, truth)
+                return AllOf(self._instances(variable, body, scope, truth, violating))
             case f.Exactly(count, variable, body) if truth:
-                return Choose(count, self._instances(variable, body, scope, truth, self._all(variable)))
+                return Choose(
+                    count, self._instances(variable, body, scope, truth, self._all_values(variable))
+                )
             case f.ForPairs() if truth:
                 return self._pairs(formula, scope)
             case _:
@@ -92,31 +98,35 @@ class Unfolding:
     ) -> tuple[Subgoal, ...]:
         return tuple([Subgoal(body, {**scope, variable.name: value}, truth) for value in values])
 
-    def _all(self, variable: f.Variable) -> list[int]:
+    def _all_values(self, variable: f.Variable) -> list[int]:
         return list(bits(self._state.scene.category(variable.category)))
 
-    def _usable(self, variable: f.Variable) -> list[int]:
+    def _usable_values(self, variable: f.Variable) -> list[int]:
         allowed = self._state.scene.category(variable.category)
         return [i for i in self._objects if allowed >> i & 1]
 
-    def _promising(self, variable: f.Variable, body: f.Formula, scope: Scope) -> list[int]:
-        """The usable values for which a part of the body holds already; all of them if there are none."""
-        usable = self._usable(variable)
+    def _promising_values(self, variable: f.Variable, body: f.Formula, scope: Scope) -> list[int]:
+        """Return the usable values for which a part of the body holds, or else all usable values."""
+        usable = self._usable_values(variable)
         parts = body.operands if isinstance(body, f.And) else ()
-        found = {i for part in parts for i in self._readings.witnesses(variable, part, scope, self._state)}
-        return [i for i in usable if i in found] or usable
+        promising = {
+            i for part in parts for i in self._evaluator.witnesses(variable, part, scope, self._state)
+        }
+        return [i for i in usable if i in promising] or usable
 
-    def _offending(self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool) -> list[int]:
-        """The values for which the body is not as it should be for all."""
-        holding = self._readings.witnesses(variable, body, scope, self._state)
+    def _violating_values(
+        self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool
+    ) -> list[int]:
+        """Return the values for which the body does not have its truth."""
+        holding = self._evaluator.witnesses(variable, body, scope, self._state)
         if not truth:
             return list(holding)
         held = set(holding)
-        return [i for i in self._all(variable) if i not in held]
+        return [i for i in self._all_values(variable) if i not in held]
 
     def _pairs(self, formula: f.ForPairs, scope: Scope) -> Pairing[Subgoal]:
         first, second, body = formula.first, formula.second, formula.body
-        rows, columns = self._all(first), self._all(second)
+        rows, columns = self._all_values(first), self._all_values(second)
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
         return Pairing(
             count,
@@ -131,7 +141,7 @@ class Unfolding:
 
 
 def arguments_of(atom: f.Atom, scope: Scope, scene: Scene) -> tuple[int, ...]:
-    """The objects that the terms of an atom stand for."""
+    """Return the objects of the terms of an atom."""
     return tuple(
         [scope[t.name] if isinstance(t, f.Variable) else find_object(t, scene) for t in atom.arguments]
     )
@@ -145,12 +155,14 @@ def find_object(constant: f.Constant, scene: Scene) -> int:
 
 
 def subgoals_of(conditions: Iterable[f.Formula], scene: Scene) -> tuple[Subgoal, ...]:
-    """The conjuncts of closed conditions, in order."""
-    return tuple([part for each in conditions for part in conjuncts(Subgoal(each, {}, True), scene)])
+    """Return the conjuncts of closed conditions, in order."""
+    return tuple(
+        [part for condition in conditions for part in conjuncts(Subgoal(condition, {}, True), scene)]
+    )
 
 
 def conjuncts(subgoal: Subgoal, scene: Scene) -> Iterator[Subgoal]:
-    """The subgoals that one comes down to, all of them needed, each for itself."""
+    """Yield the parts of a subgoal that are all needed, each a subgoal of its own."""
     formula, scope, truth = subgoal
     match formula:
         case f.Not(operand):

@@ -1,4 +1,4 @@
-"""The successor generator: what has been done on the way to a state, and what can be done in it."""
+"""The successor generator: the actions that are applicable in a state, and the states that they lead to."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from eai.world.operator import Operator
 from eai.world.state import State
 
 ACTION_BINDINGS = 10
-"""Number of bindings that an action counts for: what is done with an action takes longer."""
+"""Number of bindings that an action counts for, since handling an action takes longer."""
 
 PlanNode: TypeAlias = Node[State, Action]
-"""A state of the world; ``met`` is the number of action goals taken on the way."""
+"""A node of a search on a declared domain; ``met`` is the number of action goals taken on the path."""
 
 
 class SuccessorGenerator:
-    """Gives the states that one action leads to from a state, and the actions that are applicable in it.
+    """Generates applicable actions and successors of states.
 
     Args:
         domain: the domain.
-        objects: what actions may be about, by index.
-        goals: operators to be taken, one after the other; each entry lists alternatives.
-        allowed: whether an action may lead to a state; to any if None.
+        objects: the objects that actions may use, by index.
+        goals: operators that must be taken, one after the other; each entry lists alternatives.
+        allowed: whether an action may lead to a state; None allows all states.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class SuccessorGenerator:
         self.goals = goals
 
     def successor(self, node: PlanNode, action: Action) -> PlanNode | None:
-        """The node after an action, or None if that is impossible or leads where none may lead."""
+        """Return the node after an action; None if the action is impossible or leads to a forbidden state."""
         compiled = self._domain.compiled[action.operator]
         binding = compiled.bind(node.state, action.arguments)
         if not compiled.is_possible(node.state, binding):
@@ -53,28 +53,28 @@ class SuccessorGenerator:
         return Node(after, node.met + counts, node.depth + 1, node, (action,))
 
     def applicable(self, node: PlanNode, bindings: Effort | None = None) -> Iterator[Action]:
-        """Yield all actions that no check forbids in a node, until there were too many bindings."""
+        """Yield all actions that no check forbids in a node, until the limit of bindings is exceeded."""
         for operator in self._domain.operators:
             yield from applicable_actions(self._domain, operator, node.state, self.objects, bindings)
 
     def remove_needless_actions(
         self, start: PlanNode, end: PlanNode, reached: Callable[[PlanNode], bool]
     ) -> PlanNode:
-        """The end of a plan from the start that still ends as it must, and needs all of its actions.
+        """Return the end of a plan that has only needed actions, and still reaches its goal.
 
-        Action elimination (Nakhost and Mueller 2010): each action in turn is left out, and with it those
-        after it that are impossible then, until all are needed.
+        This is action elimination (Nakhost and Mueller 2010). Each action in turn is left out, together with
+        the later actions that become impossible, until all are needed.
         """
-        way = end.path()[start.depth + 1 :]
+        path = end.path()[start.depth + 1 :]
         position, needed = 0, 0
-        while needed < len(way):
-            position %= len(way)
-            node = start if position == 0 else way[position - 1]
-            for later in way[position + 1 :]:
+        while needed < len(path):
+            position %= len(path)
+            node = start if position == 0 else path[position - 1]
+            for later in path[position + 1 :]:
                 for action in later.actions:
                     node = self.successor(node, action) or node
             if reached(node):
-                end, way, needed = node, node.path()[start.depth + 1 :], 0
+                end, path, needed = node, node.path()[start.depth + 1 :], 0
             else:
                 position, needed = position + 1, needed + 1
         return end
@@ -93,9 +93,9 @@ def applicable_actions(
         domain: the domain.
         operator: the operator.
         state: the state.
-        objects: what actions may be about, by index.
-        bindings: counts values of parameters, and each action like `ACTION` of them. When it is exceeded,
-            there are no more actions. None for no limit.
+        objects: the objects that actions may use, by index.
+        bindings: counts values of parameters, and each action as `ACTION_BINDINGS` values. If it is exceeded,
+            no more actions follow. None for no limit.
     """
     bindings = bindings or Effort()
     compiled = domain.compiled[operator.name]

@@ -24,8 +24,7 @@ class Fault:
         kind: the kind of error.
         check: the check that failed.
         earlier: index of the last state of the trajectory at which the missing condition held; negative for a
-            state
-            before the trajectory. It is given exactly for a wrong order.
+            state before the trajectory. It is given exactly for a wrong order.
     """
 
     kind: FaultKind

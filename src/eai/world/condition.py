@@ -3,10 +3,9 @@
 A formula is compiled once per domain and evaluated millions of times. It becomes one of two kinds of
 function. Its
 *truth* depends on a binding of all free variables. Its *extension* in one free variable selects the objects,
-from a
-given mask, that make it true. Quantifiers are evaluated by extensions, so most of them cost a few integer
-operations. If objects must be tried one by one, only objects that the rest of the formula allows are tried.
-Connectives loop over the functions of their operands.
+from a given mask, that make it true. Quantifiers are evaluated by extensions, so most of them cost a few
+integer operations. If objects must be tried one by one, only objects that the rest of the formula allows are
+tried. Connectives loop over the functions of their operands.
 """
 
 from __future__ import annotations
@@ -97,8 +96,7 @@ class ConditionCompiler:
 
     Raises:
         DomainError: raised by the methods if a predicate is not declared or is defined by itself, if the
-            number of
-            arguments is wrong, a variable is unbound, or an operator is temporal.
+            number of arguments is wrong, a variable is unbound, or an operator is temporal.
     """
 
     def __init__(self, vocabulary: Vocabulary, frame: Frame) -> None:

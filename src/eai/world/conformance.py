@@ -7,12 +7,10 @@ Run it over a domain of your own with a few of its initial states::
         print(defect)
 
 It takes random walks from the states and checks the laws of execution. One law is the paper's: a step is
-additional
-only if its intended effect already holds (appendix, "Action Sequencing: Trajectory Error Detection"). The
-intended effect consists of the operator's own visible additions and deletions. Effects for each object that
-happens to be there, and conditional effects, are not intended effects. For example, an agent that already
-sits
-on a sofa need not sit down again because it no longer faces an object.
+additional only if its intended effect already holds (appendix, "Action Sequencing: Trajectory Error
+Detection"). The intended effect consists of the operator's own visible additions and deletions. Effects for
+each object that happens to be there, and conditional effects, are not intended effects. For example, an agent
+that already sits on a sofa need not sit down again because it no longer faces an object.
 """
 
 from __future__ import annotations
@@ -50,8 +48,7 @@ def check(
         seed: seed of the random walks.
         steps: number of actions tried from each state.
         measured: the stored predicates that the simulator changes; all others must follow the declaration.
-            None if
-            the simulator changes all.
+            None if the simulator changes all.
     """
     rng = random.Random(seed)  # noqa: S311 - a walk, not a secret
     names = {predicate.name for predicate in domain.vocabulary.predicates}

@@ -1,8 +1,7 @@
 """Derived predicates: predicates that are computed from the stored ones of a state.
 
 Most are defined by a formula. The few that need arithmetic, or a walk along a chain, are pure functions that
-list
-the predicates that they read.
+list the predicates that they read.
 """
 
 from __future__ import annotations
@@ -32,8 +31,7 @@ class Defined:
         parameters: the parameters.
         definition: the formula.
         values: an optional faster equivalent: a pure function from all arguments but the last to the mask of
-            the
-            objects that make the predicate true as last argument.
+            the objects that make the predicate true as last argument.
     """
 
     name: str
@@ -93,8 +91,7 @@ class Lookup:
         single: whether the mask never has more than one object.
         open_in_meaning: description of the aspects that the formula leaves open.
         inverse: for two arguments, an optional function that returns the mask of all objects that make the
-            predicate
-            true as first argument, given the last.
+            predicate true as first argument, given the last.
     """
 
     name: str

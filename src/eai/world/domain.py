@@ -33,8 +33,8 @@ class Simulator(Protocol):
     """A world in which actions are executed. Each episode begins a new one.
 
     The domain declares the predicates and the possible actions, and diagnoses impossible actions. The
-    simulator gets
-    neither impossible actions nor slips. Plans are searched, and exported, by the declaration alone.
+    simulator gets neither impossible actions nor slips. Plans are searched, and exported, by the declaration
+    alone.
     """
 
     @property
@@ -53,8 +53,7 @@ class Simulator(Protocol):
 
         Returns:
             The state after the action, in which its intended effects hold; or the fault of a failed action,
-            which
-            changes nothing. The check of the fault need not be part of the declaration.
+            which changes nothing. The check of the fault need not be part of the declaration.
         """
 
 
@@ -91,11 +90,9 @@ class Domain:
         precedence: order by which one kind of fault is chosen for a step that has several; the first kind
             wins.
         visible: a formula about ``x``, its only free variable: the objects that an agent with a limited view
-            sees.
-            None if agents see everything.
+            sees. None if agents see everything.
         landmarks: a formula about ``x``: the objects that such an agent knows from the start without seeing
-            them.
-            None if there are none.
+            them. None if there are none.
         egocentric: the relations that such an agent perceives of itself only, not between other objects.
         begin: begins the world of an episode; by default actions have exactly their declared effects.
 

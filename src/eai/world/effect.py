@@ -1,8 +1,7 @@
 """Effects of operators on states: a closed set of types, compiled once, without Python code of the domain.
 
 Conditions in effects are evaluated in the state *before* the action. Then the changes are made in the order
-in
-which they are written.
+in which they are written.
 """
 
 from __future__ import annotations

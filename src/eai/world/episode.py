@@ -36,8 +36,7 @@ class SlipSampler:
     """Draws whether possible actions slip, for one task and epoch. Impossible actions draw nothing.
 
     So two policies get the same draw at the same executed step. Episodes that share a sampler continue its
-    draws
-    (paper, appendix on replanning with stochastic actions).
+    draws (paper, appendix on replanning with stochastic actions).
 
     Args:
         probability: probability that a possible action slips, from 0 to 1, independent of all others.
@@ -64,10 +63,8 @@ class Episode:
     """A world in which actions are tried one after the other, with its history so far.
 
     An action that is impossible or slips changes nothing, and the next action is tried in the same state. A
-    wrong
-    order is searched for in the whole episode. In a new episode without slips, `run` gives the same
-    trajectory as
-    `execute`.
+    wrong order is searched for in the whole episode. In a new episode without slips, `run` gives the same
+    trajectory as `execute`.
 
     Args:
         domain: the world.

@@ -170,8 +170,7 @@ def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
     """Return a function that finds the arguments for which no check of an operator fails.
 
     A check of one parameter is evaluated once for all objects. A check of several parameters is evaluated as
-    soon as
-    the last of them is bound, for all values of this parameter at once. Tries are not evaluated.
+    soon as the last of them is bound, for all values of this parameter at once. Tries are not evaluated.
     """
     names = [parameter.name for parameter in operator.parameters]
     single: list[list[Formula]] = [[] for _ in names]

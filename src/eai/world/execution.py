@@ -39,8 +39,7 @@ class Trajectory:
     Attributes:
         states: the initial state, then the state after each executed step.
         steps: every step tried, in order. In a plan only the last step can have a fault other than an
-            additional
-            step; the steps after it were not tried.
+            additional step; the steps after it were not tried.
     """
 
     states: tuple[State, ...]

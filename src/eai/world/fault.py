@@ -10,8 +10,7 @@ class FaultKind(str, Enum):
     """The kinds of error of the paper (section "Error types"), by their names in records.
 
     After `ADDITIONAL_STEP` the step is skipped and the plan continues. All other kinds end the plan. `SLIP`
-    occurs
-    only in experiments and is not an error of the agent: the action was possible but had no effect.
+    occurs only in experiments and is not an error of the agent: the action was possible but had no effect.
     """
 
     PARSING = "parsing"
@@ -32,6 +31,5 @@ Notice: TypeAlias = Literal["detected", "silent"]
 """Whether the agent notices a slip.
 
 A detected slip ends the plan. After a silent slip the plan continues as if the action had worked, and steps
-that
-depend on the action fail later.
+that depend on the action fail later.
 """

@@ -79,8 +79,7 @@ HistoryRule: TypeAlias = Callable[[Failure, FrameBinding, History], int | None]
 """Function that returns the number of the earlier state that makes a failed check a wrong order.
 
 Its last argument is the history: the initial state, then the state after each executed step. It returns None
-if
-the step that should have prepared the action was never taken.
+if the step that should have prepared the action was never taken.
 """
 
 

@@ -28,11 +28,9 @@ class Check:
         fault: the kind of error if it does not hold.
         reason: description of the failure; ``{x}`` stands for the name of the argument of parameter ``x``.
         sought: formulas by which the history rule tells a wrong order from a missing step: each of them must
-            have
-            held in some earlier state. None means the condition itself.
+            have held in some earlier state. None means the condition itself.
         id: name of the check in records; by default the words of its reason without the objects. Give the old
-            id
-            here when you reword a reason.
+            id here when you reword a reason.
         witness: a formula whose true instances explanations name, for objects that the reason does not name.
 
     Raises:
@@ -110,8 +108,7 @@ class Role(str, Enum):
     """The purpose of an operator for subgoals.
 
     Movement changes only the place of the agent, the objects that it faces, and its posture. Taking and
-    releasing an
-    object changes the agent's hands. All other operators change the world.
+    releasing an object changes the agent's hands. All other operators change the world.
     """
 
     MOVEMENT = "movement"
@@ -131,8 +128,7 @@ class Operator:
         effects: the effects, in order; their conditions are read in the state before.
         description: description for prompts.
         tries: alternatives. The action succeeds if one of the tries made succeeds, or if none is made. It has
-            the
-            effects of all that succeed. If all fail, their errors are reported together.
+            the effects of all that succeed. If all fail, their errors are reported together.
         role: the purpose; by default inferred from the effects (`eai.planning.role`).
 
     Raises:

@@ -6,8 +6,7 @@ tuples.
 Row ``x`` is the mask of all ``y`` with ``(x, y)`` in the relation. Column ``y`` is the mask of all ``x`` with
 ``(x, y)`` in the relation. All states of an episode share a base matrix. A relation overrides whole rows and
 columns of the base. Household actions move one object at a time, so a handful of overridden lines describes
-any
-state. Removing all edges of an object, both ways, costs two dictionary entries.
+any state. Removing all edges of an object, both ways, costs two dictionary entries.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Scenes and states: the objects of a task, and the facts that hold.
 
 Objects are numbered, and sets of objects are bit masks (bit i = object i). A state is an immutable value: a
-mask
-for each unary predicate, a `Relation` for each binary one, a `TupleSet` for each of more arguments. A `Draft`
-is the only mutable value; it exists while one action is executed.
+mask for each unary predicate, a `Relation` for each binary one, a `TupleSet` for each of more arguments. A
+`Draft` is the only mutable value; it exists while one action is executed.
 """
 
 from __future__ import annotations
@@ -170,12 +169,9 @@ class State:
     """All facts at one moment. States are immutable and share structure with the states around them.
 
     ``unary[i]`` is the mask of objects with the i-th unary predicate (for arity 0: 1 or 0), ``binary[i]`` the
-    i-th
-    relation, ``tuples[i]`` the i-th set of tuples, numbered by the scene's vocabulary. Two states of one
-    episode
-    (that is, reached from one initial state) are equal if the same facts hold. States of different episodes
-    are
-    never equal.
+    i-th relation, ``tuples[i]`` the i-th set of tuples, numbered by the scene's vocabulary. Two states of one
+    episode (that is, reached from one initial state) are equal if the same facts hold. States of different
+    episodes are never equal.
     """
 
     __slots__ = ("_hash", "binary", "scene", "tuples", "unary")

@@ -25,8 +25,7 @@ class Predicate:
         static: whether no operator changes it.
         visible: False for memory that the simulator needs but that no prompt, goal or answer may mention.
         single: whether, in every reachable state, at most one object makes it true as last argument, for any
-            other
-            arguments. Then "the first" such object is the only one.
+            other arguments. Then "the first" such object is the only one.
     """
 
     name: str

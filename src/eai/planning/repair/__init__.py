@@ -1,1 +1,1 @@
-"""The fewest edits that make a plan succeed: edits, conflicts of edited plans, and the search."""
+"""Repair of plans by fewest edits: edits, conflicts of edited plans, and the search."""
