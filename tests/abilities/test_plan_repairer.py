@@ -127,7 +127,7 @@ def test_what_is_kept_of_plans_is_bounded_and_makes_no_difference(monkeypatch: p
     assert repair_of(scorer, text) == first
     assert plan_repairer._cached_repairer.cache_info().currsize == 1
     assert plan_repairer._cached_repairer.cache_info().maxsize
-    monkeypatch.setattr(repair_search, "_KEPT", 0)
+    monkeypatch.setattr(repair_search, "_MAX_CACHED_STATES", 0)
     assert repair_of(scorer, text) == first
 
 

@@ -9,7 +9,7 @@ import pytest
 import eai
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.planning import achievers as module
-from eai.planning.achievers import Achiever, Achievers, _Matches
+from eai.planning.achievers import Achiever, Achievers, _AtomMatches
 from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.effect_schema import effect_schemas
 from eai.planning.subgoal import GroundAtom
@@ -94,9 +94,9 @@ def carried(state: State) -> State:
     return state
 
 
-def matched(matches: _Matches, atom: GroundAtom, state: State) -> list[tuple[Achiever, list[list[int]]]]:
+def matched(matches: _AtomMatches, atom: GroundAtom, state: State) -> list[tuple[Achiever, list[list[int]]]]:
     """What achieves an atom, where anything does, and with what."""
-    found = [(m.achiever, [[*b] for b in m.bindings(state, ALL)]) for m in matches.of(atom)]
+    found = [(m.achiever, [[*b] for b in m.bindings(state, ALL)]) for m in matches.find_matches(atom)]
     return [(achiever, bindings) for achiever, bindings in found if bindings]
 
 
@@ -134,7 +134,7 @@ def test_nothing_that_is_done_with_a_binding_stays() -> None:
     state = start()
     matches = AdditiveHeuristic(DOMAIN).achievers.matches(state, ALL)
     held = GroundAtom("holding", (INDEX["red"],), True)
-    (match,) = matches.of(held)
+    (match,) = matches.find_matches(held)
     before = [[*binding] for binding in match.bindings(state, ALL)]
     for binding in match.bindings(state, ALL):
         binding.clear()

@@ -68,7 +68,7 @@ def test_what_an_effect_asks_of_another_object_of_its_operator_is_brought_about(
 
 def preferred(estimates: Estimates, formula: Formula) -> list[Action]:
     found = _PreferredOperators(HEURISTIC, estimates)
-    found.towards(Subgoal(formula, {}, True))
+    found.collect_towards(Subgoal(formula, {}, True))
     return list(found.actions)
 
 

@@ -1,7 +1,7 @@
-"""Achievers: which operators make an atom true or false, and what they need for it.
+"""Achievers: the operators that make an atom true or false, and their conditions.
 
-What the achievers of an atom can be about, as far as no action changes that, are its matches: the same in all
-states that differ in nothing but what actions change, so that a search finds each of them once.
+The matches of an atom are its achievers with the objects that they can use, given the facts that no action
+changes. They are equal in all states with the same unchanging facts. So a search finds each of them once.
 """
 
 from __future__ import annotations
@@ -26,17 +26,18 @@ from eai.world.state import Scene, State
 from eai.world.vocabulary import Vocabulary
 
 
-class _Step(NamedTuple):
-    """A variable to give values to: its slot, whether they must be usable, and what they must meet.
+class _JoinStep(NamedTuple):
+    """A variable to give values to: its slot, and the conditions on its values.
 
-    What stored predicates say is read for all values at once, other conditions for one after the other.
+    Conditions on stored predicates are evaluated for all values at once, other conditions for one value after
+    another.
 
     Attributes:
-        slot: its slot.
+        slot: the slot of the variable.
         is_parameter: whether its values must be usable.
-        own: what they must meet whatever the open variables before it are.
-        masks: what they must meet together with those.
-        tests: what else they must meet.
+        own: conditions that do not depend on the open variables before it.
+        masks: conditions that depend on the open variables before it.
+        tests: all other conditions.
     """
 
     slot: int
@@ -47,40 +48,40 @@ class _Step(NamedTuple):
 
 
 class _Join(NamedTuple):
-    """How to find the values of the variables that an atom leaves open.
+    """A procedure that finds the values of the variables that an atom leaves open.
 
     Attributes:
-        first: what must hold of those that it determines.
-        steps: the others, one after the other.
-        needed: what must be brought about for those that it determines, where it does not hold.
+        first: the filters on the determined variables.
+        steps: the open variables, one after the other.
+        needed: the conditions on the determined variables that can be established if they do not hold.
     """
 
     first: tuple[Truth, ...]
-    steps: tuple[_Step, ...]
+    steps: tuple[_JoinStep, ...]
     needed: tuple[Truth, ...]
 
 
-class _Partial(NamedTuple):
-    """A match as a binding that is to be completed, and how."""
+class _PartialBinding(NamedTuple):
+    """A match as an incomplete binding, with the procedure that completes it."""
 
     binding: FrameBinding
     join: _Join
 
 
 class Achiever:
-    """An effect of an operator, compiled: a way to make atoms of its predicate true, or false.
+    """A compiled effect of an operator: a way to make atoms of its predicate true, or false.
 
     Args:
         schema: the effect.
-        vocabulary: of the domain.
-        wide: whether what the effect asks of the operator's own objects is brought about, too; else that must
-            hold already where the atom does not name them.
+        vocabulary: the vocabulary of the domain.
+        wide: whether conditions of the effect on the operator's own objects may be established first.
+            Otherwise they must already hold, unless they are only about objects of the atom.
 
     Attributes:
         schema: the effect.
-        conditions: what must be brought about for it where it does not hold, in order, each with its test.
-        open_variables: how many of its variables the atom does not determine.
-        is_fixed: whether no action changes in which ways a match can be completed.
+        conditions: the conditions that can be established if they do not hold, in order, each with its test.
+        open_variables: number of its variables that the atom does not determine.
+        is_fixed: whether no action changes how a match can be completed.
     """
 
     def __init__(self, schema: EffectSchema, vocabulary: Vocabulary, *, wide: bool = False) -> None:
@@ -89,10 +90,10 @@ class Achiever:
         self._frame = Frame([f.Variable(name) for name in schema.variables])
         self._compiler = ConditionCompiler(vocabulary, self._frame)
         self._joins: dict[tuple[str, ...], tuple[_Join, _Join]] = {}
-        self.open_variables = len(set(schema.variables) - _named(schema))
-        own = _own(schema, wide=wide)
-        others = [c for c in schema.conditions if c not in own]
-        needed = [c for c in (*own, *schema.checks) if c != f.TRUE]
+        self.open_variables = len(set(schema.variables) - _atom_variables(schema))
+        own_conditions = _own_conditions(schema, wide=wide)
+        others = [c for c in schema.conditions if c not in own_conditions]
+        needed = [c for c in (*own_conditions, *schema.checks) if c != f.TRUE]
         fixed = [c for c in needed if _is_fixed(c, vocabulary)]
         self._filters = (*fixed, *others)
         self._fixed = [c for c in self._filters if _is_fixed(c, vocabulary)]
@@ -100,51 +101,53 @@ class Achiever:
         self.conditions = tuple((c, self._compiler.truth(c)) for c in needed if c not in fixed)
 
     def match(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
-        """The variables' objects that make this an achiever of the atom with these arguments, or None."""
+        """Return the objects of variables that make this an achiever of the given atom, or None."""
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
     def bindings(
         self, state: State, scope: Mapping[str, int], usable: int, effort: Effort | None = None
     ) -> Iterator[FrameBinding]:
-        """The ways to complete a match, for which what no action changes is as it must be.
+        """Yield the ways to complete a match whose filters hold.
 
         Args:
             state: the state.
             scope: the match.
-            usable: the mask of the objects that actions may be about.
-            effort: counts values of variables, as in `completed`.
+            usable: the mask of the objects that actions may use.
+            effort: counts values of variables, as in `complete_bindings`.
 
         Yields:
             One binding of `schema.variables`, the same list each time.
         """
         return complete_bindings(state, self.partial(state.scene, scope), usable, effort)
 
-    def partial(self, scene: Scene, scope: Mapping[str, int], *, fixed: bool = False) -> _Partial:
-        """A match, to be completed in a state; or (``fixed``) whatever actions change."""
+    def partial(self, scene: Scene, scope: Mapping[str, int], *, fixed: bool = False) -> _PartialBinding:
+        """Return a match as a binding to be completed in a state, or (``fixed``) in all states at once."""
         names = self.schema.variables
         unbound = tuple([name for name in names if name not in scope])
         joins = self._joins.get(unbound)
         if joins is None:
             joins = self._make_join(unbound, self._filters), self._make_join(unbound, self._fixed)
             self._joins[unbound] = joins
-        return _Partial(self._frame.bind(scene, [scope.get(name, UNBOUND) for name in names]), joins[fixed])
+        return _PartialBinding(
+            self._frame.bind(scene, [scope.get(name, UNBOUND) for name in names]), joins[fixed]
+        )
 
-    def failing(self, state: State, binding: FrameBinding, most: float) -> list[f.Formula] | None:
-        """The conditions that do not hold, or None if there are ``most`` of them or more."""
-        found: list[f.Formula] = []
+    def failing(self, state: State, binding: FrameBinding, limit: float) -> list[f.Formula] | None:
+        """Return the conditions that do not hold, or None if at least ``limit`` conditions fail."""
+        failing: list[f.Formula] = []
         for condition, holds in self.conditions:
             if not holds(state, binding):
-                found.append(condition)
-                if len(found) >= most:
+                failing.append(condition)
+                if len(failing) >= limit:
                     return None
-        return found
+        return failing
 
     def scope(self, binding: FrameBinding) -> dict[str, int]:
-        """The variables' objects in a binding."""
+        """Return the objects of the variables in a binding."""
         return dict(zip(self.schema.variables, binding[1:], strict=False))
 
     def arguments(self, binding: FrameBinding) -> tuple[int, ...]:
-        """The operator's arguments in a binding."""
+        """Return the operator's arguments in a binding."""
         return tuple(binding[1 : 1 + self.schema.operator.arity])
 
     def _make_join(self, unbound: tuple[str, ...], filters: Sequence[f.Formula]) -> _Join:
@@ -154,18 +157,20 @@ class Achiever:
         bound = set(determined)
         first = [c for c in pending if free_variables(c) <= determined]
         pending = [c for c in pending if c not in first]
-        steps: list[_Step] = []
+        steps: list[_JoinStep] = []
         for name in unbound:
             bound.add(name)
             ready = [c for c in pending if free_variables(c) <= bound]
             pending = [c for c in pending if c not in ready]
             plain = [c for c in ready if _is_plain(c, self._vocabulary)]
-            own = [c for c in plain if free_variables(c) <= determined | {name}]
-            step = _Step(
+            own_conditions = [c for c in plain if free_variables(c) <= determined | {name}]
+            step = _JoinStep(
                 scope[name],
                 scope[name] <= self.schema.operator.arity,
-                tuple(self._compiler.extension(c, scope[name], scope) for c in own),
-                tuple(self._compiler.extension(c, scope[name], scope) for c in plain if c not in own),
+                tuple(self._compiler.extension(c, scope[name], scope) for c in own_conditions),
+                tuple(
+                    self._compiler.extension(c, scope[name], scope) for c in plain if c not in own_conditions
+                ),
                 tuple(self._compiler.truth(c) for c in ready if c not in plain),
             )
             steps.append(step)
@@ -174,15 +179,15 @@ class Achiever:
 
 
 def complete_bindings(
-    state: State, partial: _Partial, usable: int, effort: Effort | None = None
+    state: State, partial: _PartialBinding, usable: int, effort: Effort | None = None
 ) -> Iterator[FrameBinding]:
     """Yield the ways to complete a match, like `Achiever.bindings`.
 
     Args:
         state: the state.
         partial: the match.
-        usable: the mask of the objects that actions may be about.
-        effort: counts values of variables. When it is exceeded, there are no more ways. None for no limit.
+        usable: the mask of the objects that actions may use.
+        effort: counts values of variables. If it is exceeded, no more ways follow. None for no limit.
     """
     binding, join = [*partial.binding], partial.join
     for holds in join.first:
@@ -200,7 +205,7 @@ def complete_bindings(
 
 
 def _complete(
-    state: State, binding: FrameBinding, steps: Sequence[_Step], values: Sequence[int], effort: Effort
+    state: State, binding: FrameBinding, steps: Sequence[_JoinStep], values: Sequence[int], effort: Effort
 ) -> Iterator[FrameBinding]:
     if not steps:
         yield binding
@@ -218,7 +223,7 @@ def _complete(
 
 
 class Achievers:
-    """The achievers of a domain: all effects of its operators, by what they make true or false.
+    """The achievers of a domain: all effects of its operators, by the predicate that they change.
 
     Attributes:
         schemas: the effects of each operator, in the order in which they are written.
@@ -236,28 +241,30 @@ class Achievers:
         self.by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
         self._taking = {o.name: Achiever(make_operator_schema(o), vocabulary) for o in domain.operators}
-        self._matches: _Matches | None = None
+        self._matches: _AtomMatches | None = None
         for operator in domain.operators:
             for schema in self.schemas[operator.name]:
                 self.by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(schema)
                 self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
 
     def find(self, predicate: str, *, adding: bool, wide: bool = False) -> Sequence[Achiever]:
-        """The achievers that make atoms of a predicate true, or false: the straight ones first.
+        """Return the achievers that make atoms of a predicate true, or false, the simplest first.
 
-        Those are the ones that are about nothing but the objects of the atom, and need least. Wide ones are
-        those of effects that ask something of other objects of the operator, which can be brought about.
+        The simplest use only the objects of the atom, and have fewest conditions. Wide achievers have
+        conditions on other objects of the operator, and these conditions can be established.
         """
         return self._compiled(predicate, adding, wide)
 
     def _compile(self, predicate: str, adding: bool, wide: bool) -> Sequence[Achiever]:
         schemas = self.by_effect.get((predicate, adding), ())
-        asking = [each for each in schemas if not wide or _asks_wider(each, self._vocabulary)]
-        achievers = [Achiever(each, self._vocabulary, wide=wide) for each in asking]
-        return sorted(achievers, key=_straightness)
+        suitable = [
+            schema for schema in schemas if not wide or _has_wider_conditions(schema, self._vocabulary)
+        ]
+        achievers = [Achiever(schema, self._vocabulary, wide=wide) for schema in suitable]
+        return sorted(achievers, key=_complexity)
 
     def static_facts(self, state: State) -> Sequence[object]:
-        """The part of a state that no action changes: equal for states of one scene where it is the same."""
+        """Return the part of a state that no action changes. It is equal for states of one episode."""
         unary, binary, tuples = state.unary, state.binary, state.tuples
         return [
             *[unary[slot] for slot in self._fixed_unary],
@@ -266,57 +273,57 @@ class Achievers:
         ]
 
     def find_operators(self, names: Iterable[str]) -> list[Achiever]:
-        """The operators of these names, if there are any, as they are taken for their own sake."""
+        """Return achievers that stand for the operators of these names; unknown names are skipped."""
         return [self._taking[name] for name in names if name in self._taking]
 
-    def matches(self, state: State, usable: int) -> _Matches:
-        """Return the matches in a state; those of the last state if they are equal.
+    def matches(self, state: State, usable: int) -> _AtomMatches:
+        """Return the matches in a state; the cached ones if they are the same.
 
         Args:
             state: the state.
-            usable: the mask of the objects that actions may be about.
+            usable: the mask of the objects that actions may use.
         """
         if self._matches is None or not self._matches.are_of(state, usable):
-            self._matches = _Matches(self, state, usable)
+            self._matches = _AtomMatches(self, state, usable)
         return self._matches
 
     def writers(self, predicates: Iterable[str]) -> list[Operator]:
-        """The operators that change any of these predicates, in a fixed order."""
-        found = {name: op for p in predicates for name, op in self._writers.get(p, {}).items()}
-        return list(found.values())
+        """Return the operators that change one of the predicates, in a fixed order."""
+        operators = {name: op for p in predicates for name, op in self._writers.get(p, {}).items()}
+        return list(operators.values())
 
 
-def _straightness(achiever: Achiever) -> tuple[int, int]:
-    """How much an achiever leaves open, and needs."""
+def _complexity(achiever: Achiever) -> tuple[int, int]:
+    """Return a sort key for achievers: the number of open variables, then of conditions."""
     return achiever.open_variables, len(achiever.conditions)
 
 
-def _named(schema: EffectSchema) -> set[str]:
-    """The variables that the atom of an effect names."""
+def _atom_variables(schema: EffectSchema) -> set[str]:
+    """Return the variables in the atom of an effect."""
     return {term.name for term in schema.atom.arguments if isinstance(term, f.Variable)}
 
 
-def _own(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
-    """Conditions of an effect on the objects of its atom; or (``wide``) on the operator's own besides."""
-    named = _named(schema)
-    own = [c for c in schema.conditions if free_variables(c) <= named]
+def _own_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
+    """Return the conditions of an effect on its atom's objects; or (``wide``) also on the operator's."""
+    atom_variables = _atom_variables(schema)
+    conditions = [c for c in schema.conditions if free_variables(c) <= atom_variables]
     if wide:
-        about = (named | {p.name for p in schema.operator.parameters}) - schema.read_variables
-        own += [c for c in schema.conditions if c not in own and free_variables(c) <= about]
-    return own
+        variables = (atom_variables | {p.name for p in schema.operator.parameters}) - schema.read_variables
+        conditions += [c for c in schema.conditions if c not in conditions and free_variables(c) <= variables]
+    return conditions
 
 
-def _asks_wider(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
-    """Whether an effect asks something of other objects of the operator that actions can bring about."""
-    own = _own(schema, wide=False)
-    others = [c for c in _own(schema, wide=True) if c not in own]
+def _has_wider_conditions(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
+    """Whether an effect has conditions on other objects of the operator that actions can establish."""
+    own_conditions = _own_conditions(schema, wide=False)
+    others = [c for c in _own_conditions(schema, wide=True) if c not in own_conditions]
     return any(c != f.TRUE and not _is_fixed(c, vocabulary) for c in others)
 
 
 def _is_plain(formula: f.Formula, vocabulary: Vocabulary) -> bool:
-    """Whether masks tell of all values at once: it comes down to what is stored, or looked up both ways.
+    """Whether masks evaluate a formula for all values at once, by stored predicates and two-way lookups.
 
-    "There is some" does so where several things are said of it, some of which are about nothing else.
+    An existential formula is plain if its body is a conjunction.
     """
     return all(
         isinstance(part, f.Not | f.And | f.Or)
@@ -352,35 +359,35 @@ def _is_fixed_predicate(name: str, vocabulary: Vocabulary) -> bool:
     return False
 
 
-_KEPT = 64
-"""How many bindings of one achiever are kept at most: where there are more, they are found again."""
+_MAX_CACHED_BINDINGS = 64
+"""Maximum number of cached bindings of one achiever; if there are more, they are found again."""
 
 _MAX_BINDINGS = 100_000
 """Maximum number of values of variables that are tried to find bindings that hold in all states."""
 
 
-class _Match(NamedTuple):
+class _AtomMatch(NamedTuple):
     """An achiever of an atom.
 
     Attributes:
         achiever: the achiever.
-        partial: the objects of those of its variables that the atom determines.
-        kept: all ways to complete that, as bindings; None if they are to be found in every state.
+        partial: the binding of the variables that the atom determines.
+        kept: all ways to complete it, as bindings; None if they must be found in every state.
     """
 
     achiever: Achiever
-    partial: _Partial
+    partial: _PartialBinding
     kept: Sequence[tuple[int, ...]] | None
 
-    def needs(self, state: State, most: float) -> bool:
-        """Whether so many conditions or more do not hold, however it is completed."""
+    def needs(self, state: State, limit: float) -> bool:
+        """Whether at least ``limit`` conditions do not hold, for all ways to complete the match."""
         binding, failing = [*self.partial.binding], 0
         for holds in self.partial.join.needed:
             failing += not holds(state, binding)
-        return failing >= most
+        return failing >= limit
 
     def bindings(self, state: State, usable: int, effort: Effort | None = None) -> Iterator[FrameBinding]:
-        """The ways to complete it, as `Achiever.bindings` yields them."""
+        """Yield the ways to complete the match, as `Achiever.bindings` does."""
         return (
             complete_bindings(state, self.partial, usable, effort)
             if self.kept is None
@@ -388,13 +395,13 @@ class _Match(NamedTuple):
         )
 
 
-class _Matches:
-    """The matches in states with the same fixed facts.
+class _AtomMatches:
+    """The matches in all states with the same unchanging facts.
 
     Args:
-        achievers: of the domain.
+        achievers: the achievers of the domain.
         state: one of the states.
-        usable: the mask of the objects that actions may be about.
+        usable: the mask of the objects that actions may use.
     """
 
     def __init__(self, achievers: Achievers, state: State, usable: int) -> None:
@@ -402,35 +409,35 @@ class _Matches:
         self._state = state
         self._usable = usable
         self._fixed = achievers.static_facts(state)
-        self._found: dict[tuple[GroundAtom, bool], Sequence[_Match]] = {}
+        self._found: dict[tuple[GroundAtom, bool], Sequence[_AtomMatch]] = {}
 
     def are_of(self, state: State, usable: int) -> bool:
-        """Whether they are those in a state."""
+        """Whether these are the matches in a state."""
         return (
             self._state.scene is state.scene
             and self._usable == usable
             and self._fixed == self._achievers.static_facts(state)
         )
 
-    def of(self, atom: GroundAtom, *, wide: bool = False) -> Sequence[_Match]:
-        """The matches of an atom of a stored predicate, in the order of its achievers, wide ones or not."""
-        found = self._found.get((atom, wide))
-        if found is None:
-            found = self._found[atom, wide] = self._find(atom, wide=wide)
-        return found
+    def find_matches(self, atom: GroundAtom, *, wide: bool = False) -> Sequence[_AtomMatch]:
+        """Return the matches of an atom of a stored predicate, in the order of its achievers."""
+        matches = self._found.get((atom, wide))
+        if matches is None:
+            matches = self._found[atom, wide] = self._find(atom, wide=wide)
+        return matches
 
-    def _find(self, atom: GroundAtom, *, wide: bool) -> Sequence[_Match]:
-        found: list[_Match] = []
+    def _find(self, atom: GroundAtom, *, wide: bool) -> Sequence[_AtomMatch]:
+        matches: list[_AtomMatch] = []
         for achiever in self._achievers.find(atom.predicate, adding=atom.truth, wide=wide):
             scope = achiever.match(atom.arguments, self._state.scene)
             if scope is not None:
                 fixed = achiever.partial(self._state.scene, scope, fixed=True)
-                most = _KEPT + 1 if achiever.is_fixed else 1
+                max_bindings = _MAX_CACHED_BINDINGS + 1 if achiever.is_fixed else 1
                 effort = Effort(_MAX_BINDINGS)
-                ways = complete_bindings(self._state, fixed, self._usable, effort)
-                bindings = [tuple(b) for b in islice(ways, most)]
+                completions = complete_bindings(self._state, fixed, self._usable, effort)
+                bindings = [tuple(b) for b in islice(completions, max_bindings)]
                 if bindings or effort.is_exceeded:
                     partial = achiever.partial(self._state.scene, scope)
-                    is_whole = len(bindings) < most and not effort.is_exceeded
-                    found.append(_Match(achiever, partial, bindings if is_whole else None))
-        return found
+                    is_whole = len(bindings) < max_bindings and not effort.is_exceeded
+                    matches.append(_AtomMatch(achiever, partial, bindings if is_whole else None))
+        return matches

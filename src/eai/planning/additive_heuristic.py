@@ -1,9 +1,9 @@
-"""How far a state is from a condition, estimated backwards from what the operators declare.
+"""The additive heuristic: the estimated number of actions until a condition holds, computed backwards.
 
-A condition that does not hold is brought about by an operator that adds (or deletes) an atom of it; what that
-operator checks must be brought about first, and so on, until everything needed holds. Costs are added up as
-if nothing ever got in the way of anything else, like the additive heuristic of Bonet and Geffner (2001), but
-from the goal backwards, so that only what the goal is about is looked at.
+A condition that does not hold is established by an operator that adds (or deletes) one of its atoms. The
+checks of that operator must be established first, and so on, until every needed condition holds. Costs are
+added up as if actions never interfered, like the additive heuristic of Bonet and Geffner (2001). It works
+backwards from the goal, so that only conditions relevant to the goal are estimated.
 """
 
 from __future__ import annotations
@@ -25,27 +25,27 @@ from eai.world.relation import mask_of
 from eai.world.state import State
 
 Cost: TypeAlias = Callable[[Subgoal], float]
-"""The cost of bringing a condition about."""
+"""Function that returns the cost of establishing a condition."""
 
 
 def choose_exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal] | None:
-    """Return the cheapest `number` conditions and the opposites of the others, or None if there are fewer."""
+    """Return the cheapest ``number`` conditions and the opposites of the others; None if there are fewer."""
     if number > len(conditions):
         return None
-    opposites = [each.negated for each in conditions]
+    opposites = [condition.negated for condition in conditions]
 
     def loss(i: int) -> tuple[bool, float]:
-        own = cost(conditions[i])
-        return own == float("inf"), own - cost(opposites[i])
+        own_cost = cost(conditions[i])
+        return own_cost == float("inf"), own_cost - cost(opposites[i])
 
     order = sorted(range(len(conditions)), key=loss)
     return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
 
 
 def choose_pairs(number: int, cells: Sequence[Sequence[Subgoal | None]], cost: Cost) -> list[Subgoal] | None:
-    """So many cells, no two in one row or column, or None if that leads nowhere.
+    """Choose ``number`` cells, no two in one row or column; None if the greedy choice finds fewer.
 
-    The cheapest cell comes first, then the cheapest of those in other rows and columns, and so on.
+    The cheapest cell comes first, then the cheapest cell in other rows and columns, and so on.
     """
     ranked = sorted(
         (price, i, j)
@@ -62,51 +62,51 @@ def choose_pairs(number: int, cells: Sequence[Sequence[Subgoal | None]], cost: C
 
 
 INFINITE = float("inf")
-"""The cost of what no action brings about."""
+"""The cost of a condition that no action establishes."""
 
 OPAQUE_COST = 2.0
-"""The cost of a derived predicate that is a function, of which only what it reads is known."""
+"""The cost of a derived predicate that is a function, since only its read predicates are known."""
 
 _HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, INFINITE)
-"""How far to look, one after the other: what is cheap is found before anything dear is looked at."""
+"""Cost limits, tried one after the other, so that cheap supporters are found before costly ones are tried."""
 
 
-def _horizon(most: float) -> float:
-    """The nearest horizon that is not nearer: so nothing is looked at anew for each cost that comes up."""
-    return next(horizon for horizon in _HORIZONS if horizon >= most)
+def _horizon(limit: float) -> float:
+    """Return the lowest horizon that covers a cost limit. So estimates are cached for few limits."""
+    return next(horizon for horizon in _HORIZONS if horizon >= limit)
 
 
-_LEAST = 1.0
-"""No condition that does not hold costs less."""
+_MIN_COST = 1.0
+"""Minimum cost of a condition that does not hold."""
 
-_DEEPEST = 60
-"""How many atoms may be brought about for one another: what takes more looks out of reach."""
+_MAX_DEPTH = 60
+"""Maximum number of nested atoms to be established; deeper conditions count as unreachable."""
 
 
-class _Instance(NamedTuple):
-    """A formula, by identity, with the objects of its free variables, and whether it shall hold."""
+class _FormulaInstance(NamedTuple):
+    """A formula by identity, with the objects of its free variables, and whether it must hold."""
 
     formula: int
     values: tuple[int, ...]
     truth: bool
 
 
-_Key: TypeAlias = GroundAtom | _Instance
+_Key: TypeAlias = GroundAtom | _FormulaInstance
 
 
 class _Supporter(NamedTuple):
-    """The cheapest action found to bring something about, its cost, and what it needs first."""
+    """The cheapest known action that establishes a condition, its cost, and its prerequisites."""
 
     cost: float
     action: Action | None
-    before: tuple[Subgoal, ...]
+    prerequisites: tuple[Subgoal, ...]
 
 
 _NO_SUPPORTER = _Supporter(INFINITE, None, ())
 
 
 class AdditiveHeuristic:
-    """The heuristic for one domain: what estimates from any state need to know of it; made once."""
+    """The heuristic of one domain: the data that estimates from all states share."""
 
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
@@ -120,17 +120,18 @@ class Estimates:
     """Estimates from one state.
 
     Args:
-        heuristic: the heuristic for the domain.
+        heuristic: the heuristic of the domain.
         state: the state.
-        objects: what actions may be about.
-        kept: closed conditions; an action that undoes one of them costs one more.
-        looks: counts the actions that are looked at; when it is exceeded, estimates mean nothing.
-        bindings: counts the values given to variables to find these actions, with the same effect.
+        objects: the objects that actions may use.
+        protected: closed conditions; an action that undoes one of them costs one more.
+        looks: counts the tested actions; if it is exceeded, estimates are invalid.
+        bindings: counts the values given to variables to find these actions; if it is exceeded, estimates are
+            invalid.
 
     Attributes:
         state: the state.
-        objects: what actions may be about.
-        bindings: counts the values that are given to variables.
+        objects: the objects that actions may use.
+        bindings: counts the values given to variables.
     """
 
     def __init__(
@@ -150,7 +151,7 @@ class Estimates:
         self._unfolding = Unfolding(heuristic.readings, state, objects)
         self.holds = self._unfolding.holds
         self.atom = self._unfolding.atom
-        self._kept = [condition for condition in protected if self.holds(condition)]
+        self._protected = [condition for condition in protected if self.holds(condition)]
         self._usable = mask_of(objects)
         self._matches = heuristic.achievers.matches(state, self._usable)
         self._supporters: dict[GroundAtom, tuple[_Supporter, float]] = {}
@@ -159,18 +160,18 @@ class Estimates:
         self._open: set[_Key] = set()
 
     def estimate(self, subgoal: Subgoal) -> float:
-        """The estimated number of actions until a condition holds; infinite if none brings it about."""
+        """Estimate the number of actions until a condition holds; infinite if no action establishes it."""
         if self.holds(subgoal):
             return 0.0
-        costs = (self._cost(subgoal, most) for most in _HORIZONS)
+        costs = (self._cost(subgoal, limit) for limit in _HORIZONS)
         return next((cost for cost in costs if cost < INFINITE), INFINITE)
 
     def estimate_action(self, names: Sequence[str]) -> _Supporter:
-        """The cheapest of these actions, with any of the objects."""
-        for most in _HORIZONS:
-            best = _Supporter(most, None, ())
+        """Return the cheapest action by the named operators, with any of the objects."""
+        for limit in _HORIZONS:
+            best = _Supporter(limit, None, ())
             for achiever in self._heuristic.achievers.find_operators(names):
-                best = self._cheapest(
+                best = self._improve_by(
                     achiever, achiever.bindings(self.state, {}, self._usable, self.bindings), best
                 )
             if best.action is not None:
@@ -178,149 +179,147 @@ class Estimates:
         return _NO_SUPPORTER
 
     def choose_atoms(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
-        """The conditions on single atoms that a condition comes down to by the cheapest choices."""
-        needed = None if isinstance(subgoal.formula, Atom) else self.choose_parts(subgoal)
-        return (
-            (subgoal,) if needed is None else tuple([c for part in needed for c in self.choose_atoms(part)])
-        )
+        """Return the conditions on single atoms that establish a condition by the cheapest choices."""
+        parts = None if isinstance(subgoal.formula, Atom) else self.choose_parts(subgoal)
+        return (subgoal,) if parts is None else tuple([c for part in parts for c in self.choose_atoms(part)])
 
     def choose_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
-        """The conditions that one is made up of, all of them needed, by the cheapest choices.
+        """Return the conditions that are all needed for a condition, by the cheapest choices.
 
-        None for atoms of stored predicates and functions, and where no choice is known to bring it about.
+        None for atoms of stored predicates and of functions, and if no choice establishes the condition.
         """
         if isinstance(subgoal.formula, Atom):
             definition = self._definition(self.atom(subgoal.formula, subgoal))
             return None if definition is None else (definition,)
         parts = self._unfolding.parts(subgoal)
-        return None if parts is None else self._choice(parts)
+        return None if parts is None else self._choose(parts)
 
     def find_prerequisites(self, subgoal: Subgoal) -> Sequence[Subgoal]:
-        """The parts that a condition comes down to, or what the last action on the way to it needs."""
+        """Return the parts of a condition, or the prerequisites of the last action that establishes it."""
         if isinstance(subgoal.formula, Atom) and subgoal.formula.predicate not in self._heuristic.derived:
-            return self.find_supporter(self.atom(subgoal.formula, subgoal)).before
-        needed = self.choose_parts(subgoal) or ()
-        return self.find_prerequisites(needed[0]) if len(needed) == 1 else needed
+            return self.find_supporter(self.atom(subgoal.formula, subgoal)).prerequisites
+        parts = self.choose_parts(subgoal) or ()
+        return self.find_prerequisites(parts[0]) if len(parts) == 1 else parts
 
     def find_alternatives(self, subgoal: Subgoal) -> Sequence[Subgoal]:
-        """Where one of several conditions is enough, those that cost least; otherwise none."""
+        """Return the cheapest conditions of a disjunction; () for other conditions."""
         parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.parts(subgoal)
-        costs = [(each, self.estimate(each)) for each in parts.parts] if isinstance(parts, AnyOf) else []
+        costs = [(part, self.estimate(part)) for part in parts.parts] if isinstance(parts, AnyOf) else []
         least = min((cost for _, cost in costs), default=INFINITE)
-        return [each for each, cost in costs if cost == least < INFINITE]
+        return [part for part, cost in costs if cost == least < INFINITE]
 
-    def find_supporter(self, atom: GroundAtom, most: float = INFINITE) -> _Supporter:
-        """The cheapest action that makes an atom of a stored predicate true or false for less than ``most``.
+    def find_supporter(self, atom: GroundAtom, limit: float = INFINITE) -> _Supporter:
+        """Return the cheapest action that makes an atom of a stored predicate true or false.
 
-        What is needed to bring itself about does not count. Where nothing does it at any cost, wide achievers
-        are looked at.
+        Its cost is below ``limit``. Actions that need the atom itself do not count. If no action does it at
+        any cost, wide achievers are tried.
         """
-        known, tried = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
-        if known.cost < most:
-            return known
-        if known.action is not None or tried >= most or self._is_open(atom):
+        cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
+        if cached.cost < limit:
+            return cached
+        if cached.action is not None or tried_limit >= limit or self._is_open(atom):
             return _NO_SUPPORTER
         if atom.predicate in self._heuristic.static:
             return _NO_SUPPORTER
         self._open.add(atom)
-        far = _horizon(most)
-        best = self._supported(atom, _Supporter(far, None, ()))
-        if best.action is None and far == INFINITE:
-            best = self._supported(atom, best, wide=True)
+        horizon = _horizon(limit)
+        best = self._improve_supporter(atom, _Supporter(horizon, None, ()))
+        if best.action is None and horizon == INFINITE:
+            best = self._improve_supporter(atom, best, wide=True)
         self._open.discard(atom)
-        found = _NO_SUPPORTER if best.action is None else best
-        self._supporters[atom] = (found, far)
-        return found if found.cost < most else _NO_SUPPORTER
+        supporter = _NO_SUPPORTER if best.action is None else best
+        self._supporters[atom] = (supporter, horizon)
+        return supporter if supporter.cost < limit else _NO_SUPPORTER
 
-    def _supported(self, atom: GroundAtom, best: _Supporter, *, wide: bool = False) -> _Supporter:
-        """The best supporter of an atom by any achiever, or ``best`` if that is as good."""
-        for match in self._matches.of(atom, wide=wide):
-            if match.needs(self.state, best.cost - _LEAST):
+    def _improve_supporter(self, atom: GroundAtom, best: _Supporter, *, wide: bool = False) -> _Supporter:
+        """Return the best supporter of an atom by any achiever, or ``best`` if none is better."""
+        for match in self._matches.find_matches(atom, wide=wide):
+            if match.needs(self.state, best.cost - _MIN_COST):
                 continue
-            best = self._cheapest(
+            best = self._improve_by(
                 match.achiever, match.bindings(self.state, self._usable, self.bindings), best
             )
-            if best.cost <= _LEAST:
+            if best.cost <= _MIN_COST:
                 break
         return best
 
-    # The cost of conditions.
+    # Costs of conditions.
 
-    def _cost(self, subgoal: Subgoal, most: float) -> float:
-        """The cost of a condition that does not hold, or infinity if it is not less than ``most``.
+    def _cost(self, subgoal: Subgoal, limit: float) -> float:
+        """Return the cost of a condition that does not hold, or infinity if it is not below the limit.
 
-        What is needed to bring itself about has no cost that is less.
+        A condition that is needed to establish itself has infinite cost.
         """
-        if most <= _LEAST:
+        if limit <= _MIN_COST:
             return INFINITE
         match subgoal.formula:
             case Atom(predicate) as atom:
                 ground = self.atom(atom, subgoal)
                 if predicate not in self._heuristic.derived:
-                    return self.find_supporter(ground, most).cost
+                    return self.find_supporter(ground, limit).cost
                 key: _Key = ground
             case Exists() | ForAll() as formula:
                 names = self._heuristic.readings.names(formula)
                 values = tuple([subgoal.scope[name] for name in names])
-                key = _Instance(id(formula), values, subgoal.truth)
+                key = _FormulaInstance(id(formula), values, subgoal.truth)
             case _:
-                return self._cost_of_parts(subgoal, most)
-        known, tried = self._costs.get(key, (INFINITE, 0.0))
-        if known < most:
-            return known
-        if known < INFINITE or tried >= most or self._is_open(key):
+                return self._cost_of_parts(subgoal, limit)
+        cached, tried_limit = self._costs.get(key, (INFINITE, 0.0))
+        if cached < limit:
+            return cached
+        if cached < INFINITE or tried_limit >= limit or self._is_open(key):
             return INFINITE
         self._open.add(key)
-        far = _horizon(most)
-        cost = self._cost_of_parts(subgoal, far)
+        horizon = _horizon(limit)
+        cost = self._cost_of_parts(subgoal, horizon)
         self._open.discard(key)
-        self._costs[key] = (cost, far)
-        return cost if cost < most else INFINITE
+        self._costs[key] = (cost, horizon)
+        return cost if cost < limit else INFINITE
 
     def _is_open(self, key: _Key) -> bool:
-        """Whether a condition is needed to bring itself about, or for one that lies too deep."""
-        return key in self._open or len(self._open) >= _DEEPEST
+        """Whether a condition is needed to establish itself, or is nested too deep."""
+        return key in self._open or len(self._open) >= _MAX_DEPTH
 
-    def _cost_of_parts(self, subgoal: Subgoal, most: float) -> float:
+    def _cost_of_parts(self, subgoal: Subgoal, limit: float) -> float:
         if isinstance(subgoal.formula, Atom):
             definition = self._definition(self.atom(subgoal.formula, subgoal))
             if definition is not None:
-                return self._cost(definition, most)
-            return OPAQUE_COST if most > OPAQUE_COST else INFINITE
+                return self._cost(definition, limit)
+            return OPAQUE_COST if limit > OPAQUE_COST else INFINITE
         parts = self._unfolding.parts(subgoal)
         if isinstance(parts, AnyOf):
-            return self._least(parts.parts, most)
-        needed = None if parts is None else self._choice(parts)
-        if needed is None:
+            return self._least(parts.parts, limit)
+        conditions = None if parts is None else self._choose(parts)
+        if conditions is None:
             return INFINITE
-        return self._sum([each for each in needed if not self.holds(each)], most)
+        return self._sum([condition for condition in conditions if not self.holds(condition)], limit)
 
-    def _least(self, conditions: Sequence[Subgoal], most: float) -> float:
-        """The cost of the cheapest of conditions none of which holds."""
+    def _least(self, conditions: Sequence[Subgoal], limit: float) -> float:
+        """Return the cost of the cheapest condition; none of the conditions holds."""
         best = INFINITE
         for condition in conditions:
-            best = min(best, self._cost(condition, min(best, most)))
-            if best <= _LEAST:
+            best = min(best, self._cost(condition, min(best, limit)))
+            if best <= _MIN_COST:
                 break
         return best
 
-    def _sum(self, failing: Sequence[Subgoal], most: float) -> float:
-        """The costs of conditions that do not hold together, or infinity if not less than ``most``."""
-        others = len(failing) * _LEAST
-        if others >= most:
+    def _sum(self, failing: Sequence[Subgoal], limit: float) -> float:
+        """Return the sum of the costs of failing conditions, or infinity if it is not below the limit."""
+        min_rest = len(failing) * _MIN_COST
+        if min_rest >= limit:
             return INFINITE
         total = 0.0
         for condition in failing:
-            others -= _LEAST
-            total += self._cost(condition, most - total - others)
-            if total >= most:
+            min_rest -= _MIN_COST
+            total += self._cost(condition, limit - total - min_rest)
+            if total >= limit:
                 return INFINITE
         return total
 
     # Choices.
 
-    def _choice(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
-        """The conditions that parts come down to, all of which are needed, or None if nothing does it."""
+    def _choose(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
+        """Return the conditions that establish some parts and are all needed, or None if no choice does."""
         match parts:
             case AllOf(conditions):
                 return conditions
@@ -336,8 +335,8 @@ class Estimates:
         for condition in conditions:
             if self.holds(condition):
                 return condition
-        for most in _HORIZONS:
-            best, cheapest = most, None
+        for limit in _HORIZONS:
+            best, cheapest = limit, None
             for condition in conditions:
                 cost = self._cost(condition, best)
                 if cost < best:
@@ -349,40 +348,46 @@ class Estimates:
     # Atoms.
 
     def _definition(self, atom: GroundAtom) -> Subgoal | None:
-        """The definition of a derived predicate, about the objects of the atom; None if it is not defined."""
+        """Return the definition of a derived predicate for the objects of an atom, or None."""
         derived = self._heuristic.derived.get(atom.predicate)
         if not isinstance(derived, Defined):
             return None
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
 
-    def _cheapest(self, achiever: Achiever, bindings: Iterable[FrameBinding], best: _Supporter) -> _Supporter:
-        """The best supporter by one effect of an operator, or ``best`` if that is as good."""
+    def _improve_by(
+        self, achiever: Achiever, bindings: Iterable[FrameBinding], best: _Supporter
+    ) -> _Supporter:
+        """Return the best supporter by one effect of an operator, or ``best`` if none is better."""
         for binding in bindings:
             self._looks.used += 1
             if self._looks.is_exceeded:
                 break
-            failing = achiever.failing(self.state, binding, best.cost - _LEAST)
+            failing = achiever.failing(self.state, binding, best.cost - _MIN_COST)
             if failing is None:
                 continue
-            full = achiever.scope(binding) if failing else {}
-            before = tuple([Subgoal(condition, full, True) for condition in failing])
+            scope = achiever.scope(binding) if failing else {}
+            prerequisites = tuple([Subgoal(condition, scope, True) for condition in failing])
             action = Action(achiever.schema.operator.name, achiever.arguments(binding))
-            cost = _LEAST + (self._sum(before, best.cost - _LEAST) if before else self._harm(action))
+            cost = _MIN_COST + (
+                self._sum(prerequisites, best.cost - _MIN_COST)
+                if prerequisites
+                else self._count_undone(action)
+            )
             if cost < best.cost:
-                best = _Supporter(cost, action, before)
-            if best.cost <= _LEAST:
+                best = _Supporter(cost, action, prerequisites)
+            if best.cost <= _MIN_COST:
                 break
         return best
 
-    def _harm(self, action: Action) -> int:
-        """How many of the conditions to keep are undone by an action that is possible at once."""
-        if not self._kept:
+    def _count_undone(self, action: Action) -> int:
+        """Count the protected conditions that an action, which is possible at once, undoes."""
+        if not self._protected:
             return 0
         undone = self._undone.get(action)
         if undone is None:
             after = self._heuristic.domain.apply(self.state, action)
             holds = self._heuristic.readings.holds
-            undone = sum(holds(formula, scope, after) != truth for formula, scope, truth in self._kept)
+            undone = sum(holds(formula, scope, after) != truth for formula, scope, truth in self._protected)
             self._undone[action] = undone
         return undone

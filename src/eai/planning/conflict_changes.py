@@ -1,7 +1,8 @@
-"""Flips: the changes that may give a condition another truth, and the actions that make them.
+"""Conflict changes: the changes that may give a condition another truth, and the actions behind them.
 
-Where a condition is not as it should be, one of some changes has to happen before it is: a disjunctive
-landmark (Richter and Westphal 2010) of that one state, found by taking the condition apart.
+If a condition has the wrong truth in a state, it keeps this truth until one of some changes happens. These
+changes are a disjunctive landmark of the state (Richter and Westphal 2010), derived from the formula of the
+condition.
 """
 
 from __future__ import annotations
@@ -33,17 +34,17 @@ from eai.world.relation import bits, mask_of
 from eai.world.state import State
 
 ChangeSet: TypeAlias = frozenset[FactChange]
-"""Changes of which one has to happen; if there are none, nothing helps."""
+"""A set of changes; at least one must happen. If the set is empty, nothing helps."""
 
 ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
-"""A condition, and what its variables stand for."""
+"""A condition, and the objects of its variables."""
 
 _NOTHING: ChangeSet = frozenset()
-_FEW = 4
-"""So few actions that no other part of a condition is looked at for fewer."""
+_FEW_ACTIONS = 4
+"""Number of actions (or values) that is small enough to stop looking for a smaller alternative."""
 
 _MAX_BINDINGS = 3_000_000
-"""Maximum number of values of parameters that are tried to list the actions by one operator."""
+"""Maximum number of parameter values that are tried to list the actions by one operator."""
 
 
 class ConflictChanges:
@@ -51,9 +52,9 @@ class ConflictChanges:
 
     Args:
         domain: the domain.
-        initial: a state of the episode, which says what never changes.
-        objects: what actions may be about, by index.
-        achievers: those of the domain.
+        initial: a state of the episode, for the facts that never change.
+        objects: the objects that actions may use, by index.
+        achievers: the achievers of the domain.
     """
 
     def __init__(self, domain: Domain, initial: State, objects: Sequence[int], achievers: Achievers) -> None:
@@ -62,9 +63,9 @@ class ConflictChanges:
         self._usable = mask_of(objects)
         self._achievers = achievers
         self._static = {p.name for p in domain.vocabulary.predicates if p.static}
-        self._conditions: dict[int, list[tuple[f.Formula, frozenset[str]]]] = {}
+        self._schema_conditions: dict[int, list[tuple[f.Formula, frozenset[str]]]] = {}
         self._unread = {o.name: unread for o in domain.operators if (unread := unread_predicates(o))}
-        # Kept by hand: a `cache` of a method would keep all of an episode until garbage is collected.
+        # Dictionaries, since a `cache` of a method would keep the whole episode until garbage collection.
         self._writers: dict[FactChange, tuple[Action, ...]] = {}
         self._taking: dict[str, tuple[Action, ...]] = {}
         self._indices: dict[tuple[str, int], dict[int, list[Action]]] = {}
@@ -80,67 +81,69 @@ class ConflictChanges:
         self.derived = domain.vocabulary.derived_by_name.get
 
     def actions(self, changes: Iterable[FactChange]) -> dict[Action, None]:
-        """The actions that may make one of some changes, in a fixed order."""
+        """Return the actions that may make one of some changes, in a fixed order."""
         return dict.fromkeys(
             action for change in sorted(changes, key=change_order) for action in self.actions_making(change)
         )
 
     def actions_making(self, change: FactChange) -> tuple[Action, ...]:
-        """The actions that may make a change, as far as what never changes permits them."""
-        found = self._writers.get(change)
-        if found is None:
-            unread = [a for each in self._changing(change) for a in self.actions_of(each)]
-            makers = [action for _, _, actions in self._by_schema(change) for action in actions]
-            found = self._writers[change] = tuple(dict.fromkeys([*unread, *makers]))
-        return found
+        """Return the actions that may make a change, given the facts that never change."""
+        all_makers = self._writers.get(change)
+        if all_makers is None:
+            unread = [a for name in self._unread_operators(change) for a in self.actions_of(name)]
+            makers = [action for _, _, actions in self._schemas_making(change) for action in actions]
+            all_makers = self._writers[change] = tuple(dict.fromkeys([*unread, *makers]))
+        return all_makers
 
     def group_makers(self, change: FactChange) -> Iterator[tuple[Sequence[Action], list[ScopedCondition]]]:
-        """The actions that may make a change, those together of which the same must hold before."""
-        yield from ((self.actions_of(name), []) for name in self._changing(change))
-        for schema, scope, actions in self._by_schema(change):
-            given = [(each, self.names(each)) for each in schema.conditions]
-            asked = {name for _, names in given for name in names if name not in scope}
+        """Yield the actions that may make a change, grouped by the conditions that they need."""
+        yield from ((self.actions_of(name), []) for name in self._unread_operators(change))
+        for schema, scope, actions in self._schemas_making(change):
+            conditions = [(condition, self.names(condition)) for condition in schema.conditions]
+            open_names = {name for _, names in conditions for name in names if name not in scope}
             names = [parameter.name for parameter in schema.operator.parameters]
-            places = [place for place, name in enumerate(names) if name in asked]
-            alike: dict[tuple[int, ...], list[Action]] = {}
+            positions = [position for position, name in enumerate(names) if name in open_names]
+            groups: dict[tuple[int, ...], list[Action]] = {}
             for action in actions:
-                alike.setdefault(tuple([action.arguments[i] for i in places]), []).append(action)
-            for values, own in alike.items():
-                inner = {names[place]: value for place, value in zip(places, values, strict=True)}
-                yield own, _closed(given, {**scope, **inner})
+                groups.setdefault(tuple([action.arguments[i] for i in positions]), []).append(action)
+            for values, group in groups.items():
+                inner = {names[position]: value for position, value in zip(positions, values, strict=True)}
+                yield group, _closed_conditions(conditions, {**scope, **inner})
 
-    def _changing(self, change: FactChange) -> list[str]:
-        """The operators whose effects are left out, and may make a change."""
+    def _unread_operators(self, change: FactChange) -> list[str]:
+        """Return the operators that change a predicate by effects that no schema describes."""
         return [name for name, changed in self._unread.items() if change.predicate in changed]
 
-    def _by_schema(
+    def _schemas_making(
         self, change: FactChange
     ) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
-        """The effects that make a change, what their variables stand for in it, and the actions."""
+        """Yield the schemas that make a change, with the objects of their variables and the actions."""
         for schema in self._achievers.by_effect.get((change.predicate, change.truth), ()):
-            scope = match_atom(schema.atom, change.arguments, self._object_named)
+            scope = match_atom(schema.atom, change.arguments, self._find_object)
             if scope is not None:
-                places = enumerate(schema.operator.parameters)
-                bound = [(i, scope[each.name]) for i, each in places if each.name in scope]
-                yield schema, scope, self._about(schema.operator.name, bound)
+                parameters = enumerate(schema.operator.parameters)
+                bound = [(i, scope[parameter.name]) for i, parameter in parameters if parameter.name in scope]
+                yield schema, scope, self._actions_with(schema.operator.name, bound)
 
-    def _about(self, name: str, bound: Sequence[tuple[int, int]]) -> Sequence[Action]:
-        """The actions by an operator that have some objects at their places."""
+    def _actions_with(self, name: str, bound: Sequence[tuple[int, int]]) -> Sequence[Action]:
+        """Return the actions by an operator that have some objects at given positions."""
         if not bound:
             return self.actions_of(name)
-        place, thing = bound[0]
-        by_object = self._indices.get((name, place))
+        position, index = bound[0]
+        by_object = self._indices.get((name, position))
         if by_object is None:
-            by_object = self._indices[name, place] = {}
+            by_object = self._indices[name, position] = {}
             for action in self.actions_of(name):
-                by_object.setdefault(action.arguments[place], []).append(action)
-        found = by_object.get(thing, [])
-        return [a for a in found if all(a.arguments[i] == o for i, o in bound[1:])] if bound[1:] else found
+                by_object.setdefault(action.arguments[position], []).append(action)
+        actions = by_object.get(index, [])
+        return (
+            [a for a in actions if all(a.arguments[i] == o for i, o in bound[1:])] if bound[1:] else actions
+        )
 
     def actions_of(self, name: str) -> tuple[Action, ...]:
-        """The actions by an operator, as far as what never changes permits them."""
-        found = self._taking.get(name)
-        if found is None:
+        """Return the actions by an operator that are possible by the facts that never change."""
+        all_actions = self._taking.get(name)
+        if all_actions is None:
             actions: dict[Action, None] = {}
             for achiever in self._achievers.find_operators([name]):
                 partial = achiever.partial(self._initial.scene, {}, fixed=True)
@@ -149,12 +152,12 @@ class ConflictChanges:
                     if effort.spend(ACTION_BINDINGS):
                         break
                     actions[Action(name, achiever.arguments(binding))] = None
-            found = self._taking[name] = tuple(actions)
-        return found
+            all_actions = self._taking[name] = tuple(actions)
+        return all_actions
 
     @cached_property
     def is_partial(self) -> bool:
-        """Whether an operator has too many actions to list them, so that nothing can be proved."""
+        """Whether an operator has too many actions to list them, so that no minimum can be proved."""
         return any(
             ACTION_BINDINGS * self._usable.bit_count() ** operator.arity > _MAX_BINDINGS
             and self._is_too_wide(operator.name)
@@ -175,61 +178,66 @@ class ConflictChanges:
         return next(self.effect_conditions(action, change), None) is not None
 
     def preconditions(self, action: Action) -> list[ScopedCondition]:
-        """The conditions under which an action is carried out."""
+        """Return the conditions of an action."""
         operator = self._domain.compiled[action.operator].operator
         scope = operator.scope(action.arguments)
-        return [(remaining_condition(each, operator.checks), scope) for each in operator.checks]
+        return [(remaining_condition(check, operator.checks), scope) for check in operator.checks]
 
     def effect_conditions(self, action: Action, change: FactChange) -> Iterator[list[ScopedCondition]]:
-        """For each effect by which an action may make a change what that needs besides, as far as known."""
+        """Yield, for each effect by which an action may make a change, its known further conditions."""
         if change.predicate in self._unread.get(action.operator, ()):
             yield []
         effect = action.operator, change.predicate, change.truth
         for schema in self._of_operator.get(effect, ()):
             scope = self._matches(schema, action, change)
             if scope is not None:
-                conditions = self._conditions.get(id(schema))
+                conditions = self._schema_conditions.get(id(schema))
                 if conditions is None:
-                    conditions = self._conditions[id(schema)] = _conditions(schema)
-                yield [(each, scope) for each, names in conditions if names <= scope.keys()]
+                    conditions = self._schema_conditions[id(schema)] = _schema_conditions(schema)
+                yield [(condition, scope) for condition, names in conditions if names <= scope.keys()]
 
     def changes_before_step(
         self, action: Action, state: State, changes: ChangeSet, *, executed: bool
     ) -> tuple[ChangeSet, bool]:
-        """The changes that may alter that a step makes none of some changes, or undoes one; if it does so.
+        """Return the earlier changes that may make a step more useful, and whether the step undoes a change.
+
+        A step undoes a change if it makes the opposite change. A step becomes more useful if it makes one of
+        the given changes, or no longer undoes one.
 
         Args:
             action: the step.
-            state: where it is taken.
-            changes: the changes.
-            executed: whether it is executed there, not skipped.
+            state: the state before the step.
+            changes: the given changes.
+            executed: whether the step is executed there, not skipped.
         """
         if action.operator in self._unread:
-            return frozenset(self._any(p.name for p in self._domain.vocabulary.predicates)), executed
-        found: set[FactChange] = set()
+            return frozenset(self._any_change(p.name for p in self._domain.vocabulary.predicates)), executed
+        earlier_changes: set[FactChange] = set()
         undoes = False
         for schema, scope, helps in self._touching(action, changes):
             if helps and not executed:
                 return self.changes_for_skipping(action, state, executed=False), False
             tried = schema.checks if schema.operator.tries else ()
             parts = [(condition, scope) for condition in (*schema.conditions, *tried)]
-            closed = [part for part in parts if free_variables(part[0]) <= scope.keys()]
-            fails = any(not self.holds(*part, state) for part in closed)
+            closed_parts = [part for part in parts if free_variables(part[0]) <= scope.keys()]
+            fails = any(not self.holds(*part, state) for part in closed_parts)
             if helps and fails:
-                found |= self._of_parts(closed, state, True, all_needed=True)
+                earlier_changes |= self._changes_of_parts(closed_parts, state, True, all_needed=True)
             elif helps or (executed and not fails):
-                found.update(*[self.all_changes(part[0]) for part in parts if part not in closed])
+                earlier_changes.update(
+                    *[self.all_changes(part[0]) for part in parts if part not in closed_parts]
+                )
                 undoes = undoes or not helps
                 if not helps:
-                    found |= self._of_parts(closed, state, False, all_needed=False)
+                    earlier_changes |= self._changes_of_parts(closed_parts, state, False, all_needed=False)
         if undoes:
-            found |= self.changes_for_skipping(action, state, executed=True)
-        return frozenset(found), undoes
+            earlier_changes |= self.changes_for_skipping(action, state, executed=True)
+        return frozenset(earlier_changes), undoes
 
     def _touching(
         self, action: Action, changes: ChangeSet
     ) -> Iterator[tuple[EffectSchema, dict[str, int], bool]]:
-        """The effects of an action that may make one of some changes, or its opposite."""
+        """Yield the effects of an action that may make one of some changes, or its opposite."""
         for schema in self._achievers.schemas[action.operator]:
             for change in changes:
                 if change.predicate == schema.atom.predicate:
@@ -238,25 +246,25 @@ class ConflictChanges:
                         yield schema, scope, schema.adds == change.truth
 
     def changes_for_skipping(self, action: Action, state: State, *, executed: bool) -> ChangeSet:
-        """The changes one of which has a step skipped that is executed, or the other way round."""
+        """Return changes that may turn an executed step into a skipped one, or the reverse."""
         operator = self._domain.compiled[action.operator].operator
         scope = operator.scope(action.arguments)
         checks = [c.condition for c in operator.checks if c.fault is FaultKind.ADDITIONAL_STEP]
         wrong = [(c, scope) for c in checks if self.holds(c, scope, state) == executed]
-        return self._of_parts(wrong, state, not executed, all_needed=False)
+        return self._changes_of_parts(wrong, state, not executed, all_needed=False)
 
     def _matches(self, schema: EffectSchema, action: Action, change: FactChange) -> dict[str, int] | None:
-        """The objects of a schema's variables where it is that of an action and makes a change."""
+        """Return the objects of a schema's variables if an action makes a change by it, or None."""
         if schema.adds != change.truth or schema.atom.predicate != change.predicate:
             return None
-        known = dict(zip(schema.variables, action.arguments, strict=False))
-        return match_atom(schema.atom, change.arguments, self._object_named, known)
+        scope = dict(zip(schema.variables, action.arguments, strict=False))
+        return match_atom(schema.atom, change.arguments, self._find_object, scope)
 
-    def _object_named(self, constant: f.Constant) -> int:
+    def _find_object(self, constant: f.Constant) -> int:
         return find_object(constant, self._initial.scene)
 
     def find_changes(self, formula: f.Formula, scope: Scope, state: State, *, truth: bool) -> ChangeSet:
-        """The changes one of which has to happen before a condition has a truth that it has not."""
+        """Return a set of changes; at least one must happen before a condition has the other truth."""
         match formula:
             case f.Not(operand):
                 return self.find_changes(operand, scope, state, truth=not truth)
@@ -264,79 +272,83 @@ class ConflictChanges:
                 return self.find_changes(f.Or((f.Not(premise), conclusion)), scope, state, truth=truth)
             case f.And(operands) | f.Or(operands):
                 parts = [(operand, scope) for operand in operands]
-                return self._of_parts(parts, state, truth, all_needed=isinstance(formula, f.And) == truth)
+                return self._changes_of_parts(
+                    parts, state, truth, all_needed=isinstance(formula, f.And) == truth
+                )
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
-                    return self._of_any_instance(variable, body, scope, state, truth)
+                    return self._changes_of_any_instance(variable, body, scope, state, truth)
                 holding = mask_of(self._readings.witnesses(variable, body, scope, state))
                 values = bits(state.scene.category(variable.category) & ~holding if truth else holding)
                 instances = [(body, {**scope, variable.name: value}) for value in values]
-                return self._of_parts(instances, state, truth, all_needed=True)
+                return self._changes_of_parts(instances, state, truth, all_needed=True)
             case f.Atom():
-                return self._of_atom(formula, scope, state, truth)
+                return self._changes_of_atom(formula, scope, state, truth)
             case f.Equals():
                 return _NOTHING
             case _:
                 return frozenset(self.all_changes(formula))
 
-    def _of_parts(
+    def _changes_of_parts(
         self, parts: Sequence[tuple[f.Formula, Scope]], state: State, truth: bool, *, all_needed: bool
     ) -> ChangeSet:
-        """Of a condition that is made of others: of one that is needed and fails, or else of any of them."""
+        """Return the changes for a compound condition: of its cheapest failed part, or of all parts."""
         if not all_needed:
             return frozenset().union(
                 *[self.find_changes(part, scope, state, truth=truth) for part, scope in parts]
             )
         best: ChangeSet = _NOTHING
-        least = float("inf")
+        fewest = float("inf")
         for part, scope in parts:
             if self.holds(part, scope, state) != truth:
-                found = self.find_changes(part, scope, state, truth=truth)
-                number = sum([len(self.actions_making(change)) for change in found])
-                if number < least:
-                    best, least = found, number
-                if least <= _FEW:
+                changes = self.find_changes(part, scope, state, truth=truth)
+                number = sum([len(self.actions_making(change)) for change in changes])
+                if number < fewest:
+                    best, fewest = changes, number
+                if fewest <= _FEW_ACTIONS:
                     break
         return best
 
-    def _of_any_instance(
+    def _changes_of_any_instance(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
-        """Of a body for whatever value of its variable: of the part that fails for it."""
-        left = state.scene.category(variable.category)
-        found: set[FactChange] = set()
-        for part, wanted in sorted(
+        """Return the changes for a quantified body that any one value can satisfy."""
+        remaining = state.scene.category(variable.category)
+        changes: set[FactChange] = set()
+        for part, part_truth in sorted(
             _conjuncts(body, truth), key=lambda part: self.count_read_predicates(part[0])
         ):
             holding = mask_of(self._readings.witnesses(variable, part, scope, state))
-            holding = holding if wanted else ~holding
-            values = list(bits(left & ~holding))
-            left &= holding
-            if len(values) > _FEW:
-                found.update(self._patterns(part, {**scope, variable.name: None}, wanted))
+            holding = holding if part_truth else ~holding
+            values = list(bits(remaining & ~holding))
+            remaining &= holding
+            if len(values) > _FEW_ACTIONS:
+                changes.update(self._patterns(part, {**scope, variable.name: None}, part_truth))
             else:
                 for value in values:
-                    found |= self.find_changes(part, {**scope, variable.name: value}, state, truth=wanted)
-        return frozenset(found)
+                    changes |= self.find_changes(
+                        part, {**scope, variable.name: value}, state, truth=part_truth
+                    )
+        return frozenset(changes)
 
     def count_read_predicates(self, formula: f.Formula) -> int:
-        """How much a condition reads, which makes what is known of it less."""
-        known = self._depths.get(id(formula))
-        if known is None:
+        """Count the changeable predicates that a condition reads; its changes are less certain with more."""
+        cached = self._depths.get(id(formula))
+        if cached is None:
             names = find_stored_predicates(predicates_of(formula), self._domain.vocabulary)
-            known = self._depths[id(formula)] = sum(name not in self._static for name in names), formula
-        return known[0]
+            cached = self._depths[id(formula)] = sum(name not in self._static for name in names), formula
+        return cached[0]
 
     def _patterns(
         self, formula: f.Formula, scope: Mapping[str, int | None], truth: bool
     ) -> Iterator[FactChange]:
-        """The changes that may help a condition on any objects in the place of None."""
+        """Yield the changes that may help a condition; None in a scope stands for any object."""
         vocabulary = self._domain.vocabulary
-        for change in changes_towards(formula, scope, truth, vocabulary, self._object_named):
+        for change in changes_towards(formula, scope, truth, vocabulary, self._find_object):
             if change.predicate not in self._static:
                 yield change
 
-    def _of_atom(self, atom: f.Atom, scope: Scope, state: State, truth: bool) -> ChangeSet:
+    def _changes_of_atom(self, atom: f.Atom, scope: Scope, state: State, truth: bool) -> ChangeSet:
         name = atom.predicate
         derived = self._domain.vocabulary.derived_by_name.get(name)
         arguments = arguments_of(atom, scope, self._initial.scene)
@@ -346,43 +358,45 @@ class ConflictChanges:
         if defined is None:
             return frozenset(self.all_changes(atom))
         key = (name, arguments, truth)
-        if key in self._open:  # nothing is so because it is so, but it may cease to be so with itself
+        if key in self._open:  # a circle cannot make an atom true, but it may make it false
             return _NOTHING if truth else frozenset(self.all_changes(atom))
         self._open.add(key)
         inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
-        found = self.find_changes(defined.definition, inner, state, truth=truth)
+        changes = self.find_changes(defined.definition, inner, state, truth=truth)
         self._open.discard(key)
-        return found
+        return changes
 
     def all_changes(self, formula: f.Formula) -> Iterator[FactChange]:
-        """All changes of what a condition reads."""
-        return self._any(find_stored_predicates(predicates_of(formula), self._domain.vocabulary))
+        """Yield all changes of the predicates that a condition reads."""
+        return self._any_change(find_stored_predicates(predicates_of(formula), self._domain.vocabulary))
 
-    def _any(self, names: Iterable[str]) -> Iterator[FactChange]:
-        """All changes of stored predicates."""
+    def _any_change(self, names: Iterable[str]) -> Iterator[FactChange]:
+        """Yield all changes of stored predicates."""
         for name in names:
             if name not in self._static:
                 anything = (None,) * (self._domain.vocabulary.arity(name) or 0)
                 yield from (FactChange(name, anything, truth) for truth in (True, False))
 
 
-def _conditions(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
-    """The conditions of an effect beside the operator's checks, with the names of their free variables."""
-    found = (*schema.checks[len(schema.operator.checks) :], *schema.conditions)
-    return [(each, free_variables(each)) for each in found]
+def _schema_conditions(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
+    """Return the conditions of an effect beyond the operator's checks, with their free variables."""
+    conditions = (*schema.checks[len(schema.operator.checks) :], *schema.conditions)
+    return [(condition, free_variables(condition)) for condition in conditions]
 
 
-def _closed(conditions: Iterable[tuple[f.Formula, Iterable[str]]], scope: Scope) -> list[ScopedCondition]:
-    """The conditions all variables of which have a value."""
-    return [(each, scope) for each, names in conditions if scope.keys() >= set(names)]
+def _closed_conditions(
+    conditions: Iterable[tuple[f.Formula, Iterable[str]]], scope: Scope
+) -> list[ScopedCondition]:
+    """Return the conditions without unbound variables."""
+    return [(condition, scope) for condition, names in conditions if scope.keys() >= set(names)]
 
 
 @cache
 def remaining_condition(check: Check, checks: tuple[Check, ...]) -> f.Formula:
-    """A check without the alternatives that the other checks of the operator deny."""
+    """Return a check without the alternatives that the other checks of the operator deny."""
     condition = check.condition
-    required = [each.condition for each in checks if each is not check]
-    denied = [each.operand for each in required if isinstance(each, f.Not)]
+    required = [other.condition for other in checks if other is not check]
+    denied = [other.operand for other in required if isinstance(other, f.Not)]
     if not isinstance(condition, f.Or):
         return condition
     return f.Or(
@@ -391,7 +405,7 @@ def remaining_condition(check: Check, checks: tuple[Check, ...]) -> f.Formula:
 
 
 def _conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, bool]]:
-    """The parts of a condition all of which must have a truth for it to have its own."""
+    """Return the parts of a condition that must all have some truth, with that truth."""
     match formula:
         case f.Not(operand):
             return _conjuncts(operand, not truth)
@@ -402,5 +416,5 @@ def _conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, bool]]:
 
 
 def change_order(change: FactChange) -> tuple[str, tuple[int, ...], bool]:
-    """The place of a change in a fixed order."""
+    """Return a sort key for changes."""
     return change.predicate, tuple([-1 if i is None else i for i in change.arguments]), change.truth

@@ -1,7 +1,7 @@
-"""Effect schemas: what operators add and delete, each with all that must hold for it to happen.
+"""Effect schemas: the additions and deletions of operators, each with its conditions.
 
-From the changes of stored facts that may make a literal so (`changes_for`) follows which of them bring it
-about.
+`changes_for` returns the changes of stored facts that may make a literal true. Effect schemas show which
+effects make these changes.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ from eai.world.vocabulary import Vocabulary
 _NO_ATOM = f.Atom("")
 
 _Object = TypeVar("_Object")
-"""An object, by its number or by a name."""
+"""An object, by number or by name."""
 
 FindObject: TypeAlias = "Callable[[f.Constant], int | None]"
-"""Returns the number of the object that a constant names, or None if it may be any object."""
+"""Function that returns the number of the object that a constant names, or None for any object."""
 
 
 class EffectSchema(NamedTuple):
-    """One addition or deletion in the effects of an operator.
+    """An addition or deletion in the effects of an operator.
 
     Attributes:
         operator: the operator.
         adds: whether it makes the atom true; otherwise it makes it false.
-        atom: its variables are parameters of the operator or bound by the effects around it.
+        atom: the atom; its variables are parameters of the operator, or bound by the effects around it.
         variables: the operator's parameters, then the variables of the effects around this one.
-        checks: what the operator checks.
-        given: what the effects around this one ask for.
-        read: the variables whose value is read from the state before, whatever it is.
+        checks: the conditions of the operator's checks.
+        conditions: the conditions of the effects around this one.
+        read_variables: the variables whose value is looked up in the state before, so that it is not free.
     """
 
     operator: Operator
@@ -50,21 +50,23 @@ class EffectSchema(NamedTuple):
 
 
 def make_operator_schema(operator: Operator) -> EffectSchema:
-    """The operator as it is taken for its own sake, whatever it changes."""
+    """Return a schema for taking the operator for its own sake, whatever it changes."""
     names = tuple(p.name for p in operator.parameters)
     return EffectSchema(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
 
 
 def effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
-    """All additions and deletions of an operator, in the order in which they are written."""
-    taken = make_operator_schema(operator)
-    yield from _schemas(operator.effects, taken)
-    for each in operator.tries:
-        yield from _schemas(each.effects, taken._replace(checks=(*taken.checks, *each.conditions)))
+    """Yield all additions and deletions of an operator, in the order in which they are written."""
+    operator_schema = make_operator_schema(operator)
+    yield from _schemas(operator.effects, operator_schema)
+    for attempt in operator.tries:
+        yield from _schemas(
+            attempt.effects, operator_schema._replace(checks=(*operator_schema.checks, *attempt.conditions))
+        )
 
 
 def written_predicates(effects: Iterable[Effect]) -> Iterator[str]:
-    """The predicates that effects change, also those that `effect_schemas` leaves out."""
+    """Yield the predicates that effects change, also those that `effect_schemas` leaves out."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
@@ -76,7 +78,7 @@ def written_predicates(effects: Iterable[Effect]) -> Iterator[str]:
 
 
 def changed_predicates(operator: Operator) -> list[str]:
-    """The predicates that an operator changes, by what it tries, too; once for each effect."""
+    """Return the predicates that an operator changes, its tries included, once for each effect."""
     return [
         name
         for effects in (operator.effects, *(t.effects for t in operator.tries))
@@ -85,30 +87,30 @@ def changed_predicates(operator: Operator) -> list[str]:
 
 
 def unread_predicates(operator: Operator) -> frozenset[str]:
-    """The predicates that an operator changes, where `effect_schemas` leaves out some of its effects."""
+    """Return the changed predicates of an operator if `effect_schemas` leaves out one of its effects."""
     changed = changed_predicates(operator)
     return frozenset(changed if len(changed) > len([*effect_schemas(operator)]) else ())
 
 
-def _schemas(effects: Iterable[Effect], around: EffectSchema) -> Iterator[EffectSchema]:
-    """The additions and deletions that effects make where all that is ``around`` them holds."""
+def _schemas(effects: Iterable[Effect], outer: EffectSchema) -> Iterator[EffectSchema]:
+    """Yield the additions and deletions of effects inside the effects that ``outer`` describes."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
-                yield around._replace(atom=atom, adds=isinstance(effect, Add))
+                yield outer._replace(atom=atom, adds=isinstance(effect, Add))
             case When(condition, inner, otherwise):
-                yield from _schemas(inner, _given(around, condition))
-                yield from _schemas(otherwise, _given(around, f.Not(condition)))
+                yield from _schemas(inner, _add_condition(outer, condition))
+                yield from _schemas(otherwise, _add_condition(outer, f.Not(condition)))
             case ForEach(variable, condition, inner) | Let(variable, condition, inner):
-                # Where the variable hides another one, the effect is left out: estimates can do without it.
-                if variable.name not in around.variables:
-                    wider = around._replace(variables=(*around.variables, variable.name))
+                # An effect whose variable hides another variable is left out: estimates can do without it.
+                if variable.name not in outer.variables:
+                    wider = outer._replace(variables=(*outer.variables, variable.name))
                     if isinstance(effect, Let):
-                        checks = tuple(_of_this_one(c, variable, condition) for c in around.checks)
+                        checks = tuple(_specialize_check(c, variable, condition) for c in outer.checks)
                         wider = wider._replace(
                             checks=checks, read_variables=wider.read_variables | {variable.name}
                         )
-                    yield from _schemas(inner, _given(wider, condition))
+                    yield from _schemas(inner, _add_condition(wider, condition))
 
 
 def match_atom(
@@ -117,13 +119,13 @@ def match_atom(
     find_object: Callable[[f.Constant], _Object | None],
     bound: Mapping[str, _Object] = MappingProxyType({}),
 ) -> dict[str, _Object] | None:
-    """The objects of variables where the atom of an effect is about these arguments; None if it cannot be.
+    """Return the objects of variables that give an effect's atom these arguments; None if no objects do.
 
     Args:
-        atom: of the effect.
-        arguments: objects; None for any.
+        atom: the atom of the effect.
+        arguments: objects; None for any object.
         find_object: returns the object that a constant names, or None if it may be any object.
-        bound: the objects of variables whose value is given.
+        bound: the objects of variables that are fixed beforehand.
     """
     scope = {**bound}
     for term, argument in zip(atom.arguments, arguments, strict=True):
@@ -137,15 +139,15 @@ def match_atom(
     return scope
 
 
-def _given(around: EffectSchema, condition: f.Formula) -> EffectSchema:
-    return around._replace(conditions=(*around.conditions, condition))
+def _add_condition(outer: EffectSchema, condition: f.Formula) -> EffectSchema:
+    return outer._replace(conditions=(*outer.conditions, condition))
 
 
-def _of_this_one(check: f.Formula, variable: f.Variable, condition: f.Formula) -> f.Formula:
-    """The part of a check on whatever meets ``condition`` that is about the one object that does.
+def _specialize_check(check: f.Formula, variable: f.Variable, condition: f.Formula) -> f.Formula:
+    """Specialize a check about all objects that meet ``condition`` to the one object of ``variable``.
 
-    "What the hand holds is not too big" becomes "this object is not too big" where the object is going to be
-    in the hand, but is not yet.
+    For example, the operator is about to put an object into the hand. The check "the object in the hand is
+    not too big" then becomes "this object is not too big".
     """
     match check:
         case f.Atom(predicate, arguments) if (
@@ -157,10 +159,10 @@ def _of_this_one(check: f.Formula, variable: f.Variable, condition: f.Formula) -
             parts = f.operands(body, f.And)
             return _all([part for part in parts if part != condition]) if condition in parts else check
         case f.Not(operand):
-            inner = _of_this_one(operand, variable, condition)
+            inner = _specialize_check(operand, variable, condition)
             return f.FALSE if inner == f.TRUE else f.TRUE if inner == f.FALSE else f.Not(inner)
         case f.And(operands) | f.Or(operands):
-            return type(check)(tuple(_of_this_one(part, variable, condition) for part in operands))
+            return type(check)(tuple(_specialize_check(part, variable, condition) for part in operands))
         case _:
             return check
 
@@ -170,7 +172,7 @@ def _all(parts: Sequence[f.Formula]) -> f.Formula:
 
 
 class FactChange(NamedTuple):
-    """A fact about a stored predicate that becomes true, or false; None stands for any object."""
+    """A fact of a stored predicate that becomes true or false; None in it stands for any object."""
 
     predicate: str
     arguments: tuple[int | None, ...]
@@ -180,11 +182,15 @@ class FactChange(NamedTuple):
 def changes_for(literal: GroundAtom, vocabulary: Vocabulary, find_object: FindObject) -> list[FactChange]:
     """Return the changes that may make a literal true, as far as the definition of its predicate shows.
 
-    Objects may have any numbers: ``object_named`` returns the number of the object that a constant names, or
-    None if it may be any object. The values of variables that a definition binds are not distinguished. For
+    Objects may be numbered in any way. Values of variables that a definition binds are not distinguished. For
     a function, every change of the predicates that it reads counts.
+
+    Args:
+        literal: the literal.
+        vocabulary: the vocabulary that declares its predicate.
+        find_object: returns the number of the object that a constant names, or None if it may be any object.
     """
-    return _stored([FactChange(*literal)], vocabulary, find_object)
+    return _reduce_to_stored([FactChange(*literal)], vocabulary, find_object)
 
 
 def changes_towards(
@@ -194,14 +200,16 @@ def changes_towards(
     vocabulary: Vocabulary,
     find_object: FindObject,
 ) -> list[FactChange]:
-    """Return the changes that may help a condition to a truth; in ``scope`` None stands for any object."""
-    return _stored(list(_atoms(formula, scope, truth, find_object)), vocabulary, find_object)
+    """Return the changes that may give a condition a truth; None in ``scope`` stands for any object."""
+    return _reduce_to_stored(list(_atoms(formula, scope, truth, find_object)), vocabulary, find_object)
 
 
-def _stored(pending: list[FactChange], vocabulary: Vocabulary, object_named: FindObject) -> list[FactChange]:
-    """The changes of stored predicates that some changes come down to."""
+def _reduce_to_stored(
+    pending: list[FactChange], vocabulary: Vocabulary, object_named: FindObject
+) -> list[FactChange]:
+    """Replace changes of derived predicates by the changes of stored predicates that may cause them."""
     seen: dict[FactChange, None] = {}
-    found: list[FactChange] = []
+    changes: list[FactChange] = []
     while pending:
         change = pending.pop()
         if change in seen:
@@ -209,7 +217,7 @@ def _stored(pending: list[FactChange], vocabulary: Vocabulary, object_named: Fin
         seen[change] = None
         derived = vocabulary.derived_by_name.get(change.predicate)
         if derived is None:
-            found.append(change)
+            changes.append(change)
             continue
         definition = find_definition(derived)
         if definition is not None:
@@ -219,13 +227,13 @@ def _stored(pending: list[FactChange], vocabulary: Vocabulary, object_named: Fin
             for name in derived.reads:
                 anything = (None,) * (vocabulary.arity(name) or 0)
                 pending += [FactChange(name, anything, truth) for truth in (True, False)]
-    return found
+    return changes
 
 
 def _atoms(
     formula: f.Formula, scope: Mapping[str, int | None], truth: bool, object_named: FindObject
 ) -> Iterator[FactChange]:
-    """The atoms of a formula, each with the truth that helps the formula to its own."""
+    """Yield the atoms of a formula, each with the truth that helps the formula to have its truth."""
     match formula:
         case f.Atom(predicate, terms):
             arguments = [scope.get(t.name) if isinstance(t, f.Variable) else object_named(t) for t in terms]

@@ -1,8 +1,8 @@
-"""Exclusion: what no state of an episode meets, as far as it follows from the declaration of the domain.
+"""Exclusion: proofs that no state of an episode meets some literals, from the declaration of the domain.
 
-Two facts exclude each other if they do not both hold at the start, and no action that adds one leaves the
-other: it deletes it, or needs what the other excludes. Pairs are shown together, by induction over the
-actions of an episode: what a pair rests on is assumed until it fails. What cannot be shown is left open.
+Two facts exclude each other under two conditions. They do not both hold at the start. And an action that adds
+one fact deletes the other, or needs a fact that excludes the other. Pairs are proved together, by induction
+over the actions of an episode: a pair is assumed until its proof fails. A failed proof decides nothing.
 """
 
 from __future__ import annotations
@@ -27,37 +27,33 @@ from eai.world.effect import ANYTHING
 from eai.world.state import State
 from eai.world.vocabulary import Vocabulary
 
-_MOST_PAIRS = 64
-"""How many pairs are looked at for one question; of others it is taken that they can hold together."""
+_MAX_PAIRS = 64
+"""Maximum number of pairs for one question; further pairs are assumed to be compatible."""
 
-_REMEMBERED = 4096
-"""How many facts are remembered of which it is known whether they hold at the start."""
+_MAX_CACHED_FACTS = 4096
+"""Maximum number of facts for which it is cached whether they hold at the start."""
 
 _PASSES = 2
-"""How often conditions are gone through."""
+"""Number of passes over the conditions."""
 
-_Term: TypeAlias = int | str | None
-"""An object, one that is not known by its name, or any."""
+_FactArgument: TypeAlias = int | str | None
+"""An object by index, an unknown object by a name, or None for any object."""
 
-_Scope: TypeAlias = Mapping[str, _Term]
+_ArgumentScope: TypeAlias = Mapping[str, _FactArgument]
 
 
-class _Fact(NamedTuple):
-    """A fact about a stored predicate; with None in it, all such facts."""
+class _FactPattern(NamedTuple):
+    """A fact of a stored predicate; with None in it, all facts that it matches."""
 
     predicate: str
-    arguments: tuple[_Term, ...]
+    arguments: tuple[_FactArgument, ...]
 
 
-_Pair: TypeAlias = tuple[_Fact, _Fact]
+_FactPair: TypeAlias = tuple[_FactPattern, _FactPattern]
 
 
 class ExclusionRules:
-    """The rules by which facts exclude each other in a domain, wherever an episode begins.
-
-    Args:
-        domain: the domain.
-    """
+    """The rules by which facts exclude each other in a domain, for any initial state."""
 
     def __init__(self, domain: Domain) -> None:
         self.vocabulary = domain.vocabulary
@@ -65,76 +61,83 @@ class ExclusionRules:
         self.single = {p.name for p in domain.vocabulary.predicates if p.single}
         self.changed = {name for o in domain.operators for name in changed_predicates(o)}
         self.unread = {name for o in domain.operators for name in unread_predicates(o)}
-        self.denying = self._denied_by(domain)
+        self.denying = self._find_rivals(domain)
         self.rivals = {p: self.denying.get(p, set()) | ({p} & self.single) for p in self.changed}
 
     def exclusion_from(self, initial: State) -> _Exclusion:
-        """Return what excludes literals in the episode that begins in a state."""
+        """Return the exclusion of literals in the episode that begins in a state."""
         return _Exclusion(self, initial)
 
-    def _denied_by(self, domain: Domain) -> dict[str, set[str]]:
-        """For each predicate those that may exclude it: what adds one deletes or denies the other."""
-        found: dict[str, set[str]] = {}
+    def _find_rivals(self, domain: Domain) -> dict[str, set[str]]:
+        """Return, for each predicate, the predicates whose facts may exclude its facts.
+
+        They are rivals if the effects that add a fact of one delete or deny a fact of the other.
+        """
+        rivals: dict[str, set[str]] = {}
         for operator in domain.operators:
             effects = self.effects[operator.name]
-            added = {each.atom.predicate for each in effects if each.adds}
+            added = {effect.atom.predicate for effect in effects if effect.adds}
             formulas = [c.condition for c in operator.checks] + [g for e in effects for g in e.conditions]
-            denied = {each.atom.predicate for each in effects if not each.adds}
-            denied |= _denied(formulas, domain.vocabulary)
-            for one in added:
-                for other in denied:
-                    found.setdefault(one, set()).add(other)
-                    found.setdefault(other, set()).add(one)
-        return found
+            denied = {effect.atom.predicate for effect in effects if not effect.adds}
+            denied |= _denied_predicates(formulas, domain.vocabulary)
+            for added_predicate in added:
+                for denied_predicate in denied:
+                    rivals.setdefault(added_predicate, set()).add(denied_predicate)
+                    rivals.setdefault(denied_predicate, set()).add(added_predicate)
+        return rivals
 
 
 class _Exclusion:
-    """The literals that no state of an episode meets.
+    """Proves that no state of an episode meets some literals.
 
     Args:
-        rules: what the declaration says.
-        initial: where the episode begins.
+        rules: the rules of the domain.
+        initial: the initial state of the episode.
     """
 
     def __init__(self, rules: ExclusionRules, initial: State) -> None:
         self.rules = rules
         self.scene = initial.scene
-        self.at_start = lru_cache(_REMEMBERED)(self._at_start)
+        self.holds_at_start = lru_cache(_MAX_CACHED_FACTS)(self._holds_at_start)
         self._initial = initial
 
     def excludes(self, literals: Iterable[GroundAtom]) -> bool:
-        """Whether no state that actions lead to meets all the literals."""
-        wanted = []
+        """Whether it is proved that no reachable state meets all the literals."""
+        conditions = []
         for literal in literals:
             variables = tuple([f.Variable(str(i)) for i in range(len(literal.arguments))])
             atom = f.Atom(literal.predicate, variables)
             scope = {v.name: i for v, i in zip(variables, literal.arguments, strict=True)}
-            wanted.append((atom if literal.truth else f.Not(atom), scope))
-        return _Induction(self).shows(wanted)
+            conditions.append((atom if literal.truth else f.Not(atom), scope))
+        return _Induction(self).proves(conditions)
 
-    def _at_start(self, fact: _Fact) -> bool:
-        """Whether any such fact holds at the start."""
+    def _holds_at_start(self, fact: _FactPattern) -> bool:
+        """Whether a fact that matches the pattern holds at the start."""
         match fact:
-            case _Fact(predicate, (None,)):
+            case _FactPattern(predicate, (None,)):
                 return bool(self._initial.mask(predicate))
-            case _Fact(predicate, (int(source), None)):
+            case _FactPattern(predicate, (int(source), None)):
                 return bool(self._initial.relation(predicate).row(source))
-            case _Fact(predicate, (None, int(target))):
+            case _FactPattern(predicate, (None, int(target))):
                 return bool(self._initial.relation(predicate).column(target))
-            case _Fact(predicate, (None, None)):
+            case _FactPattern(predicate, (None, None)):
                 return len(self._initial.relation(predicate)) > 0
-            case _Fact(predicate, arguments) if None in arguments:
+            case _FactPattern(predicate, arguments) if None in arguments:
                 members = self._initial.tuple_set(predicate).members
-                return any(_is_among(_Fact(predicate, each), fact) for each in members)
+                return any(_matches(_FactPattern(predicate, member), fact) for member in members)
             case _:
                 return self._initial.has(fact.predicate, *[i for i in fact.arguments if isinstance(i, int)])
 
-    def match(self, atom: f.Atom, fact: _Fact, known: _Scope) -> dict[str, _Term] | None:
-        """The objects of variables where an effect is on such a fact; None if it cannot be."""
-        return match_atom(atom, fact.arguments, self.index, known)
+    def match(
+        self, atom: f.Atom, fact: _FactPattern, bound: _ArgumentScope
+    ) -> dict[str, _FactArgument] | None:
+        """Return the objects of variables that give an effect's atom the arguments of a fact, or None."""
+        return match_atom(atom, fact.arguments, self.index, bound)
 
-    def deletes(self, effect: EffectSchema, schema: EffectSchema, fact: _Fact, scope: _Scope) -> bool:
-        """Whether an effect deletes a fact wherever another one takes place."""
+    def deletes(
+        self, effect: EffectSchema, schema: EffectSchema, fact: _FactPattern, scope: _ArgumentScope
+    ) -> bool:
+        """Whether an effect deletes a fact whenever another effect of its operator takes place."""
         return (
             not effect.adds
             and effect.atom.predicate == fact.predicate
@@ -145,167 +148,177 @@ class _Exclusion:
             )
         )
 
-    def term(self, term: f.Term, scope: _Scope) -> _Term:
-        """The object that a term stands for."""
+    def term(self, term: f.Term, scope: _ArgumentScope) -> _FactArgument:
+        """Return the object of a term."""
         return scope.get(term.name) if isinstance(term, f.Variable) else self.index(term)
 
     def index(self, constant: f.Constant) -> int:
-        """The object that a constant names."""
+        """Return the object that a constant names."""
         return find_object(constant, self.scene)
 
 
 class _Induction:
-    """The pairs of facts that the answer to one question rests on, each assumed until it fails.
+    """A proof for one question. Each pair of facts that it needs is assumed until it fails.
 
-    Every question has pairs of its own: no answer rests on what was asked before, and threads may ask at
-    once.
+    Every question has its own pairs: no answer depends on earlier questions, and threads may ask at once.
 
     Args:
-        known: what is known of all actions of the episode.
+        exclusion: the exclusion of the episode.
     """
 
-    def __init__(self, known: _Exclusion) -> None:
-        self.known = known
-        self._assumed: dict[_Pair, bool] = {}
-        self._pending: dict[_Pair, None] = {}
-        self._resting: dict[_Pair, dict[_Pair, None]] = {}
-        self._judged: _Pair | None = None
+    def __init__(self, exclusion: _Exclusion) -> None:
+        self.exclusion = exclusion
+        self._assumed: dict[_FactPair, bool] = {}
+        self._pending: dict[_FactPair, None] = {}
+        self._dependents: dict[_FactPair, dict[_FactPair, None]] = {}
+        self._judged: _FactPair | None = None
 
-    def shows(self, wanted: Sequence[tuple[f.Formula, _Scope]]) -> bool:
-        """Whether it follows that no state meets all that is wanted.
+    def proves(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
+        """Whether it follows that no state meets all the conditions.
 
-        A pair is assumed as it is asked for. One that does not last is given up, and what rests on it judged
-        again.
+        A pair is assumed when it is first needed. If a pair turns out not to last, it is given up, and the
+        pairs that depend on it are judged again.
         """
-        if _Supposition(self).meets(wanted):
+        if _Supposition(self).meets(conditions):
             return False
         while self._pending:
             pair = next(iter(self._pending))
             del self._pending[pair]
             self._judged = pair
-            if not self._lasts(*pair):
+            if not self._is_invariant(*pair):
                 self._assumed[pair] = False
                 self._judged = None
-                if _Supposition(self).meets(wanted):
+                if _Supposition(self).meets(conditions):
                     return False
-                resting = self._resting.pop(pair, {})
-                self._pending |= {each: None for each in resting if self._assumed[each]}
+                dependents = self._dependents.pop(pair, {})
+                self._pending |= {dependent: None for dependent in dependents if self._assumed[dependent]}
         return True
 
-    def apart(self, one: _Fact, other: _Fact) -> bool:
-        """Whether facts of two general forms exclude each other, as far as is known or assumed."""
-        rules = self.known.rules
+    def are_exclusive(self, one: _FactPattern, other: _FactPattern) -> bool:
+        """Whether two general facts exclude each other, by the rules or by assumption."""
+        rules = self.exclusion.rules
         if one.predicate == other.predicate:
             different = one != other and None not in one.arguments + other.arguments
             if different and one.predicate in rules.single and one.arguments[:-1] == other.arguments[:-1]:
                 return True
         elif {*one.arguments}.isdisjoint({*other.arguments} - {None}):
             return False
-        same = _is_among(one, other) or _is_among(other, one)
+        same = _matches(one, other) or _matches(other, one)
         if same or other.predicate not in rules.denying.get(one.predicate, ()):
             return False
-        return self._is_assumed((one, other) if _order(one) < _order(other) else (other, one))
+        return self._is_assumed((one, other) if _sort_key(one) < _sort_key(other) else (other, one))
 
-    def _is_assumed(self, pair: _Pair) -> bool:
+    def _is_assumed(self, pair: _FactPair) -> bool:
         if pair not in self._assumed:
-            self._assumed[pair] = len(self._assumed) < _MOST_PAIRS
+            self._assumed[pair] = len(self._assumed) < _MAX_PAIRS
             if self._assumed[pair]:
                 self._pending[pair] = None
         if self._judged is not None:
-            self._resting.setdefault(pair, {})[self._judged] = None
+            self._dependents.setdefault(pair, {})[self._judged] = None
         return self._assumed[pair]
 
-    def _lasts(self, one: _Fact, other: _Fact) -> bool:
-        """Whether no more than one of them holds at the start, and no action changes that."""
-        if self.known.rules.unread & {one.predicate, other.predicate} or (
-            self.known.at_start(one) and self.known.at_start(other)
+    def _is_invariant(self, one: _FactPattern, other: _FactPattern) -> bool:
+        """Whether two facts do not both hold at the start, and no action establishes both."""
+        if self.exclusion.rules.unread & {one.predicate, other.predicate} or (
+            self.exclusion.holds_at_start(one) and self.exclusion.holds_at_start(other)
         ):
             return False
         return all(
-            self._keeps(schema, added, kept)
-            for added, kept in ((one, other), (other, one))
-            for schemas in self.known.rules.effects.values()
+            self._preserves(schema, added, other_fact)
+            for added, other_fact in ((one, other), (other, one))
+            for schemas in self.exclusion.rules.effects.values()
             for schema in schemas
             if schema.adds and schema.atom.predicate == added.predicate
         )
 
-    def _keeps(self, schema: EffectSchema, added: _Fact, other: _Fact) -> bool:
-        """Whether what adds a fact does not leave the other, nor add it, too."""
-        scope = self.known.match(schema.atom, added, {})
+    def _preserves(self, schema: EffectSchema, added: _FactPattern, other: _FactPattern) -> bool:
+        """Whether an effect that adds a fact neither leaves nor adds the other fact."""
+        scope = self.exclusion.match(schema.atom, added, {})
         if scope is None:
             return True
         full = {**{name: f"{name}?" for name in schema.variables}, **scope}
-        terms = [f"{i}?" if each is None else each for i, each in enumerate(other.arguments)]
-        held = other._replace(arguments=tuple(terms))
-        effects = self.known.rules.effects[schema.operator.name]
-        if not any(self.known.deletes(each, schema, held, full) for each in effects):
-            asked = [check.condition for check in schema.operator.checks]
-            if _Supposition(self, held).meets([(each, full) for each in (*schema.conditions, *asked)]):
+        terms = [f"{i}?" if condition is None else condition for i, condition in enumerate(other.arguments)]
+        other_instance = other._replace(arguments=tuple(terms))
+        effects = self.exclusion.rules.effects[schema.operator.name]
+        if not any(self.exclusion.deletes(condition, schema, other_instance, full) for condition in effects):
+            check_conditions = [check.condition for check in schema.operator.checks]
+            if _Supposition(self, other_instance).meets(
+                [(condition, full) for condition in (*schema.conditions, *check_conditions)]
+            ):
                 return False
         return not any(
-            self._adds_both(schema, scope, each, other)
-            for each in effects
-            if each.adds and each.atom.predicate == other.predicate
+            self._adds_both(schema, scope, condition, other)
+            for condition in effects
+            if condition.adds and condition.atom.predicate == other.predicate
         )
 
-    def _adds_both(self, schema: EffectSchema, first: _Scope, second: EffectSchema, other: _Fact) -> bool:
-        """Whether an action that makes an addition, about the first objects, may make another one at once."""
+    def _adds_both(
+        self, schema: EffectSchema, first: _ArgumentScope, second: EffectSchema, other: _FactPattern
+    ) -> bool:
+        """Whether an action that makes one addition may make a second addition at once."""
         parameters = [p.name for p in schema.operator.parameters]
-        own = self.known.match(second.atom, other, {n: first[n] for n in parameters if n in first})
-        if own is None:
+        second_scope = self.exclusion.match(
+            second.atom, other, {n: first[n] for n in parameters if n in first}
+        )
+        if second_scope is None:
             return False
-        scope = {**first, **{name: own[name] for name in parameters if name in own}}
+        scope = {**first, **{name: second_scope[name] for name in parameters if name in second_scope}}
         scope |= {name: f"{name}?" for name in schema.variables if name not in scope}
-        own |= {name: scope[name] for name in parameters}
-        own |= {name: f"{name}??" for name in second.variables if name not in own}
-        asked = [(check.condition, scope) for check in schema.operator.checks]
-        given = [*[(each, scope) for each in schema.conditions], *[(each, own) for each in second.conditions]]
-        return _Supposition(self).meets([*asked, *given])
+        second_scope |= {name: scope[name] for name in parameters}
+        second_scope |= {name: f"{name}??" for name in second.variables if name not in second_scope}
+        check_conditions = [(check.condition, scope) for check in schema.operator.checks]
+        effect_conditions = [
+            *[(condition, scope) for condition in schema.conditions],
+            *[(condition, second_scope) for condition in second.conditions],
+        ]
+        return _Supposition(self).meets([*check_conditions, *effect_conditions])
 
 
 class _Supposition:
-    """A state of which only some facts are known: what is supposed, and what follows at once.
+    """A partly known state: the supposed facts and their immediate consequences.
 
     Args:
-        induction: what is known of all states of the episode, or assumed.
-        facts: what holds.
+        induction: the proof, with its assumptions about all states of the episode.
+        facts: the facts that hold.
     """
 
-    def __init__(self, induction: _Induction, *facts: _Fact) -> None:
+    def __init__(self, induction: _Induction, *facts: _FactPattern) -> None:
         self._induction = induction
-        self._known = induction.known
-        self._true = {fact: _general(fact) for fact in facts}
-        self._false: list[_Fact] = []
+        self._exclusion = induction.exclusion
+        self._true = {fact: _generalize(fact) for fact in facts}
+        self._false: list[_FactPattern] = []
         self._unknown = 0
 
-    def meets(self, conditions: Sequence[tuple[f.Formula, _Scope]]) -> bool:
-        """Whether it may meet conditions, as far as is known; they are supposed."""
-        for _ in range(_PASSES):  # what follows from one may decide another
+    def meets(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
+        """Suppose conditions, and return whether the state may meet them."""
+        for _ in range(_PASSES):  # the consequences of one condition may decide another
             if not all(self._suppose(formula, scope, truth=True) for formula, scope in conditions):
                 return False
         return True
 
-    def _value(self, formula: f.Formula, scope: _Scope, within: frozenset[str] = frozenset()) -> bool | None:
-        """Whether a formula holds; None where that is not known."""
+    def _value(
+        self, formula: f.Formula, scope: _ArgumentScope, within: frozenset[str] = frozenset()
+    ) -> bool | None:
+        """Return the truth of a formula, or None if it is unknown."""
         match formula:
             case f.Atom(predicate, terms):
-                arguments = tuple([self._known.term(term, scope) for term in terms])
-                if predicate not in self._known.rules.vocabulary.derived_by_name:
-                    return self._fact(_Fact(predicate, arguments))
-                inner = None if predicate in within else self._unfolded(predicate, arguments)
+                arguments = tuple([self._exclusion.term(term, scope) for term in terms])
+                if predicate not in self._exclusion.rules.vocabulary.derived_by_name:
+                    return self._fact_value(_FactPattern(predicate, arguments))
+                inner = None if predicate in within else self._unfold(predicate, arguments)
                 return None if inner is None else self._value(*inner, within | {predicate})
             case f.Equals(left, right):
-                one, other = self._known.term(left, scope), self._known.term(right, scope)
-                known = isinstance(one, int) and isinstance(other, int)
-                return one == other if known or (one == other and one is not None) else None
+                one, other = self._exclusion.term(left, scope), self._exclusion.term(right, scope)
+                are_known = isinstance(one, int) and isinstance(other, int)
+                return one == other if are_known or (one == other and one is not None) else None
             case f.Not(operand):
                 value = self._value(operand, scope, within)
                 return None if value is None else not value
             case f.And(operands) | f.Or(operands):
                 deciding = isinstance(formula, f.Or)
                 values = set()
-                for each in operands:
-                    values.add(self._value(each, scope, within))
+                for operand in operands:
+                    values.add(self._value(operand, scope, within))
                     if deciding in values:
                         return deciding
                 return None if None in values else not deciding
@@ -315,27 +328,27 @@ class _Supposition:
                 deciding = isinstance(formula, f.Exists)
                 if self._value(body, {**scope, variable.name: None}, within) is (not deciding):
                     return not deciding
-                some = any(
+                is_decided = any(
                     self._value(body, {**scope, variable.name: term}, within) is deciding
-                    for term in self._terms(variable)
+                    for term in self._possible_terms(variable)
                 )
-                return deciding if some else None
+                return deciding if is_decided else None
             case _:
                 return None
 
     def _suppose(
-        self, formula: f.Formula, scope: _Scope, within: frozenset[str] = frozenset(), *, truth: bool
+        self, formula: f.Formula, scope: _ArgumentScope, within: frozenset[str] = frozenset(), *, truth: bool
     ) -> bool:
-        """Suppose a formula, or its opposite, as far as one thing follows; False if it cannot be so."""
+        """Suppose that a formula has a truth, with its immediate consequences; False if it cannot."""
         value = self._value(formula, scope, within)
         if value is not None:
             return value is truth
         match formula:
             case f.Atom(predicate, terms):
-                arguments = tuple([self._known.term(term, scope) for term in terms])
-                if predicate not in self._known.rules.vocabulary.derived_by_name:
-                    return self._enter(_Fact(predicate, arguments), truth=truth)
-                inner = None if predicate in within else self._unfolded(predicate, arguments)
+                arguments = tuple([self._exclusion.term(term, scope) for term in terms])
+                if predicate not in self._exclusion.rules.vocabulary.derived_by_name:
+                    return self._add_fact(_FactPattern(predicate, arguments), truth=truth)
+                inner = None if predicate in within else self._unfold(predicate, arguments)
                 return inner is None or self._suppose(*inner, within | {predicate}, truth=truth)
             case f.Not(operand):
                 return self._suppose(operand, scope, within, truth=not truth)
@@ -343,65 +356,67 @@ class _Supposition:
                 return self._suppose(f.Or((f.Not(premise), conclusion)), scope, within, truth=truth)
             case f.And(operands) | f.Or(operands):
                 if isinstance(formula, f.And) is truth:
-                    return all(self._suppose(each, scope, within, truth=truth) for each in operands)
-                left = [each for each in operands if self._value(each, scope, within) is None]
-                return len(left) > 1 or self._suppose(left[0], scope, within, truth=truth)
+                    return all(self._suppose(operand, scope, within, truth=truth) for operand in operands)
+                undecided = [operand for operand in operands if self._value(operand, scope, within) is None]
+                return len(undecided) > 1 or self._suppose(undecided[0], scope, within, truth=truth)
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) is not truth:
-                    every = variable.category is None
-                    return not every or self._suppose(
+                    is_general = variable.category is None
+                    return not is_general or self._suppose(
                         body, {**scope, variable.name: None}, within, truth=truth
                     )
-                if None in scope.values():  # a different object for each
+                if None in scope.values():  # each value may have a different object
                     return True
                 self._unknown += 1
                 return self._suppose(body, {**scope, variable.name: f"{self._unknown}"}, within, truth=truth)
             case _:
                 return True
 
-    def _enter(self, fact: _Fact, *, truth: bool) -> bool:
+    def _add_fact(self, fact: _FactPattern, *, truth: bool) -> bool:
         if not truth:
             self._false.append(fact)
-            return not any(_is_among(each, fact) for each in self._true)
+            return not any(_matches(known_fact, fact) for known_fact in self._true)
         if None not in fact.arguments:
-            self._true[fact] = _general(fact)
+            self._true[fact] = _generalize(fact)
         return True
 
-    def _fact(self, fact: _Fact) -> bool | None:
-        """Whether a fact holds, or all such facts; None where that is not known."""
+    def _fact_value(self, fact: _FactPattern) -> bool | None:
+        """Return whether a fact, or all facts of a pattern, hold; None if it is unknown."""
         if fact in self._true:
             return True
-        if fact.predicate not in self._known.rules.changed:
-            known = all(isinstance(each, int) for each in fact.arguments)
-            found = self._known.at_start(_general(fact))
-            return found if known or not found else None
-        if any(_is_among(fact, each) for each in self._false):
+        if fact.predicate not in self._exclusion.rules.changed:
+            are_known = all(isinstance(other, int) for other in fact.arguments)
+            holds = self._exclusion.holds_at_start(_generalize(fact))
+            return holds if are_known or not holds else None
+        if any(_matches(fact, other) for other in self._false):
             return False
-        rivals = self._known.rules.rivals[fact.predicate]
-        general = _general(fact)
-        for each in self._true.values():
-            if each.predicate in rivals and self._induction.apart(general, each):
+        rivals = self._exclusion.rules.rivals[fact.predicate]
+        general = _generalize(fact)
+        for other in self._true.values():
+            if other.predicate in rivals and self._induction.are_exclusive(general, other):
                 return False
         return None
 
-    def _unfolded(self, predicate: str, arguments: tuple[_Term, ...]) -> tuple[f.Formula, _Scope] | None:
-        """The definition of a derived predicate, for these arguments, if it has one."""
-        defined = find_definition(self._known.rules.vocabulary.derived_by_name[predicate])
+    def _unfold(
+        self, predicate: str, arguments: tuple[_FactArgument, ...]
+    ) -> tuple[f.Formula, _ArgumentScope] | None:
+        """Return the definition of a derived predicate for these arguments, or None."""
+        defined = find_definition(self._exclusion.rules.vocabulary.derived_by_name[predicate])
         if defined is None:
             return None
         return defined.definition, dict(zip([p.name for p in defined.parameters], arguments, strict=True))
 
-    def _terms(self, variable: f.Variable) -> list[_Term]:
-        """The objects that a variable may stand for, of what is known to be about something."""
-        known = dict.fromkeys(term for fact in self._true for term in fact.arguments)
+    def _possible_terms(self, variable: f.Variable) -> list[_FactArgument]:
+        """Return the objects in the supposed facts that a variable may stand for."""
+        objects = dict.fromkeys(term for fact in self._true for term in fact.arguments)
         if variable.category is None:
-            return [*known]
-        category = self._known.scene.category(variable.category)
-        return [term for term in known if isinstance(term, int) and category >> term & 1]
+            return [*objects]
+        category = self._exclusion.scene.category(variable.category)
+        return [term for term in objects if isinstance(term, int) and category >> term & 1]
 
 
-def _denied(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
-    """The stored predicates that formulas deny, themselves or by what they define."""
+def _denied_predicates(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
+    """Return the stored predicates that formulas deny, directly or by definitions."""
     pending, seen, denied = [*formulas], set[str](), set[str]()
     while pending:
         for part in walk(pending.pop()):
@@ -415,17 +430,17 @@ def _denied(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
     return {*find_stored_predicates(denied, vocabulary)}
 
 
-def _order(fact: _Fact) -> tuple[str, list[int]]:
-    """By which two facts of a pair are put in order."""
-    return fact.predicate, [each if isinstance(each, int) else -1 for each in fact.arguments]
+def _sort_key(fact: _FactPattern) -> tuple[str, list[int]]:
+    return fact.predicate, [argument if isinstance(argument, int) else -1 for argument in fact.arguments]
 
 
-def _general(fact: _Fact) -> _Fact:
-    """All facts that one about unknown objects may be."""
-    return _Fact(fact.predicate, tuple([i if isinstance(i, int) else None for i in fact.arguments]))
+def _generalize(fact: _FactPattern) -> _FactPattern:
+    """Replace the unknown objects of a fact by None."""
+    return _FactPattern(fact.predicate, tuple([i if isinstance(i, int) else None for i in fact.arguments]))
 
 
-def _is_among(fact: _Fact, facts: _Fact) -> bool:
-    return fact.predicate == facts.predicate and all(
-        general in (None, own) for general, own in zip(facts.arguments, fact.arguments, strict=True)
+def _matches(fact: _FactPattern, pattern: _FactPattern) -> bool:
+    return fact.predicate == pattern.predicate and all(
+        expected in (None, argument)
+        for expected, argument in zip(pattern.arguments, fact.arguments, strict=True)
     )

@@ -95,7 +95,7 @@ class GreedySearch:
         for names in self.successors.goals[node.met : taken]:
             supporter = estimates.estimate_action(names)
             total += supporter.cost
-            preferred.collect_action(supporter.action, supporter.before)
+            preferred.collect_action(supporter.action, supporter.prerequisites)
         return total, tuple(preferred.actions)
 
 
@@ -210,7 +210,7 @@ class _PreferredOperators:
             derived = self._heuristic.derived.get(atom.predicate)
             if derived is None:
                 supporter = self._estimates.find_supporter(atom)
-                self.collect_action(supporter.action, supporter.before)
+                self.collect_action(supporter.action, supporter.prerequisites)
                 return
             if not isinstance(derived, Defined):
                 self.actions.update((action, None) for action in self._actions_changing(derived.reads))
@@ -218,7 +218,7 @@ class _PreferredOperators:
             self._collect(part)
 
     def _actions_changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
-        """Yield all applicable actions that change some of these predicates."""
+        """Yield all applicable actions that change one of the predicates."""
         for operator in self._heuristic.achievers.writers(predicates):
             yield from applicable_actions(
                 self._heuristic.domain,

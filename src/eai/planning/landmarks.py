@@ -1,10 +1,10 @@
-"""Landmarks of plans: sets of actions, of each of which every plan that succeeds has one.
+"""Landmarks of plans: sets of actions; every plan that succeeds contains an action of each set.
 
-They are found in the delete relaxation. What some actions never bring about, whatever they delete and
-however often they are taken, takes another action: one that makes the first of the changes that lie between
-them and the goals. Such a cut is a disjunctive landmark, whatever else a plan has. A plan lacks at least as
-many actions as hit all cuts that it does not hit itself; if a fewest set of these is taken to be there, too,
-the next cut is found (an implicit hitting set, Bonet and Helmert 2010), until the goals are in reach.
+Landmarks are found in the delete relaxation. Suppose that some actions never reach the goals, even if
+deletions are ignored and actions are repeated. Then a plan needs another action, which makes a first change
+between those actions and the goals. The set of these further actions is a cut, a disjunctive landmark. A plan
+lacks at least as many actions as are needed to hit its missed cuts. A smallest set of such actions is added,
+and the next cut is found, until the goals are reachable (an implicit hitting set, Bonet and Helmert 2010).
 """
 
 from __future__ import annotations
@@ -27,48 +27,53 @@ from eai.world.relation import bits
 from eai.world.state import State
 
 Cut: TypeAlias = frozenset[Action]
-"""Actions of which every plan that succeeds has one."""
+"""A set of actions; every plan that succeeds contains at least one of them."""
 
 _TRUE, _FALSE = 0, 1
-"""The numbers of the conditions that always hold, and never."""
+"""The numbers of the condition that always holds, and of the condition that never holds."""
 
-_MOST = 30_000
-"""So many conditions are looked at; then what is asked for is taken to hold."""
+_MAX_CONDITIONS = 30_000
+"""Maximum number of conditions in a graph; further conditions are assumed to hold."""
 
-_VALUES = 60
-"""Of a variable with more values than this they are not told apart."""
+_MAX_VALUES = 60
+"""Maximum number of values of a variable that are distinguished."""
 
-_BRANCHES = 200
-"""So many ways to hit all cuts are tried; then disjoint cuts are counted instead."""
+_MAX_BRANCHES = 200
+"""Maximum number of branches of the search for a smallest hitting set; then disjoint cuts are counted."""
 
-_WIDE = 250
-"""A cut with more actions than this is only taken where it is the first."""
+_MAX_CUT_SIZE = 250
+"""Maximum number of actions of a cut; only the first cut may have more."""
 
-_AT_ONCE = 20
-"""So many conditions of the graph take the effort of a step in each look for a cut."""
+_CONDITIONS_PER_EFFORT = 20
+"""Number of conditions in the graph that count as one unit of effort in each search for a cut."""
 
 
-class _Relaxation:
-    """The delete relaxation of one episode: a graph of conditions and of the changes they come down to.
+class _RelaxationGraph:
+    """The delete relaxation of one episode: a graph of conditions and changes.
 
-    A condition needs all or any of its parts, a change needs one of the actions that make it. The graph grows
-    backwards from the conditions that are asked about, by the actions that are asked about, where these seem
-    not to reach the goals.
+    A condition needs all or any of its parts. A change needs one action that makes it. The graph grows
+    backwards from the goals. It grows by the given actions as long as these do not reach the goals.
 
     Args:
-        flips: says which changes conditions need, and which actions make them.
-        initial: where plans begin.
-        goals: what plans are to achieve.
-        steps: the steps of a plan, be they about other objects than the actions that flips know.
+        conflict_changes: the changes that conditions need, and the actions that make changes.
+        initial: the state in which plans begin.
+        goals: the goals of plans.
+        steps: the steps of a plan; they may use objects that no other action uses.
     """
 
     def __init__(
-        self, flips: ConflictChanges, initial: State, goals: Iterable[Subgoal], steps: Iterable[Action]
+        self,
+        conflict_changes: ConflictChanges,
+        initial: State,
+        goals: Iterable[Subgoal],
+        steps: Iterable[Action],
     ) -> None:
-        self._flips = flips
+        self._conflict_changes = conflict_changes
         self._initial = initial
         self._actions = [*dict.fromkeys(steps)]
-        self._others = [each for each in self._actions if each not in flips.actions_of(each.operator)]
+        self._others = [
+            step for step in self._actions if step not in conflict_changes.actions_of(step.operator)
+        ]
         self._parts: list[tuple[int, ...]] = [(), ()]
         self._missing = [0, 1]
         self._widths = [0, 0]
@@ -86,31 +91,32 @@ class _Relaxation:
 
     @property
     def size(self) -> int:
-        """The number of conditions in the graph."""
+        """Number of conditions in the graph."""
         return len(self._parts)
 
     def cut(self, actions: Collection[Action]) -> list[Action] | None:
-        """A cut between some actions and the goals; None if they may reach them."""
+        """Return a cut between some actions and the goals; None if the actions may reach the goals."""
         self._actions += sorted({*actions}.difference(self._actions))
         while True:
-            reached = self._reached(actions)
+            reached = self._find_reached(actions)
             if reached[self._goal]:
                 return None
-            between = self._between(actions, reached)
-            if not self._grow(between):
+            between = self._conditions_between(actions, reached)
+            if not self._add_makers(between):
                 break
-        found: dict[Action, None] = {}
+        cut_actions: dict[Action, None] = {}
         for number in between:
-            for makers, given in self._groups(number):
-                if between.keys().isdisjoint(given):
-                    found.update(dict.fromkeys(makers))
-            found.update(dict.fromkeys([a for a in self._others if a in self._makers.get(number, ())]))
-        return [action for action in found if action not in actions]
+            for makers, conditions in self._group_makers(number):
+                if between.keys().isdisjoint(conditions):
+                    cut_actions.update(dict.fromkeys(makers))
+            cut_actions.update(dict.fromkeys([a for a in self._others if a in self._makers.get(number, ())]))
+        return [action for action in cut_actions if action not in actions]
 
-    def _between(self, actions: Collection[Action], reached: bytearray) -> dict[int, None]:
-        """The conditions between some actions and the goals, nearest first.
+    def _conditions_between(self, actions: Collection[Action], reached: bytearray) -> dict[int, None]:
+        """Return the conditions between some actions and the goals, nearest first.
 
-        Of conditions that are all needed it is one that fails, of those any of which helps it is each.
+        If all parts of a condition are needed, one part that fails is followed; otherwise every part is
+        followed.
         """
         seen = {self._goal: None}
         pending = deque(seen)
@@ -118,32 +124,39 @@ class _Relaxation:
             number = pending.popleft()
             parts: Iterable[int] = self._parts[number]
             if number in self._changes:
-                parts = [part for a, ways in self._makers[number].items() if a in actions for part in ways]
+                parts = [
+                    part
+                    for a, alternatives in self._makers[number].items()
+                    if a in actions
+                    for part in alternatives
+                ]
             elif self._missing[number] > 1:
                 lacking = [part for part in parts if not reached[part]]
-                near = [part for part in lacking if part in seen]
-                parts = near[:1] or [min(lacking, key=self._widths.__getitem__)]
+                seen_parts = [part for part in lacking if part in seen]
+                parts = seen_parts[:1] or [min(lacking, key=self._widths.__getitem__)]
             fresh = [part for part in parts if part not in seen]
             seen.update(dict.fromkeys(fresh))
             pending += fresh
         return seen
 
-    def _groups(self, number: int) -> list[tuple[Sequence[Action], list[int]]]:
-        """The actions that make a change, those together under the same conditions; none of a condition."""
+    def _group_makers(self, number: int) -> list[tuple[Sequence[Action], list[int]]]:
+        """Return the actions that make a change, grouped by their conditions; of a condition, none."""
         change = self._changes.get(number)
         if change is None:
             return []
-        found = self._grouped.get(number)
-        if found is None:
+        groups = self._grouped.get(number)
+        if groups is None:
             makers = [
-                (a, [self._condition(*each, True) for each in given])
-                for a, given in self._flips.group_makers(change)
+                (a, [self._condition(*condition, True) for condition in conditions])
+                for a, conditions in self._conflict_changes.group_makers(change)
             ]
-            found = self._grouped[number] = [(a, given) for a, given in makers if _FALSE not in given]
-        return found
+            groups = self._grouped[number] = [
+                (a, conditions) for a, conditions in makers if _FALSE not in conditions
+            ]
+        return groups
 
-    def _reached(self, actions: Collection[Action]) -> bytearray:
-        """Which conditions some actions may bring about, by number."""
+    def _find_reached(self, actions: Collection[Action]) -> bytearray:
+        """Return which conditions some actions may establish, by number."""
         missing, reached = self._missing.copy(), bytearray(len(self._missing))
         pending = [_TRUE]
         while pending:
@@ -158,8 +171,8 @@ class _Relaxation:
             pending += [change for action, change in self._made.get(number, ()) if action in actions]
         return reached
 
-    def _grow(self, numbers: Iterable[int]) -> bool:
-        """Enter the actions that make some changes; whether there were new ones."""
+    def _add_makers(self, numbers: Iterable[int]) -> bool:
+        """Add the actions that make some changes, and return whether an action was added."""
         fresh = [
             (number, action)
             for number in numbers
@@ -167,76 +180,85 @@ class _Relaxation:
             for action in self._actions[self._tried[number] :]
         ]
         self._tried.update(dict.fromkeys([number for number, _ in fresh], len(self._actions)))
-        return sum([self._enter(number, action) for number, action in fresh]) > 0
+        return sum([self._add_maker(number, action) for number, action in fresh]) > 0
 
-    def _enter(self, number: int, action: Action) -> bool:
-        """Enter the conditions under which an action makes a change, one for each way, if there are any."""
-        ways: list[int] = []
-        for conditions in self._flips.effect_conditions(action, self._changes[number]):
-            own = [self._condition(*each, True) for each in conditions]
-            condition = self._all([*self._needed(action), *own])
+    def _add_maker(self, number: int, action: Action) -> bool:
+        """Add the conditions of an action for a change, one for each effect; return whether there are any."""
+        alternatives: list[int] = []
+        for conditions in self._conflict_changes.effect_conditions(action, self._changes[number]):
+            condition_numbers = [self._condition(*part, True) for part in conditions]
+            condition = self._all([*self._preconditions(action), *condition_numbers])
             if condition != _FALSE:
-                ways.append(condition)
+                alternatives.append(condition)
                 self._made.setdefault(condition, []).append((action, number))
-        if ways:
-            self._makers[number][action] = ways
-        return bool(ways)
+        if alternatives:
+            self._makers[number][action] = alternatives
+        return bool(alternatives)
 
-    def _needed(self, action: Action) -> list[int]:
-        """The conditions under which an action is carried out."""
-        found = self._needs.get(action)
-        if found is None:
-            needs = self._flips.preconditions(action)
-            found = self._needs[action] = [self._condition(*each, True) for each in needs]
-        return found
+    def _preconditions(self, action: Action) -> list[int]:
+        """Return the numbers of the conditions of an action."""
+        numbers = self._needs.get(action)
+        if numbers is None:
+            needs = self._conflict_changes.preconditions(action)
+            numbers = self._needs[action] = [self._condition(*condition, True) for condition in needs]
+        return numbers
 
     def _condition(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
         """The number of a condition."""
-        key = id(formula), tuple([scope[name] for name in self._flips.names(formula)]), truth
-        known = self._numbers.get(key)
-        if known is None:
-            self._formulas.append(formula)  # so that no other one gets its id
-            known = self._numbers[key] = self._find(formula, scope, truth)
-        return known
+        key = id(formula), tuple([scope[name] for name in self._conflict_changes.names(formula)]), truth
+        number = self._numbers.get(key)
+        if number is None:
+            self._formulas.append(formula)  # keeps the formula alive, so that its id stays unique
+            number = self._numbers[key] = self._add_condition(formula, scope, truth)
+        return number
 
-    def _find(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
-        if self._flips.holds(formula, scope, self._initial) == truth or len(self._parts) > _MOST:
+    def _add_condition(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
+        if (
+            self._conflict_changes.holds(formula, scope, self._initial) == truth
+            or len(self._parts) > _MAX_CONDITIONS
+        ):
             return _TRUE
         match formula:
             case f.Not(operand):
                 return self._condition(operand, scope, not truth)
             case f.And(operands) | f.Or(operands):
                 parts = [(operand, scope) for operand in operands]
-                return self._joined(parts, truth, all_needed=isinstance(formula, f.And) == truth)
+                return self._join(parts, truth, all_needed=isinstance(formula, f.And) == truth)
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 values = [*bits(self._initial.scene.category(variable.category))]
-                if len(values) <= _VALUES:
+                if len(values) <= _MAX_VALUES:
                     parts = [(body, {**scope, variable.name: value}) for value in values]
-                    return self._joined(parts, truth, all_needed=isinstance(formula, f.ForAll) == truth)
+                    return self._join(parts, truth, all_needed=isinstance(formula, f.ForAll) == truth)
             case f.Atom():
                 return self._atom(formula, scope, truth)
-        return self._any_change(self._flips.find_changes(formula, scope, self._initial, truth=truth))
+        return self._any_change(
+            self._conflict_changes.find_changes(formula, scope, self._initial, truth=truth)
+        )
 
-    def _joined(self, parts: Sequence[tuple[f.Formula, Scope]], truth: bool, *, all_needed: bool) -> int:
-        found: list[int] = []
-        for formula, scope in sorted(parts, key=lambda part: self._flips.count_read_predicates(part[0])):
+    def _join(self, parts: Sequence[tuple[f.Formula, Scope]], truth: bool, *, all_needed: bool) -> int:
+        numbers: list[int] = []
+        for formula, scope in sorted(
+            parts, key=lambda part: self._conflict_changes.count_read_predicates(part[0])
+        ):
             number = self._condition(formula, scope, truth)
             if number == (_FALSE if all_needed else _TRUE):
                 return number
-            found.append(number)
-        return self._all(found) if all_needed else self._any(found)
+            numbers.append(number)
+        return self._all(numbers) if all_needed else self._any(numbers)
 
     def _atom(self, atom: f.Atom, scope: Scope, truth: bool) -> int:
         arguments = arguments_of(atom, scope, self._initial.scene)
-        derived = self._flips.derived(atom.predicate)
+        derived = self._conflict_changes.derived(atom.predicate)
         defined = None if derived is None else find_definition(derived)
         if defined is None:
-            return self._any_change(self._flips.find_changes(atom, scope, self._initial, truth=truth))
+            return self._any_change(
+                self._conflict_changes.find_changes(atom, scope, self._initial, truth=truth)
+            )
         key = atom.predicate, arguments, truth
-        known = self._numbers.get(key)
-        if known is not None and not truth and key in self._open:  # it may cease to be so with itself
-            return self._any_change(self._flips.all_changes(atom))
-        if known is None:  # nothing is so because it is so: what is asked for on the way is this condition
+        result = self._numbers.get(key)
+        if result is not None and not truth and key in self._open:  # a circle may make an atom false
+            return self._any_change(self._conflict_changes.all_changes(atom))
+        if result is None:  # a circle cannot make an atom true: on the way, the atom is this condition
             number = self._numbers[key] = self._new((), 1, 0)
             self._open.add(key)
             inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
@@ -245,44 +267,44 @@ class _Relaxation:
             self._parts[number] = (part,)
             self._widths[number] = self._widths[part]
             self._above[part].append(number)
-            self._numbers[key] = known = part if part in (_TRUE, _FALSE) else number
-        return known
+            self._numbers[key] = result = part if part in (_TRUE, _FALSE) else number
+        return result
 
     def _any_change(self, changes: Iterable[FactChange]) -> int:
         return self._any([self._change(change) for change in sorted(changes, key=change_order)])
 
     def _change(self, change: FactChange) -> int:
-        known = self._numbers.get(change)
-        if known is None:
-            makers = self._flips.actions_making(change) or [
-                a for a in self._others if self._flips.may_make(a, change)
+        number = self._numbers.get(change)
+        if number is None:
+            makers = self._conflict_changes.actions_making(change) or [
+                a for a in self._others if self._conflict_changes.may_make(a, change)
             ]
-            known = self._numbers[change] = self._new((), 1, len(makers)) if makers else _FALSE
+            number = self._numbers[change] = self._new((), 1, len(makers)) if makers else _FALSE
             if makers:
-                self._changes[known] = change
-                self._makers[known] = {}
-                self._tried[known] = 0
-        return known
+                self._changes[number] = change
+                self._makers[number] = {}
+                self._tried[number] = 0
+        return number
 
     def _all(self, parts: Iterable[int]) -> int:
-        own = tuple(dict.fromkeys([part for part in parts if part != _TRUE]))
-        return _FALSE if _FALSE in own else self._of(own, len(own), _TRUE)
+        numbers = tuple(dict.fromkeys([part for part in parts if part != _TRUE]))
+        return _FALSE if _FALSE in numbers else self._compound(numbers, len(numbers), _TRUE)
 
     def _any(self, parts: Iterable[int]) -> int:
-        own = tuple(dict.fromkeys([part for part in parts if part != _FALSE]))
-        return _TRUE if _TRUE in own else self._of(own, 1, _FALSE)
+        numbers = tuple(dict.fromkeys([part for part in parts if part != _FALSE]))
+        return _TRUE if _TRUE in numbers else self._compound(numbers, 1, _FALSE)
 
-    def _of(self, parts: tuple[int, ...], needed: int, none: int) -> int:
-        """The number of the condition that needs so many of its parts."""
+    def _compound(self, parts: tuple[int, ...], needed: int, default: int) -> int:
+        """Return the number of the condition that needs ``needed`` of its parts."""
         if len(parts) < 2:
-            return parts[0] if parts else none
+            return parts[0] if parts else default
         key = needed > 1, parts
-        known = self._numbers.get(key)
-        if known is None:
+        number = self._numbers.get(key)
+        if number is None:
             widths = [self._widths[part] for part in parts]
             width = min(widths) if needed > 1 else sum(widths)
-            known = self._numbers[key] = self._new(parts, needed, width)
-        return known
+            number = self._numbers[key] = self._new(parts, needed, width)
+        return number
 
     def _new(self, parts: tuple[int, ...], needed: int, width: int) -> int:
         number = len(self._parts)
@@ -296,28 +318,28 @@ class _Relaxation:
 
 
 class Landmarks:
-    """The cuts that are known while one plan is repaired, and how many actions hit them.
+    """The known cuts while one plan is repaired, and the number of actions that hit them.
 
     Args:
-        flips: says which changes conditions need, and which actions make them.
-        initial: where plans begin.
-        goals: what they are to achieve.
+        conflict_changes: the changes that conditions need, and the actions that make changes.
+        initial: the state in which plans begin.
+        goals: the goals of plans.
         steps: the steps of the plan.
         cuts: cuts that are known from the start.
 
     Attributes:
-        cuts: those that are known.
+        cuts: the known cuts.
     """
 
     def __init__(
         self,
-        flips: ConflictChanges,
+        conflict_changes: ConflictChanges,
         initial: State,
         goals: Iterable[Subgoal],
         steps: Iterable[Action],
         cuts: Iterable[Cut] = (),
     ) -> None:
-        self._given = flips, initial, goals, steps
+        self._given = conflict_changes, initial, goals, steps
         self.cuts: list[Cut] = []
         self._hits: dict[Action, int] = {}
         self._fewest: dict[int, tuple[int, tuple[Action, ...]]] = {0: (0, ())}
@@ -326,8 +348,8 @@ class Landmarks:
             self._take(cut)
 
     @cached_property
-    def _relaxation(self) -> _Relaxation:
-        return _Relaxation(*self._given)
+    def _relaxation(self) -> _RelaxationGraph:
+        return _RelaxationGraph(*self._given)
 
     def _take(self, cut: Iterable[Action]) -> None:
         bit = 1 << len(self.cuts)
@@ -336,54 +358,54 @@ class Landmarks:
             self._hits[action] = self._hits.get(action, 0) | bit
 
     def hit_cuts(self, action: Action | None) -> int:
-        """The cuts that an action hits, as a mask."""
+        """Return the cuts that an action hits, as a mask."""
         return 0 if action is None else self._hits.get(action, 0)
 
     def missed_cuts(self, actions: Iterable[Action]) -> int:
-        """The cuts that none of some actions hits, as a mask."""
-        found = (1 << len(self.cuts)) - 1
+        """Return the cuts that none of some actions hits, as a mask."""
+        missed = (1 << len(self.cuts)) - 1
         for action in actions:
-            found &= ~self._hits.get(action, 0)
-        return found
+            missed &= ~self._hits.get(action, 0)
+        return missed
 
     def min_actions(self, mask: int) -> int:
-        """The fewest actions that hit some cuts."""
-        return self._hitting(mask)[0]
+        """Return the minimum number of actions that hit some cuts."""
+        return self._min_hitting_set(mask)[0]
 
-    def refine(self, own: frozenset[Action], effort: Effort) -> None:
-        """Find cuts until a plan is known to lack more, or all that it lacks is known.
+    def refine(self, steps: frozenset[Action], effort: Effort) -> None:
+        """Find cuts until the lower bound for a plan rises, or no further cut exists.
 
         Args:
-            own: the actions of the plan.
-            effort: what may be spent; it counts conditions that are looked at.
+            steps: the actions of the plan.
+            effort: the limit; it counts conditions of the graph.
         """
-        if own in self._done or effort.is_used_up:
+        if steps in self._done or effort.is_used_up:
             return
-        lacked = self.min_actions(self.missed_cuts(own))
+        lacked = self.min_actions(self.missed_cuts(steps))
         while (
-            own not in self._done
+            steps not in self._done
             and not effort.is_used_up
-            and self.min_actions(self.missed_cuts(own)) == lacked
+            and self.min_actions(self.missed_cuts(steps)) == lacked
         ):
-            there, number = {*own, *self._hitting(self.missed_cuts(own))[1]}, len(self.cuts)
+            actions, number = {*steps, *self._min_hitting_set(self.missed_cuts(steps))[1]}, len(self.cuts)
             while not effort.is_used_up:
-                cut = self._relaxation.cut(there)
-                effort.used += 1 + self._relaxation.size // _AT_ONCE
-                if not cut or (self.cuts and len(cut) > _WIDE):
+                cut = self._relaxation.cut(actions)
+                effort.used += 1 + self._relaxation.size // _CONDITIONS_PER_EFFORT
+                if not cut or (self.cuts and len(cut) > _MAX_CUT_SIZE):
                     break
                 self._take(cut)
-                there.update([action for action in cut if action.arguments == cut[0].arguments])
+                actions.update([action for action in cut if action.arguments == cut[0].arguments])
             if len(self.cuts) == number:
-                self._done.add(own)
+                self._done.add(steps)
 
-    def _hitting(self, mask: int) -> tuple[int, tuple[Action, ...]]:
-        """The number of actions that hit some cuts at least, and actions that do."""
-        found = self._fewest.get(mask)
-        if found is None:
-            found = self._fewest[mask] = self._find(mask)
-        return found
+    def _min_hitting_set(self, mask: int) -> tuple[int, tuple[Action, ...]]:
+        """Return the minimum number of actions that hit some cuts, and such actions."""
+        result = self._fewest.get(mask)
+        if result is None:
+            result = self._fewest[mask] = self._add_condition(mask)
+        return result
 
-    def _find(self, mask: int) -> tuple[int, tuple[Action, ...]]:
+    def _add_condition(self, mask: int) -> tuple[int, tuple[Action, ...]]:
         by_hits: dict[int, Action] = {}
         for action, hits in self._hits.items():
             if hits & mask:
@@ -394,15 +416,15 @@ class Landmarks:
 
 
 class _HittingSets:
-    """A search for a fewest set of patterns that covers a mask.
+    """A search for a smallest set of patterns that covers a mask.
 
     Args:
-        patterns: the masks that there are.
+        patterns: the available masks.
         mask: the mask.
 
     Attributes:
-        least: so many patterns it takes at least.
-        best: the fewest that were found.
+        least: lower bound of the number of patterns.
+        best: the smallest set found.
     """
 
     def __init__(self, patterns: Sequence[int], mask: int) -> None:
@@ -410,30 +432,32 @@ class _HittingSets:
             bit: [pattern for pattern in patterns if pattern & bit] for bit in map((1).__lshift__, bits(mask))
         }
         self._with_bit = dict(sorted(with_bit.items(), key=lambda item: len(item[1])))
-        self._beside = {bit: reduce(or_, own) for bit, own in self._with_bit.items()}
+        self._covered_with = {
+            bit: reduce(or_, patterns_of_bit) for bit, patterns_of_bit in self._with_bit.items()
+        }
         self._branches = 0
         self.best: tuple[int, ...] = self._greedy(mask)
         self.least = self._disjoint(mask)
         if self.least < len(self.best):
             self._cover(mask, ())
-            if self._branches <= _BRANCHES:
+            if self._branches <= _MAX_BRANCHES:
                 self.least = len(self.best)
 
     def _greedy(self, mask: int) -> tuple[int, ...]:
-        found = []
+        chosen = []
         for bit, patterns in self._with_bit.items():
             if mask & bit:
-                found.append(max(patterns, key=lambda pattern: (pattern & mask).bit_count()))
-                mask &= ~found[-1]
-        return tuple(found)
+                chosen.append(max(patterns, key=lambda pattern: (pattern & mask).bit_count()))
+                mask &= ~chosen[-1]
+        return tuple(chosen)
 
     def _disjoint(self, mask: int) -> int:
-        """The number of cuts that are found of which no two are hit by one pattern."""
+        """Count greedily chosen cuts; no pattern hits two of them."""
         number = 0
-        for bit, beside in self._beside.items():
+        for bit, covered in self._covered_with.items():
             if mask & bit:
                 number += 1
-                mask &= ~beside
+                mask &= ~covered
         return number
 
     def _cover(self, mask: int, chosen: tuple[int, ...]) -> None:
@@ -441,8 +465,8 @@ class _HittingSets:
         if not mask:
             self.best = chosen
             return
-        if self._branches > _BRANCHES or len(chosen) + self._disjoint(mask) >= len(self.best):
+        if self._branches > _MAX_BRANCHES or len(chosen) + self._disjoint(mask) >= len(self.best):
             return
-        patterns = next(own for bit, own in self._with_bit.items() if mask & bit)
+        patterns = next(patterns_of_bit for bit, patterns_of_bit in self._with_bit.items() if mask & bit)
         for pattern in sorted(patterns, key=lambda pattern: -(pattern & mask).bit_count()):
             self._cover(mask & ~pattern, (*chosen, pattern))

@@ -31,7 +31,7 @@ _LIMIT_GROWTH = 4
 """Factor by which the limit of states grows after the searches for all goals have failed."""
 
 _WHOLE_GOAL_FACTOR = 4
-"""Factor of the limit of states of one part of a goal, for a search that reaches the whole goal."""
+"""Factor of the limit of states if a goal is searched for at once instead of part by part."""
 
 _MAX_DIRECT_COST = 12.0
 """Maximum estimated cost of a goal that is reached directly.
@@ -198,8 +198,8 @@ def _search_plan(
 class _Agenda:
     """Reaches the goals of one task one by one. Each search keeps all goals that were reached before.
 
-    Goals that have such an order are called serialisable (Korf 1987). The goal with the lowest estimated cost
-    comes first. A goal with alternatives is reached part by part along the cheapest alternative, which is
+    Goals in such an order are called serialisable (Korf 1987). The goal with the lowest estimated cost comes
+    first. A goal with alternatives is reached part by part along the cheapest alternative. The alternative is
     chosen again after every part.
 
     Args:

@@ -1,4 +1,4 @@
-"""Subgoals: conditions that must hold or must not hold, and the parts that they consist of."""
+"""Subgoals: conditions that must hold or must not hold, and their parts."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class GroundAtom(NamedTuple):
 
 
 SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | Choose[Subgoal] | Pairing[Subgoal]
-"""The parts that a condition consists of. If parts are chosen, the others must not hold."""
+"""The parts of a condition. If parts are chosen, the others must not hold."""
 
 
 class Unfolding:

@@ -1,7 +1,8 @@
-"""Conflicts of edited plans, and the edits that may help them.
+"""Conflicts of edited plans, and the edits that may help.
 
-A plan's conflict is its first impossible step, or a goal that it misses at its end. Every repair of the plan
-has an edit by which some change happens without which the conflict stays (`eai.planning.conflict_changes`).
+A plan's conflict is its first impossible step, or a goal that it misses at its end. The conflict remains
+until one of certain changes happens (`eai.planning.conflict_changes`). Every repair has an edit that makes
+such a change.
 """
 
 from __future__ import annotations
@@ -20,22 +21,22 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 PlanMoment: TypeAlias = tuple[int, int]
-"""The number of a state, and the number of action goals taken."""
+"""The number of a state, and the number of action goals taken so far."""
 
 PlanPath: TypeAlias = tuple[PlanMoment, ...]
-"""The moment before each entry of a plan up to its conflict, and after the last entry."""
+"""The moments before the entries of a plan, up to its conflict or its end."""
 
 START: PlanPath = ((0, 0),)
 
 
 class PlanStates:
-    """The states that plans for one task lead to; each state is computed once.
+    """The states that plans for one task lead to. Each state is computed once.
 
     Args:
         domain: the domain.
         initial: the state in which plans begin.
         goal: the goal of plans.
-        flips: the changes that conditions need.
+        conflict_changes: the changes that conditions need.
 
     Attributes:
         by_number: the states; the initial one is number 0.
@@ -52,7 +53,7 @@ class PlanStates:
         self.forget()
 
     def forget(self) -> None:
-        """Forget all states but the initial one."""
+        """Remove all states but the initial one."""
         self.by_number = [self.initial]
         self._numbers = {self.initial: 0}
         self._after: dict[tuple[int, Action], tuple[int | None, bool]] = {}
@@ -69,52 +70,55 @@ class PlanStates:
         return after, taken + takes
 
     def try_step(self, number: int, action: Action) -> tuple[int | None, bool]:
-        """Return the number of the state after a step, or None; and whether it is executed, not skipped."""
-        found = self._after.get((number, action))
-        if found is None:
-            found = self._after[number, action] = self._try(number, action)
-        return found
+        """Return the number of the state after a step, or None; and whether the step is executed.
+
+        A step that is skipped, since it is not needed, leads to the same state and is not executed.
+        """
+        outcome = self._after.get((number, action))
+        if outcome is None:
+            outcome = self._after[number, action] = self._try(number, action)
+        return outcome
 
     def _try(self, number: int, action: Action) -> tuple[int | None, bool]:
         state, operator = self.by_number[number], self.domain.compiled[action.operator]
         binding = operator.bind(state, action.arguments)
         if operator.is_possible(state, binding):
             after = operator.apply(state, binding)
-            found = self._numbers.setdefault(after, len(self.by_number))
-            if found == len(self.by_number):
+            after_number = self._numbers.setdefault(after, len(self.by_number))
+            if after_number == len(self.by_number):
                 self.by_number.append(after)
-            return found, True
+            return after_number, True
         kinds = {failure.check.check.fault for failure in operator.failures(state, binding)}
         kind = min(kinds, key=self.domain.precedence.index)
         return (number if kind is FaultKind.ADDITIONAL_STEP else None), False
 
     def missed_goals(self, number: int) -> tuple[Subgoal, ...]:
         """Return the conditions of the goal that do not hold in a state."""
-        found = self._missed.get(number)
-        if found is None:
+        missed = self._missed.get(number)
+        if missed is None:
             state, holds = self.by_number[number], self.conflict_changes.holds
             lacking = [g for g in self._goals if holds(g.formula, g.scope, state) != g.truth]
-            found = self._missed[number] = tuple(lacking)
-        return found
+            missed = self._missed[number] = tuple(lacking)
+        return missed
 
     def path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
         """Return the path of a plan.
 
         Args:
             plan: the plan.
-            begin: a path, which is also the path of the plan up to an entry.
+            begin: a path that is equal to the path of the plan up to an entry.
             at: the number of the entry.
         """
-        found = [*begin[: at + 1]]
+        moments = [*begin[: at + 1]]
         for _, action in plan[at:]:
-            after = found[-1] if action is None else self.take_step(found[-1], action)
+            after = moments[-1] if action is None else self.take_step(moments[-1], action)
             if after is None:
                 break
-            found.append(after)
-        return tuple(found)
+            moments.append(after)
+        return tuple(moments)
 
     def count_failures(self, steps: PlanSteps, moment: PlanMoment) -> int:
-        """Return the number of failed steps and missed goals from a moment on, without the failed steps."""
+        """Count the failed steps from a moment on, plus the goals missed at the end."""
         failed = 0
         for action in steps:
             if action is not None:
@@ -130,7 +134,7 @@ class PlanStates:
         return len(path) > len(plan) and taken == len(self.goal.actions) and not self.missed_goals(number)
 
     def reaches_goal(self, plan: EditedPlan, start: PlanMoment = START[0]) -> bool:
-        """Whether a plan succeeds from a moment on."""
+        """Whether a plan, executed from a moment on, reaches the goal."""
         return self.succeeds(plan, self.path(plan, (start,), 0))
 
 
@@ -139,7 +143,7 @@ HelpingEdits: TypeAlias = tuple[int, tuple[Action | None, ...]]
 
 
 EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
-"""Returns edits of a plan, by its path, of which every repair has at least one."""
+"""Function from an edited plan and its path to edits; every repair contains at least one of them."""
 
 
 def helping_edits(states: PlanStates) -> EditsFinder:
@@ -156,94 +160,106 @@ class _Conflicts:
 
     def __init__(self, states: PlanStates) -> None:
         self._states = states
-        self._flips = states.conflict_changes
+        self._conflict_changes = states.conflict_changes
         self._fatal: dict[tuple[int, Action], ChangeSet] = {}
         self._lacking: dict[int, list[ChangeSet]] = {}
 
     def edits(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
-        """Return edits of which every repair of a plan has at least one."""
+        """Return edits of a plan; every repair contains at least one of them."""
         at = len(path) - 1
         number, taken = path[at]
         if at < len(plan) and (action := plan[at].action) is not None:
-            own: list[HelpingEdits] = [(at, (None,))] if plan[at].is_kept else []
-            return own + self._helping(plan, path, self._unblocking(number, action), frozenset())
-        choices = [self._helping(plan, path, changes, frozenset()) for changes in self._reaching(number)]
+            deletion: list[HelpingEdits] = [(at, (None,))] if plan[at].is_kept else []
+            return deletion + self._find_helping_edits(
+                plan, path, self._changes_to_unblock(number, action), frozenset()
+            )
+        choices = [
+            self._find_helping_edits(plan, path, changes, frozenset())
+            for changes in self._changes_to_reach_goals(number)
+        ]
         if taken < len(self._states.goal.actions):
             names = [n for names in self._states.goal.actions[: taken + 1] for n in names]
-            choices.append(self._helping(plan, path, frozenset(), frozenset(names)))
+            choices.append(self._find_helping_edits(plan, path, frozenset(), frozenset(names)))
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
-    def _unblocking(self, number: int, action: Action) -> ChangeSet:
-        """Return the changes of which one is needed before an impossible step is possible, or is skipped."""
-        found = self._fatal.get((number, action))
-        if found is None:
-            found = self._fatal[number, action] = self._find_unblocking(number, action)
-        return found
+    def _changes_to_unblock(self, number: int, action: Action) -> ChangeSet:
+        """Return the changes that may make an impossible step possible, or skipped."""
+        changes = self._fatal.get((number, action))
+        if changes is None:
+            changes = self._fatal[number, action] = self._find_changes_to_unblock(number, action)
+        return changes
 
-    def _find_unblocking(self, number: int, action: Action) -> ChangeSet:
+    def _find_changes_to_unblock(self, number: int, action: Action) -> ChangeSet:
         state, operator = (
             self._states.by_number[number],
             self._states.domain.compiled[action.operator].operator,
         )
         scope = operator.scope(action.arguments)
-        found: set[FactChange] = set()
+        changes: set[FactChange] = set()
         for check in operator.checks:
-            holds = self._flips.holds(check.condition, scope, state)
+            holds = self._conflict_changes.holds(check.condition, scope, state)
             if not holds:
-                found |= self._flips.find_changes(
+                changes |= self._conflict_changes.find_changes(
                     remaining_condition(check, operator.checks), scope, state, truth=True
                 )
-                return frozenset(found)
+                return frozenset(changes)
             if check.fault is FaultKind.ADDITIONAL_STEP:
-                found |= self._flips.find_changes(check.condition, scope, state, truth=False)
-        for each in operator.tries:
-            for condition in (each.condition, *[check.condition for check in each.checks]):
-                holds = self._flips.holds(condition, scope, state)
-                if not holds or condition is each.condition:
-                    found |= self._flips.find_changes(condition, scope, state, truth=not holds)
-        return frozenset(found)
+                changes |= self._conflict_changes.find_changes(check.condition, scope, state, truth=False)
+        for attempt in operator.tries:
+            for condition in (attempt.condition, *[check.condition for check in attempt.checks]):
+                holds = self._conflict_changes.holds(condition, scope, state)
+                if not holds or condition is attempt.condition:
+                    changes |= self._conflict_changes.find_changes(condition, scope, state, truth=not holds)
+        return frozenset(changes)
 
-    def _reaching(self, number: int) -> list[ChangeSet]:
-        """Return, for each missed goal in a state, the changes of which one is needed to reach it."""
-        found = self._lacking.get(number)
-        if found is None:
-            state, of = self._states.by_number[number], self._flips.find_changes
-            found = [of(g.formula, g.scope, state, truth=g.truth) for g in self._states.missed_goals(number)]
-            self._lacking[number] = found
-        return found
+    def _changes_to_reach_goals(self, number: int) -> list[ChangeSet]:
+        """Return a set of changes for each missed goal; the goal needs at least one of its set."""
+        changes = self._lacking.get(number)
+        if changes is None:
+            state, find_changes = self._states.by_number[number], self._conflict_changes.find_changes
+            changes = [
+                find_changes(g.formula, g.scope, state, truth=g.truth)
+                for g in self._states.missed_goals(number)
+            ]
+            self._lacking[number] = changes
+        return changes
 
-    def _helping(
+    def _find_helping_edits(
         self, plan: EditedPlan, path: PlanPath, changes: ChangeSet, names: frozenset[str]
     ) -> list[HelpingEdits]:
         """Return the edits that may make one of some changes, or use one of some operators."""
-        found: list[HelpingEdits] = []
+        helping_edits: list[HelpingEdits] = []
         actions = {
-            **self._flips.actions(changes),
-            **{a: None for n in sorted(names) for a in self._flips.actions_of(n)},
+            **self._conflict_changes.actions(changes),
+            **{a: None for n in sorted(names) for a in self._conflict_changes.actions_of(n)},
         }
-        listed = tuple(actions)
-        for place in range(len(path) - 1, -1, -1):
-            found.append((place, listed))
-            if place == 0:
+        insertions = tuple(actions)
+        for position in range(len(path) - 1, -1, -1):
+            helping_edits.append((position, insertions))
+            if position == 0:
                 break
-            entry = plan[place - 1]
+            entry = plan[position - 1]
             if entry.action is None:
                 continue
-            behind, undoes = self._behind(path[place - 1][0], entry.action, changes, names)
+            earlier_changes, undoes = self._find_earlier_changes(
+                path[position - 1][0], entry.action, changes, names
+            )
             if entry.is_kept and undoes:
-                found.append((place - 1, (None,)))
-            if not behind <= changes:
-                actions |= self._flips.actions(behind - changes)
-                listed = tuple(actions)
-                changes |= behind
-        return found
+                helping_edits.append((position - 1, (None,)))
+            if not earlier_changes <= changes:
+                actions |= self._conflict_changes.actions(earlier_changes - changes)
+                insertions = tuple(actions)
+                changes |= earlier_changes
+        return helping_edits
 
-    def _behind(
+    def _find_earlier_changes(
         self, number: int, action: Action, changes: ChangeSet, names: frozenset[str]
     ) -> tuple[ChangeSet, bool]:
-        """Return the changes by which a step may help, or undo nothing; and whether it undoes a change."""
+        """Return changes before a step that let it help, or keep it from undoing; and whether it undoes."""
         state, executed = self._states.by_number[number], self._states.try_step(number, action)[1]
-        behind, undoes = self._flips.changes_before_step(action, state, changes, executed=executed)
+        earlier_changes, undoes = self._conflict_changes.changes_before_step(
+            action, state, changes, executed=executed
+        )
         if action.operator in names and not executed:
-            behind |= self._flips.changes_for_skipping(action, state, executed=False)
-        return behind, undoes
+            earlier_changes |= self._conflict_changes.changes_for_skipping(action, state, executed=False)
+        return earlier_changes, undoes

@@ -1,4 +1,7 @@
-"""Edits of a plan: inserted, deleted and replaced steps, and how many edits make one plan of another."""
+"""Edits of a plan: inserted, deleted and replaced steps.
+
+Conversion of one plan to another by fewest edits.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ class PlanEntry(NamedTuple):
     """An entry of an edited plan.
 
     Attributes:
-        step: the number of the original step, which may be deleted; -1 of an inserted step.
+        step: the number of the original step, which may be deleted; -1 for an inserted step.
         action: the action; None if the step was deleted.
     """
 
@@ -38,7 +41,7 @@ class PlanEdit(NamedTuple):
 
     Attributes:
         step: the number, from 0, of the step before which an action is inserted.
-        gone: the number of the deleted or replaced step; None if the edit only inserts.
+        removed: the number of the deleted or replaced step; None if the edit only inserts.
         action: the inserted action; None if the edit only deletes.
     """
 
@@ -60,55 +63,66 @@ def align(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
         for j, action in enumerate(other):
             row.append(min(rows[-1][j] + (step != action), rows[-1][j + 1] + 1, row[j] + 1))
         rows.append(row)
-    found: list[PlanEntry] = []
+    entries: list[PlanEntry] = []
     i, j = len(plan), len(other)
     while i or j:
         if i and j and plan[i - 1] == other[j - 1] and rows[i][j] == rows[i - 1][j - 1]:
             i, j = i - 1, j - 1
-            found.append(PlanEntry(i, other[j]))
+            entries.append(PlanEntry(i, other[j]))
             continue
-        paired = i and j and rows[i][j] == rows[i - 1][j - 1] + 1
-        if i and (paired or rows[i][j] == rows[i - 1][j] + 1):
+        is_replacement = i and j and rows[i][j] == rows[i - 1][j - 1] + 1
+        if i and (is_replacement or rows[i][j] == rows[i - 1][j] + 1):
             i -= 1
-            found.append(PlanEntry(i, None))
-        if j and (paired or found[-1:] != [PlanEntry(i, None)]):
+            entries.append(PlanEntry(i, None))
+        if j and (is_replacement or entries[-1:] != [PlanEntry(i, None)]):
             j -= 1
-            found.append(PlanEntry(-1, other[j]))
-    return tuple(reversed(found))
+            entries.append(PlanEntry(-1, other[j]))
+    return tuple(reversed(entries))
 
 
 def undo_one_edit(plan: EditedPlan, original: PlanSteps) -> Iterator[EditedPlan]:
-    """Yield the edited plans with one insertion less, with one deletion less, and with one of each less."""
-    yield from _with_less(plan)
+    """Yield the edited plans with one edit less: an insertion, a deletion, or one of each."""
+    yield from _undo_one_insertion(plan)
     start = 0
     for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
-        own = [*entries]
-        before, after = plan[:start], plan[start + len(own) :]
-        start += len(own)
-        inserted = [entry for entry in own if entry.step < 0]
-        gone = [] if is_kept else own[len(inserted) :]
-        for i, place in product(range(len(gone)), range(len(inserted), -1, -1)):
-            kept = gone[i]._replace(action=original[gone[i].step])
-            if kept.is_kept:
-                segment = (*inserted[:place], *gone[:i], kept, *inserted[place:], *gone[i + 1 :])
-                yield (*before, *segment, *after)
-                yield from _with_less((*before, *segment, *after))
+        segment_entries = [*entries]
+        before, after = plan[:start], plan[start + len(segment_entries) :]
+        start += len(segment_entries)
+        inserted = [entry for entry in segment_entries if entry.step < 0]
+        deleted = [] if is_kept else segment_entries[len(inserted) :]
+        for i, position in product(range(len(deleted)), range(len(inserted), -1, -1)):
+            restored = deleted[i]._replace(action=original[deleted[i].step])
+            if restored.is_kept:
+                changed = (
+                    *inserted[:position],
+                    *deleted[:i],
+                    restored,
+                    *inserted[position:],
+                    *deleted[i + 1 :],
+                )
+                yield (*before, *changed, *after)
+                yield from _undo_one_insertion((*before, *changed, *after))
 
 
-def _with_less(plan: EditedPlan) -> Iterator[EditedPlan]:
-    """Yield the edited plans with one inserted step less."""
+def _undo_one_insertion(plan: EditedPlan) -> Iterator[EditedPlan]:
     yield from ((*plan[:i], *plan[i + 1 :]) for i, entry in enumerate(plan) if entry.step < 0)
 
 
 class EditCost(NamedTuple):
-    """The number of edits of a plan, and how many of them only delete or only insert a step."""
+    """The cost of an edited plan.
+
+    Attributes:
+        edits: the number of edits.
+        deletions: the number of edits that only delete a step.
+        insertions: the number of edits that only insert a step.
+    """
 
     edits: int
     deletions: int
     insertions: int
 
     def min_edits_with(self, number: int) -> int:
-        """Return the minimum number of edits if a number of further steps is inserted."""
+        """Return the minimum number of edits after ``number`` more steps are inserted."""
         return self.edits + max(0, number - self.deletions)
 
 
@@ -134,11 +148,11 @@ def count_edits(plan: EditedPlan | None) -> float:
 
 
 def replaceable(plan: EditedPlan) -> Iterator[int]:
-    """Yield the kept steps that can be deleted for free: more steps are inserted before than deleted."""
+    """Yield the kept steps that can be deleted for free, as more inserted than deleted steps precede them."""
     surplus = 0
-    for place, entry in enumerate(plan):
+    for position, entry in enumerate(plan):
         if entry.is_kept and surplus > 0:
-            yield place
+            yield position
         surplus = 0 if entry.is_kept else surplus + (1 if entry.step < 0 else -1)
 
 
@@ -148,42 +162,42 @@ _END = PlanEntry(0, Action("", ()))
 
 def edits_of(plan: EditedPlan) -> tuple[PlanEdit, ...]:
     """Return the edits of an edited plan. Deletions and insertions between kept steps are paired."""
-    found: list[PlanEdit] = []
+    edits: list[PlanEdit] = []
     inserted: list[Action | None] = []
-    gone: list[int] = []
+    deleted: list[int] = []
     for step, action in (*plan, PlanEntry(max((entry.step for entry in plan), default=-1) + 1, _END.action)):
         if step < 0:
             inserted.append(action)
         elif action is None:
-            gone.append(step)
+            deleted.append(step)
         else:
-            pairs = min(len(inserted), len(gone))
-            found += [PlanEdit(g, g, a) for g, a in zip(gone, inserted, strict=False)]
-            found += [PlanEdit(g, g, None) for g in gone[pairs:]] + [
+            pairs = min(len(inserted), len(deleted))
+            edits += [PlanEdit(g, g, a) for g, a in zip(deleted, inserted, strict=False)]
+            edits += [PlanEdit(g, g, None) for g in deleted[pairs:]] + [
                 PlanEdit(step, None, a) for a in inserted[pairs:]
             ]
-            inserted, gone = [], []
-    return tuple(found)
+            inserted, deleted = [], []
+    return tuple(edits)
 
 
 def normalize(plan: EditedPlan) -> EditedPlan:
-    """Return the edited plan with inserted steps before deleted ones, between every two kept steps."""
-    found: list[PlanEntry] = []
+    """Put inserted steps before deleted ones, between every two kept steps of an edited plan."""
+    entries_in_order: list[PlanEntry] = []
     for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
-        own = [*entries]
-        found += own if is_kept else sorted(own, key=lambda entry: entry.step >= 0)
-    return tuple(found)
+        segment = [*entries]
+        entries_in_order += segment if is_kept else sorted(segment, key=lambda entry: entry.step >= 0)
+    return tuple(entries_in_order)
 
 
-def apply_edit(plan: EditedPlan, place: int, action: Action | None) -> tuple[EditedPlan, int]:
-    """Return a plan after one more edit, in the order of `normal`, and its first entry that differs."""
-    start = place
+def apply_edit(plan: EditedPlan, position: int, action: Action | None) -> tuple[EditedPlan, int]:
+    """Return a plan after one more edit, in the order of `normalize`, and its first entry that differs."""
+    start = position
     while start and plan[start - 1].step >= 0 and plan[start - 1].action is None:
         start -= 1
     if action is not None:
         return (*plan[:start], PlanEntry(-1, action), *plan[start:]), start
-    end = place + 1
+    end = position + 1
     while end < len(plan) and plan[end].step < 0:
         end += 1
-    gone = plan[place]._replace(action=None)
-    return (*plan[:start], *plan[place + 1 : end], *plan[start:place], gone, *plan[end:]), start
+    deleted = plan[position]._replace(action=None)
+    return (*plan[:start], *plan[position + 1 : end], *plan[start:position], deleted, *plan[end:]), start

@@ -1,8 +1,8 @@
 """Repair: the fewest edits that make a plan succeed.
 
-An edit inserts a step, deletes one, or replaces one. Every repair has an edit that may help the conflict of
-the plan (`conflicts`). So a search over edited plans that expands the plan with fewest edits first, by the
-edits that may help its conflict, finds all repairs with fewest edits. Effort is counted and never timed.
+An edit inserts, deletes or replaces a step. Every repair has an edit that may help the conflict of the plan
+(`conflicts`). The search expands the edited plan with fewest edits first, by the edits that may help its
+conflict. So it finds all repairs with fewest edits. Effort is counted and never timed.
 """
 
 from __future__ import annotations
@@ -38,49 +38,49 @@ from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.state import State
 
-_SOON, _EXACT, _WALKING, _UNDOING = 0.03, 0.7, 0.075, 0.025
-"""Shares of the effort: of the search before the planner is asked and in all, of making the steps of a plan
-possible, and of removing needless edits from each repair."""
+_FIRST_SHARE, _SEARCH_SHARE, _ENABLING_SHARE, _UNDOING_SHARE = 0.03, 0.7, 0.075, 0.025
+"""Shares of the effort: for the search before the planner runs, for the whole search, for making steps
+possible, and for removing needless edits from each repair."""
 
-_STATES = 300
+_MAX_PLANNER_STATES = 300
 """Maximum number of states that the planner may reach to finish a plan."""
 
-_START = 3
+_START_FACTOR = 3
 """Factor of the actions that the planner may look at from the initial state, once for each task."""
 
-_ENABLING = Limits(20, looks=2_000)
+_ENABLING_LIMITS = Limits(20, looks=2_000)
 """Limits of the search for actions that make a step possible."""
 
-_STEPS = 8
+_STEPS_PER_EFFORT = 8
 """Number of executed steps that count as one unit of effort."""
 
-_MANY, _CUTS = 5_000, 500
-"""Number of edits from which on only those are tried that hit landmarks; effort of finding the landmarks."""
+_MANY_EDITS, _LANDMARK_EFFORT = 5_000, 500
+"""Number of edits above which landmarks filter the edits; effort of finding these landmarks."""
 
-_KEPT = 50_000
-"""Maximum number of states that are kept from one plan to the next."""
+_MAX_CACHED_STATES = 50_000
+"""Maximum number of states that are cached between plans."""
 
-_EASY = 60
-"""Effort up to which no landmarks are looked for, as many plans take one edit."""
+_EASY_EFFORT = 60
+"""Effort up to which no landmarks are looked for, since one edit repairs many plans."""
 
-_PUSHES = 4
-"""Number of plans put into the queue that count as much as a step."""
+_PUSHES_PER_EFFORT = 4
+"""Number of plans put into the queue that count as one unit of effort."""
 
-_CONFLICT, _EDITS = 5, 80
-"""Effort of taking a conflict apart for each step before it; number of edits that count as one step."""
+_CONFLICT_EFFORT, _EDITS_PER_EFFORT = 5, 80
+"""Effort of analyzing a conflict, for each step before it; number of edits that cost one unit of effort."""
 
 
 class Repairer:
     """Repairs plans for one task.
 
     Args:
-        planner: finishes plans, which bounds the number of edits from above.
+        planner: the planner whose plans bound the number of edits from above.
         initial: the state in which plans begin.
         goal: the goal of plans.
         objects: the objects of inserted steps, by index.
 
     Attributes:
-        flips: the changes that conditions need.
+        conflict_changes: the changes that conditions need.
         states: the states that plans lead to.
     """
 
@@ -90,7 +90,7 @@ class Repairer:
         self.conflict_changes = ConflictChanges(planner.domain, initial, objects, planner.heuristic.achievers)
         self.states = PlanStates(planner.domain, initial, goal, self.conflict_changes)
         self._plans: dict[int, tuple[Action, ...] | None] = {}
-        self._ways: dict[tuple[int, Action], tuple[Action, ...] | None] = {}
+        self._enabling_actions: dict[tuple[int, Action], tuple[Action, ...] | None] = {}
 
     def repair(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
         """Return the minimum number of edits of repairs, and the edits of the smallest repair found, or None.
@@ -99,84 +99,90 @@ class Repairer:
             plan: the plan.
             effort: the approximate limit. Earlier calls do not change the result.
         """
-        if len(self.states.by_number) > _KEPT:
+        if len(self.states.by_number) > _MAX_CACHED_STATES:
             self.states.forget()
-            self._ways.clear()
+            self._enabling_actions.clear()
         if self.conflict_changes.is_partial:
-            return self._bound(plan, effort)
-        search = _Search(self, plan)
-        best = search.run(effort.limit * _SOON)
+            return self._repair_by_planner(plan, effort)
+        search = _RepairSearch(self, plan)
+        best = search.run(effort.limit * _FIRST_SHARE)
         if best is None:
-            best = self._planned(plan, effort)
-            best = search.run(effort.limit * _EXACT, count_edits(best)) or best
+            best = self._best_planner_repair(plan, effort)
+            best = search.run(effort.limit * _SEARCH_SHARE, count_edits(best)) or best
         effort.used += search.effort.used
         return search.least, None if best is None else edits_of(best)
 
-    def _bound(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
-        """Return bounds like `mend` from plans alone, as there are too many actions to prove anything."""
+    def _repair_by_planner(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
+        """Return bounds like `repair` from plans only, as there are too many actions to prove a minimum."""
         if None not in plan and self.states.reaches_goal(as_entries(plan)):
             return 0, ()
-        best = self._planned(plan, effort)
+        best = self._best_planner_repair(plan, effort)
         return 1, None if best is None else edits_of(best)
 
-    def _planned(self, plan: PlanSteps, effort: Effort) -> EditedPlan | None:
-        """Return the smallest of the repairs that the planner finds, or None."""
+    def _best_planner_repair(self, plan: PlanSteps, effort: Effort) -> EditedPlan | None:
         looks = int(min(effort.limit, Limits().looks))
-        repairs = [self._undone(each, plan, effort) for each in self._finished(plan, looks, effort)]
+        repairs = [
+            self._remove_needless_edits(repair, plan, effort)
+            for repair in self._planner_repairs(plan, looks, effort)
+        ]
         return min(repairs, key=count_edits, default=None)
 
     def least(self, effort: Effort) -> int:
-        """Return the minimum number of steps of plans that succeed, as far as the effort proves it."""
+        """Return the proved minimum number of steps of plans that succeed."""
         if self.conflict_changes.is_partial:
             return int(bool(self.states.missed_goals(0) or self.states.goal.actions))
-        search = _Search(self, ())
-        search.run(effort.limit * _EXACT)
+        search = _RepairSearch(self, ())
+        search.run(effort.limit * _SEARCH_SHARE)
         effort.used += search.effort.used
         return search.least
 
-    def _finished(self, plan: PlanSteps, looks: int, effort: Effort) -> Iterator[EditedPlan]:
-        """Yield repairs that end with a plan of the planner: from where the plan leads, and from the start.
+    def _planner_repairs(self, plan: PlanSteps, looks: int, effort: Effort) -> Iterator[EditedPlan]:
+        """Yield repairs that end with a plan of the planner: from the plan's end, and from the initial state.
 
-        The planner may look at ``looks`` actions on the way from where the plan leads.
+        ``looks`` limits the actions that the planner tests for the plan from the end.
         """
-        own = Effort(0 if self.conflict_changes.is_partial else effort.limit * _WALKING)
-        actions, moment = self._walk(plan, own)
-        effort.used += own.used
-        further = self._way(moment, looks)
+        walk_effort = Effort(0 if self.conflict_changes.is_partial else effort.limit * _ENABLING_SHARE)
+        actions, moment = self._execute_possible_steps(plan, walk_effort)
+        effort.used += walk_effort.used
+        further = self._plan_from(moment, looks)
         if further is not None:
             yield normalize(align(plan, (*actions, *further)))
-        whole = self._whole(_START * looks)
+        whole = self._plan_from_start(_START_FACTOR * looks)
         if whole is not None:
             yield normalize(align(plan, whole))
 
-    def _walk(self, plan: PlanSteps, effort: Effort) -> tuple[list[Action], PlanMoment]:
-        """Return the possible actions of a plan, with others that make some possible, and where they lead."""
+    def _execute_possible_steps(self, plan: PlanSteps, effort: Effort) -> tuple[list[Action], PlanMoment]:
+        """Return the possible steps of a plan, with inserted enabling actions, and the moment after them."""
         actions: list[Action] = []
-        moment, gone = START[0], 0
+        moment, skipped = START[0], 0
         for i, step in enumerate(plan):
-            past = None if step is None else self._past(moment, step, plan[i + 1 :], gone, effort)
-            gone = gone + 1 if past is None else 0
-            if past is not None:
-                own, moment = past
-                actions += own
+            outcome = (
+                None
+                if step is None
+                else self._take_enabled_step(moment, step, plan[i + 1 :], skipped, effort)
+            )
+            skipped = skipped + 1 if outcome is None else 0
+            if outcome is not None:
+                step_actions, moment = outcome
+                actions += step_actions
         return actions, moment
 
-    def _past(
-        self, moment: PlanMoment, step: Action, rest: PlanSteps, gone: int, effort: Effort
+    def _take_enabled_step(
+        self, moment: PlanMoment, step: Action, rest: PlanSteps, skipped: int, effort: Effort
     ) -> tuple[Sequence[Action], PlanMoment] | None:
-        """Return a step after actions that make it possible, and where it leads; None to leave it out.
+        """Return a step after actions that enable it, and the moment after it; None to leave it out.
 
         Args:
             moment: the moment before the step.
             step: the step.
             rest: the steps after it.
-            gone: number of steps left out just before it.
+            skipped: number of steps left out just before it.
             effort: the effort of making steps possible.
         """
         after = self.states.take_step(moment, step)
         if after is not None:
             return (step,), after
-        before = None if effort.is_used_up else self._enabling(moment[0], step)
+        before = None if effort.is_used_up else self._find_enabling_actions(moment[0], step)
         if before is None:
             return None
         path = self.states.path(as_entries((*before, step)), (moment,), 0)
@@ -184,107 +190,116 @@ class Repairer:
             return None
         after = path[-1]
         effort.used += 2 * len(rest)
-        edits = max(0, len(before) - gone) + self.states.count_failures(rest, after)
+        edits = max(0, len(before) - skipped) + self.states.count_failures(rest, after)
         return ((*before, step), after) if edits < 1 + self.states.count_failures(rest, moment) else None
 
-    def _enabling(self, number: int, action: Action) -> tuple[Action, ...] | None:
-        """Return the actions by which the planner makes a step possible, or None; searched once."""
+    def _find_enabling_actions(self, number: int, action: Action) -> tuple[Action, ...] | None:
+        """Return the cached actions by which the planner makes a step possible, or None."""
         key = number, action
-        if key not in self._ways:
+        if key not in self._enabling_actions:
             operator = self.states.domain.compiled[action.operator].operator
             scope = operator.scope(action.arguments)
             checks = [c.condition for c in operator.checks if c.fault is not FaultKind.ADDITIONAL_STEP]
             goals = tuple([Subgoal(condition, scope, True) for condition in checks])
-            self._ways[key] = self._planner.reach(
-                self.states.by_number[number], goals, self._objects, _ENABLING
+            self._enabling_actions[key] = self._planner.reach(
+                self.states.by_number[number], goals, self._objects, _ENABLING_LIMITS
             )
-        return self._ways[key]
+        return self._enabling_actions[key]
 
-    def _undone(self, plan: EditedPlan, original: PlanSteps, effort: Effort) -> EditedPlan:
-        """Return a repair without its needless edits, as far as its share of the effort lasts."""
-        own = Effort(effort.limit * _UNDOING)
+    def _remove_needless_edits(self, plan: EditedPlan, original: PlanSteps, effort: Effort) -> EditedPlan:
+        """Remove needless edits from a repair, until the share of the effort is used up."""
+        undo_effort = Effort(effort.limit * _UNDOING_SHARE)
         trials = undo_one_edit(plan, original)
-        while (trial := next(trials, None)) is not None and not own.is_used_up:
-            own.used += 1 + len(trial) // _STEPS
+        while (trial := next(trials, None)) is not None and not undo_effort.is_used_up:
+            undo_effort.used += 1 + len(trial) // _STEPS_PER_EFFORT
             if edit_cost(trial).edits < edit_cost(plan).edits and self.states.reaches_goal(trial):
                 plan, trials = trial, undo_one_edit(trial, original)
-        effort.used += own.used
+        effort.used += undo_effort.used
         return plan
 
-    def _whole(self, looks: int) -> tuple[Action, ...] | None:
-        """Return the plan of the planner from the start, or None; searched once."""
+    def _plan_from_start(self, looks: int) -> tuple[Action, ...] | None:
+        """Return the planner's cached plan from the initial state, or None."""
         if looks not in self._plans:
-            self._plans[looks] = self._way(START[0], looks)
+            self._plans[looks] = self._plan_from(START[0], looks)
         return self._plans[looks]
 
-    def _way(self, moment: PlanMoment, looks: int) -> tuple[Action, ...] | None:
-        """Return the plan of the planner from a moment on, or None."""
+    def _plan_from(self, moment: PlanMoment, looks: int) -> tuple[Action, ...] | None:
+        """Return the planner's plan from a moment on, or None."""
         number, taken = moment
         goal = PlanningGoal(self.states.goal.conditions, self.states.goal.actions[taken:])
-        found = self._planner.plan(
-            self.states.by_number[number], goal, self._objects, Limits(_STATES, looks=looks)
+        result = self._planner.plan(
+            self.states.by_number[number], goal, self._objects, Limits(_MAX_PLANNER_STATES, looks=looks)
         )
-        return found.plan if found.end is SearchEnd.SOLVED else None
+        return result.plan if result.end is SearchEnd.SOLVED else None
 
     def single_edits(self, plan: PlanSteps) -> Iterator[PlanEdit]:
         """Yield all single edits that make a plan succeed."""
-        entries, find_edits, known = as_entries(plan), helping_edits(self.states), self.landmarks(plan)
+        entries, find_edits, landmarks = as_entries(plan), helping_edits(self.states), self.landmarks(plan)
         path = self.states.path(entries, START, 0)
         if None not in plan:
             helping = find_edits(entries, path)
-        else:  # an unreadable step has to go
-            helping = [(place, (None,)) for place in (plan.index(None),) if place < len(path)]
-        if sum([len(actions) for _, actions in helping]) > _MANY:
-            known.refine(frozenset(filter(None, plan)), Effort(_CUTS))
-        for place, actions in helping:
+        else:  # an unreadable step must be deleted
+            helping = [(position, (None,)) for position in (plan.index(None),) if position < len(path)]
+        if sum([len(actions) for _, actions in helping]) > _MANY_EDITS:
+            landmarks.refine(frozenset(filter(None, plan)), Effort(_LANDMARK_EFFORT))
+        for position, actions in helping:
             if actions == (None,):
-                without = apply_edit(entries, place, None)[0]
-                left = self.states.path(without, path, place)
-                anything: Iterable[Action | None] = self._possible(path[place])
-                if self.states.succeeds(without, left):
-                    yield PlanEdit(place, place, None)
+                without = apply_edit(entries, position, None)[0]
+                path_without = self.states.path(without, path, position)
+                candidates: Iterable[Action | None] = self._possible_actions(path[position])
+                if self.states.succeeds(without, path_without):
+                    yield PlanEdit(position, position, None)
                 else:
-                    anything = dict(find_edits(without, left)).get(place, ())
-                yield from self._put(plan, PlanEdit(place, place, None), path[place], anything, known)
+                    candidates = dict(find_edits(without, path_without)).get(position, ())
+                yield from self._insertions(
+                    plan, PlanEdit(position, position, None), path[position], candidates, landmarks
+                )
             else:
-                yield from self._put(plan, PlanEdit(place, None, None), path[place], actions, known)
-                if place < len(plan) and (place, (None,)) not in helping:
-                    yield from self._put(plan, PlanEdit(place, place, None), path[place], actions, known)
+                yield from self._insertions(
+                    plan, PlanEdit(position, None, None), path[position], actions, landmarks
+                )
+                if position < len(plan) and (position, (None,)) not in helping:
+                    yield from self._insertions(
+                        plan, PlanEdit(position, position, None), path[position], actions, landmarks
+                    )
 
-    def _put(
+    def _insertions(
         self,
         plan: PlanSteps,
         edit: PlanEdit,
         moment: PlanMoment,
         actions: Iterable[Action | None],
-        known: Landmarks,
+        landmarks: Landmarks,
     ) -> Iterator[PlanEdit]:
-        """Yield the edits that insert one of some actions besides an edit, and make a plan succeed."""
+        """Yield the edits that add an inserted action to an edit, and make a plan succeed."""
         rest = plan[edit.step + (edit.removed is not None) :]
-        lacked = known.missed_cuts(filter(None, (*plan[: edit.step], *rest)))
-        was = None if edit.removed is None else plan[edit.removed]
+        lacked = landmarks.missed_cuts(filter(None, (*plan[: edit.step], *rest)))
+        old_action = None if edit.removed is None else plan[edit.removed]
         for action in actions:
-            if action is None or action == was or lacked & ~known.hit_cuts(action):
+            if action is None or action == old_action or lacked & ~landmarks.hit_cuts(action):
                 continue
-            if self.states.try_step(moment[0], action)[1] and self._wins(
+            if self.states.try_step(moment[0], action)[1] and self._succeeds_from(
                 self.states.take_step(moment, action), rest
             ):
                 yield edit._replace(action=action)
 
-    def _possible(self, moment: PlanMoment) -> Iterator[Action]:
-        """Yield the possible actions that change the world or are asked for by a goal."""
+    def _possible_actions(self, moment: PlanMoment) -> Iterator[Action]:
+        """Yield the possible actions that change the world, or that an action goal names."""
         names = {name for names in self.states.goal.actions for name in names}
         for operator in self.states.domain.operators:
             if operator.effects or operator.tries or operator.name in names:
                 state, bindings = self.states.by_number[moment[0]], Effort(Limits().bindings)
                 yield from applicable_actions(self.states.domain, operator, state, self._objects, bindings)
 
-    def _wins(self, moment: PlanMoment | None, rest: PlanSteps) -> bool:
-        """Whether the rest of a plan succeeds from a moment on."""
+    def _succeeds_from(self, moment: PlanMoment | None, rest: PlanSteps) -> bool:
+        """Whether the remaining steps of a plan, executed from a moment on, reach the goal."""
         return moment is not None and None not in rest and self.states.reaches_goal(as_entries(rest), moment)
 
     def landmarks(self, plan: PlanSteps) -> Landmarks:
-        """Return the landmarks of plans that succeed; only landmarks that a plan may lack are looked for."""
+        """Return the landmarks of plans that succeed.
+
+        Landmarks that the plan has anyway are not looked for.
+        """
         steps = [step for step in plan if step is not None]
         untaken = [
             names for names in self.states.goal.actions if not any(step.operator in names for step in steps)
@@ -298,20 +313,21 @@ class Repairer:
         )
 
 
-class _Node(NamedTuple):
+class _RepairNode(NamedTuple):
     """An edited plan in the queue.
 
     Attributes:
         plan: the plan.
-        path: its path, or the path of the plan before its last edit, which is equal up to ``at``.
-        at: the first entry whose moment is not known; -1 if all moments are known.
+        path: its path; if ``at`` >= 0, the path of the plan before its last edit, which is equal up to
+            ``at``.
+        at: the first entry with an unknown moment; -1 if all moments are known.
         lacks: number of failed steps and missed goals; of the plan before the last edit if ``at`` >= 0.
         cost: the cost of the plan.
         open: the landmarks that the plan lacks, as a mask.
         known: number of landmarks known when ``open`` was computed.
         lacking: minimum number of missing steps by the landmarks.
         least: minimum number of edits for other reasons.
-        edits: the edits that were put off because they cost more.
+        edits: the postponed edits, which cost more.
     """
 
     plan: EditedPlan
@@ -331,11 +347,11 @@ class _Node(NamedTuple):
         return max(self.least, self.cost.min_edits_with(self.lacking))
 
 
-class _Search:
-    """A search for repairs of one plan, which can be continued.
+class _RepairSearch:
+    """A search for repairs of one plan. It can be continued with more effort.
 
     Args:
-        mender: repairs plans for the task.
+        repairer: the repairer of the task.
         plan: the plan.
 
     Attributes:
@@ -343,147 +359,149 @@ class _Search:
         least: minimum number of edits of all repairs.
     """
 
-    def __init__(self, mender: Repairer, plan: PlanSteps) -> None:
-        self._states = mender.states
-        self._find_edits = helping_edits(mender.states)
-        self._landmarks = mender.landmarks(plan)
+    def __init__(self, repairer: Repairer, plan: PlanSteps) -> None:
+        self._states = repairer.states
+        self._find_edits = helping_edits(repairer.states)
+        self._landmarks = repairer.landmarks(plan)
         self._steps = frozenset([step for step in plan if step is not None])
         self.effort = Effort()
         self.least = 0
-        self._waiting: OpenList[_Node] = OpenList()
+        self._waiting: OpenList[_RepairNode] = OpenList()
         self._seen: set[tuple[EditedPlan, bool]] = set()
         self._pushed = 0
         start = as_entries(plan)
-        self._push(_Node(start, START, 0, 0, edit_cost(start), 0, -1, 0))
+        self._push(_RepairNode(start, START, 0, 0, edit_cost(start), 0, -1, 0))
 
-    def run(self, limit: float, known: float = inf) -> EditedPlan | None:
+    def run(self, limit: float, known_edits: float = inf) -> EditedPlan | None:
         """Search best first, or continue the search; return a repair with fewest edits, or None.
 
         Args:
             limit: the effort of all calls together.
-            known: number of edits of a known repair; only repairs with fewer edits are looked for.
+            known_edits: number of edits of a known repair; only repairs with fewer edits are looked for.
         """
         self.effort.limit = limit
-        while self.least < known and (node := self._waiting.pop()) is not None:
-            informed = self._informed(node)
-            if informed.at_least > node.at_least:
-                self._push_again(informed)
+        while self.least < known_edits and (node := self._waiting.pop()) is not None:
+            updated = self._update_bounds(node)
+            if updated.at_least > node.at_least:
+                self._push_again(updated)
                 continue
             self.least = max(self.least, node.at_least)
             if self.effort.is_used_up:
-                self._push_again(informed)
+                self._push_again(updated)
                 break
             if node.at < 0:
-                self._expand(informed)
-            elif self._carry_out(informed):
+                self._expand(updated)
+            elif self._execute(updated):
                 return node.plan
-        self.least = int(min(self.least, known))
+        self.least = int(min(self.least, known_edits))
         return None
 
-    def _push(self, node: _Node) -> None:
+    def _push(self, node: _RepairNode) -> None:
         """Put a plan into the queue, once before and once after it is executed."""
         if (node.plan, node.at < 0) not in self._seen:
             self._seen.add((node.plan, node.at < 0))
             self._push_again(node)
 
-    def _push_again(self, node: _Node) -> None:
+    def _push_again(self, node: _RepairNode) -> None:
         """Put a plan into the queue by its rank; the last of equal ranks comes first."""
         self._pushed += 1
-        self.effort.used += self._pushed % _PUSHES == 0
+        self.effort.used += self._pushed % _PUSHES_PER_EFFORT == 0
         self._waiting.push(node, node.at_least, node.lacks, -self._pushed)
 
-    def _carry_out(self, node: _Node) -> bool:
-        """Whether a plan succeeds; if not, queue it, and the plans that replace one more step for free."""
-        self.effort.used += 1 + len(node.plan) // _STEPS
+    def _execute(self, node: _RepairNode) -> bool:
+        """Whether a plan succeeds; if not, queue it again, and the plans with one more free replacement."""
+        self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
         path = self._states.path(node.plan, node.path, node.at)
         if self._states.succeeds(node.plan, path):
             return True
         rest = [action for _, action in node.plan[len(path) - 1 :]]
         lacks = self._states.count_failures(rest, path[-1])
         self._push(node._replace(path=path, at=-1, lacks=lacks, least=node.cost.min_edits_with(1)))
-        for place in replaceable(node.plan):
-            if place < len(path):
-                self._push(self._without(node._replace(path=path, lacks=lacks), place))
+        for position in replaceable(node.plan):
+            if position < len(path):
+                self._push(self._delete(node._replace(path=path, lacks=lacks), position))
         return False
 
-    def _expand(self, node: _Node) -> None:
-        """Queue the plans after each helping edit that costs no more; the other edits are put off.
+    def _expand(self, node: _RepairNode) -> None:
+        """Queue the plans after each helping edit that costs no more; postpone the other edits.
 
-        Most of them are never needed (partial expansion, Yoshizumi, Miura and Ishida 2000).
+        Most of the others are never needed (partial expansion, Yoshizumi, Miura and Ishida 2000).
         """
         edits = node.edits or self._find_edits(node.plan, node.path)
-        self.effort.used += 0 if node.edits else _CONFLICT * len(node.path)
+        self.effort.used += 0 if node.edits else _CONFLICT_EFFORT * len(node.path)
         lacking: dict[Action, int] = {}
-        most = node.at_least
-        for place, actions in edits:
+        max_cost = node.at_least
+        for position, actions in edits:
             if self.effort.is_used_up:
                 self._push_again(node)
                 return
             if actions == (None,):
-                child = self._without(node, place)
-                most = max(most, child.at_least)
+                child = self._delete(node, position)
+                max_cost = max(max_cost, child.at_least)
                 if child.at_least <= node.at_least:
                     self._push(child)
             elif actions:
-                most = max(most, self._insert(node, place, actions, lacking))
-        if most > node.at_least:
+                max_cost = max(max_cost, self._insert(node, position, actions, lacking))
+        if max_cost > node.at_least:
             self._push_again(node._replace(edits=edits, least=node.at_least + 1))
 
     def _insert(
-        self, node: _Node, place: int, actions: Sequence[Action | None], lacking: dict[Action, int]
+        self, node: _RepairNode, position: int, actions: Sequence[Action | None], lacking: dict[Action, int]
     ) -> int:
         """Queue the plans with one inserted action that cost no more; return the maximum cost of all of them.
 
-        ``lacking`` keeps the number of missing steps with each action.
+        ``lacking`` caches the number of missing steps with each action.
         """
-        self.effort.used += len(actions) // _EDITS
-        plan, at = apply_edit(node.plan, place, actions[0])
+        self.effort.used += len(actions) // _EDITS_PER_EFFORT
+        plan, at = apply_edit(node.plan, position, actions[0])
         costs, first, last = edit_cost(plan), node.least if node.edits else 0, node.at_least
-        most = 0
+        max_cost = 0
         for action in filter(None, actions):
             lacked = node.open & ~self._landmarks.hit_cuts(action)
             number = lacking.get(action)
             if number is None:
                 number = lacking[action] = self._landmarks.min_actions(lacked)
             rank = costs.min_edits_with(number)
-            if rank <= last and rank < costs.min_edits_with(1) and self._is_idle(node, place, action):
+            if rank <= last and rank < costs.min_edits_with(1) and self._is_idle(node, position, action):
                 rank += 1
-            most = max(most, rank)
+            max_cost = max(max_cost, rank)
             if first <= rank <= last:
                 child = (*plan[:at], PlanEntry(-1, action), *plan[at + 1 :])
                 self._push(self._child(node, child, at, costs, lacked))
-        return most
+        return max_cost
 
-    def _without(self, node: _Node, place: int) -> _Node:
-        """Return the node of a plan without one of its steps."""
-        plan, at = apply_edit(node.plan, place, None)
+    def _delete(self, node: _RepairNode, position: int) -> _RepairNode:
+        """Return the node of the plan without one of its steps."""
+        plan, at = apply_edit(node.plan, position, None)
         lacked = node.open
-        if self._landmarks.hit_cuts(node.plan[place].action):
+        if self._landmarks.hit_cuts(node.plan[position].action):
             lacked = self._landmarks.missed_cuts([e.action for e in plan if e.action is not None])
         return self._child(node, plan, at, edit_cost(plan), lacked)
 
-    def _informed(self, node: _Node) -> _Node:
-        """Return a node with the bounds by all known landmarks, after looking for more landmarks."""
-        known = self._landmarks
-        looks = self.effort if self.effort.used > _EASY else Effort(0)
-        known.refine(self._steps, looks)
-        if node.at >= 0 and node.known == len(known.cuts):
+    def _update_bounds(self, node: _RepairNode) -> _RepairNode:
+        """Return a node with the bounds of all known landmarks, after a search for more landmarks."""
+        landmarks = self._landmarks
+        search_effort = self.effort if self.effort.used > _EASY_EFFORT else Effort(0)
+        landmarks.refine(self._steps, search_effort)
+        if node.at >= 0 and node.known == len(landmarks.cuts):
             return node
         steps = frozenset([entry.action for entry in node.plan if entry.action is not None])
         if node.at < 0:
-            known.refine(steps, looks)
-        lacked = known.missed_cuts(steps)
-        return node._replace(open=lacked, known=len(known.cuts), lacking=known.min_actions(lacked))
+            landmarks.refine(steps, search_effort)
+        lacked = landmarks.missed_cuts(steps)
+        return node._replace(open=lacked, known=len(landmarks.cuts), lacking=landmarks.min_actions(lacked))
 
-    def _child(self, node: _Node, plan: EditedPlan, at: int, costs: EditCost, lacked: int) -> _Node:
-        """Return the node of a plan that differs from the plan of a node from an entry on."""
+    def _child(
+        self, node: _RepairNode, plan: EditedPlan, at: int, costs: EditCost, lacked: int
+    ) -> _RepairNode:
+        """Return the node of a plan that differs from the plan of another node from an entry on."""
         at = min(at, len(node.path) - 1)
         lacking = self._landmarks.min_actions(lacked)
-        return _Node(plan, node.path, at, node.lacks, costs, lacked, node.known, lacking)
+        return _RepairNode(plan, node.path, at, node.lacks, costs, lacked, node.known, lacking)
 
-    def _is_idle(self, node: _Node, place: int, action: Action) -> bool:
-        """Whether an inserted step is impossible where it stands, or changes nothing there."""
+    def _is_idle(self, node: _RepairNode, position: int, action: Action) -> bool:
+        """Whether an inserted step is impossible at its position, or changes nothing there."""
         if node.cost.insertions:
             return False
-        after = self._states.take_step(node.path[place], action)
-        return after is None or after == node.path[place]
+        after = self._states.take_step(node.path[position], action)
+        return after is None or after == node.path[position]
