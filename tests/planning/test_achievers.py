@@ -124,8 +124,8 @@ def test_what_is_found_once_is_so_in_all_states_of_an_episode() -> None:
 def test_they_are_found_anew_where_something_else_is_so_for_good() -> None:
     heuristic = AdditiveHeuristic(DOMAIN)
     held = GroundAtom("holding", (INDEX["blue"],), True)
-    assert not heuristic.achievers.matches(start("blue"), ALL).of(held)
-    assert heuristic.achievers.matches(start("red"), ALL).of(held)
+    assert not heuristic.achievers.matches(start("blue"), ALL).find_matches(held)
+    assert heuristic.achievers.matches(start("red"), ALL).find_matches(held)
     last = heuristic.achievers.matches(start("red"), ALL)
     assert last is not heuristic.achievers.matches(start("red"), ALL & ~(1 << INDEX["blue"]))
 

@@ -81,7 +81,7 @@ def test_helpful_actions_are_possible_at_once() -> None:
     supporter = estimates.estimate_action(("PRESS",))
     assert (supporter.cost, supporter.action) == (2.0, Action("PRESS", (SCENE.index["lamp"],)))
     found = _PreferredOperators(HEURISTIC, estimates)
-    found.along(supporter.action, supporter.before)
+    found.collect_action(supporter.action, supporter.prerequisites)
     assert list(found.actions) == [go]
     assert estimates.estimate_action(("FLY",)).cost == INFINITE
 
