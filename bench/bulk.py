@@ -86,7 +86,8 @@ def _noisy(suite: Suite) -> list[list[tuple[str, str]]]:
 
 def _given(suite: Suite, path: Path) -> list[list[tuple[str, str]]]:
     files = [
-        read_responses(file, suite.task_ids, suite.benchmark.task_id_of) for file in find_response_files(path)
+        read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of)
+        for file in find_response_files(path)
     ]
     return [[(response.task_id, response.text) for response in file.responses] for file in files]
 

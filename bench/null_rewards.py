@@ -74,7 +74,7 @@ def answers_of(book: AnswerBook) -> Callable[[str], str]:
 
 def all_goals(suite: Suite, task_id: str) -> str:
     """Every state of every object, every relation of any two, and every action where answers state any."""
-    notation, task = suite.benchmark.goals, suite.tasks[task_id]
+    notation, task = suite.benchmark.notation.goals, suite.tasks[task_id]
     lexicon = GoalLexicon(task, suite.benchmark.domain, notation)
     said = [
         WrittenGoal(word, names)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from agents.switches import SWITCHES, tasks
 from eai import given
+from eai.abilities.notation.notation import Notation
 from eai.abilities.notation.plans import JsonPlans, WrittenPlan
 from eai.abilities.verdict import Unreadable
 
@@ -22,4 +23,4 @@ class _RaisingPlans(JsonPlans):
         return super().read(text)
 
 
-RAISING = replace(SWITCHES, name="raising", open_tasks=given(*tasks()), plans=_RaisingPlans())
+RAISING = replace(SWITCHES, name="raising", open_tasks=given(*tasks()), notation=Notation(_RaisingPlans()))

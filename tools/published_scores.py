@@ -348,13 +348,13 @@ def find_answers(folder: Path, file: str, suite: Suite) -> ResponseFile | None:
     """Return the answers of a model to a suite, or None if the folder does not have them."""
     plain, packed = folder / f"{file}{SUFFIX}", folder / f"{file}{PACKED}"
     if plain.is_file():
-        return read_responses(plain, suite.task_ids, suite.benchmark.task_id_of)
+        return read_responses(plain, suite.task_ids, suite.benchmark.data.task_id_of)
     if not packed.is_file():
         return None
     with tempfile.TemporaryDirectory(prefix="eai-answers-") as unpacked:
         copy = Path(unpacked) / plain.name
         copy.write_bytes(gzip.decompress(packed.read_bytes()))
-        return read_responses(copy, suite.task_ids, suite.benchmark.task_id_of)
+        return read_responses(copy, suite.task_ids, suite.benchmark.data.task_id_of)
 
 
 def table_text(suites: Mapping[str, Any], protocol: Protocol) -> str:

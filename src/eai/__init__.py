@@ -14,9 +14,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from eai.abilities.notation.notation import Notation
     from eai.abilities.protocol import Ability, Protocol
     from eai.base.errors import DataError, DomainError, EaiError, InputError, ParseError
-    from eai.benchmarks.benchmark import Benchmark
+    from eai.benchmarks.benchmark import Benchmark, DataSet
     from eai.benchmarks.registry import find_benchmark, registered
     from eai.benchmarks.suite import Suite
     from eai.results.batch import Scoring
@@ -30,10 +31,11 @@ __version__ = "0.1.0"
 _PLACES = {
     name: module
     for module, names in {
+        "eai.abilities.notation.notation": "Notation",
         "eai.abilities.protocol": "Ability Protocol",
         "eai.tasks.goal_text": "make_task",
         "eai.tasks.task": "Goal GoalKind Task goal",
-        "eai.benchmarks.benchmark": "Benchmark",
+        "eai.benchmarks.benchmark": "Benchmark DataSet",
         "eai.benchmarks.registry": "find_benchmark registered",
         "eai.benchmarks.suite": "Suite",
         "eai.base.errors": "DataError DomainError EaiError InputError ParseError",
@@ -49,12 +51,14 @@ __all__ = [
     "Ability",
     "Benchmark",
     "DataError",
+    "DataSet",
     "DomainError",
     "EaiError",
     "Goal",
     "GoalKind",
     "Grade",
     "InputError",
+    "Notation",
     "ParseError",
     "Protocol",
     "Reward",

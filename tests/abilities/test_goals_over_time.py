@@ -58,8 +58,10 @@ def task(lamps: Benchmark, *goals: str) -> Task:
 def plan(lamps: Benchmark, asked: Task, text: str) -> str:
     steps = [step.split() for step in text.split(", ")]
     index = asked.scene.index
-    return lamps.plans.join(
-        lamps.plans.write([Action(o, tuple(index[n] for n in names)) for o, *names in steps], asked.scene)
+    return lamps.notation.plans.join(
+        lamps.notation.plans.write(
+            [Action(o, tuple(index[n] for n in names)) for o, *names in steps], asked.scene
+        )
     )
 
 
@@ -86,7 +88,7 @@ def test_plans_are_tested_on_their_course(
     lamps: Benchmark, goal: str, steps: str, met: bool, why: str
 ) -> None:
     asked = task(lamps, goal)
-    scorer = ActionSequencing(asked, lamps.domain, lamps.plans)
+    scorer = ActionSequencing(asked, lamps.domain, lamps.notation.plans)
     assessment = scorer.assess(plan(lamps, asked, steps))
     verdict = assessment.verdict
     assert isinstance(verdict, PlanVerdict)
@@ -97,7 +99,7 @@ def test_plans_are_tested_on_their_course(
 
 def test_the_end_is_asked_for_besides(lamps: Benchmark) -> None:
     asked = task(lamps, "inside(ball, box)", "lit(lamp_1)", ORDERED, "GO()")
-    scorer = ActionSequencing(asked, lamps.domain, lamps.plans)
+    scorer = ActionSequencing(asked, lamps.domain, lamps.notation.plans)
     verdict = scorer.score(plan(lamps, asked, f"{OPEN}, {PACK}, {LIGHT}"))
     assert verdict.goals_satisfied == (True, True, False, True)  # type: ignore[attr-defined]
     assert not verdict.success  # type: ignore[attr-defined]
@@ -118,8 +120,8 @@ def test_what_a_goal_over_time_is(lamps: Benchmark) -> None:
 
 def test_goal_interpretation_is_about_the_end(lamps: Benchmark) -> None:
     asked = task(lamps, "lit(lamp_1)", ORDERED)
-    scorer = GoalInterpretation(asked, lamps.domain, lamps.goals)
-    gold = lamps.goals.join(write_goals(asked, lamps.domain, lamps.goals))
+    scorer = GoalInterpretation(asked, lamps.domain, lamps.notation.goals)
+    gold = lamps.notation.goals.join(write_goals(asked, lamps.domain, lamps.notation.goals))
     assert scorer.score(gold).counts["all"] == (1, 0, 0)  # type: ignore[attr-defined]
 
 
@@ -148,7 +150,7 @@ def test_subgoals_are_tested_on_the_way_they_are_carried_out(
 def test_a_world_that_goes_on_remembers(lamps: Benchmark) -> None:
     """In a further attempt the course begins with the first one."""
     asked = task(lamps, "lit(lamp_1)", TAKEN)
-    scorer = ActionSequencing(asked, lamps.domain, lamps.plans)
+    scorer = ActionSequencing(asked, lamps.domain, lamps.notation.plans)
     trial = Trial(scorer, AttemptOptions(replans=2, world="continue"))
     assert not trial.try_answer(plan(lamps, asked, "GO ball, TAKE ball, GO lamp_1")).verdict.success
     done = trial.try_answer(plan(lamps, asked, "PRESS lamp_1"))

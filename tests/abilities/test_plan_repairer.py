@@ -191,7 +191,7 @@ def is_idle(scorer: ActionSequencing, action: Action) -> bool:
 def test_what_undoes_a_planted_fault_is_among_the_single_edits(name: str, number: int, kind: str) -> None:
     """One fault takes one edit at most: a theorem."""
     random, harmful = Random(11), 0
-    notation = eai.open(name, "action_sequencing").benchmark.plans
+    notation = eai.open(name, "action_sequencing").benchmark.notation.plans
     for scorer, plan in random.sample(good_plans(name), number):
         faulty, undoing = planted(scorer.task, plan, kind, random)
         text = notation.join(notation.write(faulty, scorer.task.scene)) if faulty else "[]"

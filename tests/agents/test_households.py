@@ -137,7 +137,7 @@ def test_an_episode_is_worth_what_its_plan_is(name: str, data_store: Store) -> N
     judged = []
     for plan in gold_plans(name, data_store)[::5]:
         for chosen in (slice(None), slice(-1), slice(1, None)):
-            text = environment.benchmark.plans.join(plan.parts[chosen])
+            text = environment.benchmark.notation.plans.join(plan.parts[chosen])
             verdict = suite.score(plan.task_id, text)
             assert isinstance(verdict, PlanVerdict)
             carried_out = plan.lines[chosen]

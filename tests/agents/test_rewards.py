@@ -169,7 +169,7 @@ def test_a_household_of_trl_is_won_action_by_action() -> None:
     assert "Args:\n    command: " in (inspect.getdoc(TrlHousehold.act) or "")
     task, text = gold("behavior", Ability.ACTION_SEQUENCING)
     suite = eai.open("behavior", "action_sequencing")
-    plan = suite.benchmark.plans.read(text)
+    plan = suite.benchmark.notation.plans.read(text)
     household = partial(TrlHousehold, "progress")()
     opening = household.reset(task=task, prompt=[])
     assert suite.tasks[task.rpartition("/")[2]].instruction in opening

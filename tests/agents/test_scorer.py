@@ -271,7 +271,7 @@ def test_a_played_plan_has_the_verdict_of_the_plan(name: str) -> None:
         task = suite.tasks[task_id]
         write = arena.stage(task).commands.write
         for plan in (task.script, task.script[:-1], task.script[1:]):
-            text = benchmark.plans.join(benchmark.plans.write(plan, task.scene))
+            text = benchmark.notation.plans.join(benchmark.notation.plans.write(plan, task.scene))
             as_plan = plans.score(task_id, text)
             play = arena.play(task)
             for command in [*map(write, plan), "DONE"]:

@@ -13,6 +13,7 @@ import pytest
 
 from by_path import ROOT
 from eai.abilities.answer_schema import Schema, is_accepted
+from eai.abilities.notation.notation import Notation
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.base.store import Store
@@ -111,7 +112,7 @@ def test_a_form_has_only_words_that_are_asked_with_and_no_more_than_providers_ta
 ) -> None:
     asked = questions(name, ability, data_store, prompts)
     declared = {operator.name for operator in benchmark(name).domain.operators}
-    declared |= {spelling for spelling, _ in benchmark(name).goals.words(benchmark(name).domain)}
+    declared |= {spelling for spelling, _ in benchmark(name).notation.goals.words(benchmark(name).domain)}
     for task_id, form in forms(name, ability, data_store, prompts).items():
         assert is_accepted(form)
         question = f"{asked[task_id].system}{asked[task_id].user}"
@@ -144,7 +145,9 @@ def test_where_there_are_too_many_words_objects_may_have_any_name(
 ) -> None:
     tasks = benchmark(name).tasks(Source(data_store))
     found = forms(name, Ability.ACTION_SEQUENCING, data_store, every=1)
-    named = [set(benchmark(name).plans.words(tasks[i])) <= set(words(form)) for i, form in found.items()]
+    named = [
+        set(benchmark(name).notation.plans.words(tasks[i])) <= set(words(form)) for i, form in found.items()
+    ]
     assert named.count(False) == open_ones
 
 
@@ -159,9 +162,9 @@ def test_a_form_tells_nothing_that_the_question_does_not(data_store: Store) -> N
 
 
 def test_a_notation_that_says_nothing_of_its_form_is_asked_for_none(data_store: Store) -> None:
-    class Terse(type(benchmark("lamps").plans)):  # type: ignore[misc]
+    class Terse(type(benchmark("lamps").notation.plans)):  # type: ignore[misc]
         schema = PlanNotation.schema
 
-    terse = replace(benchmark("lamps"), plans=Terse())
+    terse = replace(benchmark("lamps"), notation=Notation(Terse()))
     task = terse.tasks(Source(data_store))["light"]
     assert answer_form(terse, Ability.ACTION_SEQUENCING, task, Prompt("lamp_1")) is None

@@ -159,7 +159,7 @@ def test_null_models_do_not_see_the_answer_of_a_task(answers: Answers, ability: 
     benchmark = find_benchmark(name)
     tasks = benchmark.open_tasks(Source())
     blind = TaskSet(tasks, lambda task_id: without_answer(tasks[task_id], ability), "")
-    known = replace(benchmark, open_public=benchmark.open_tasks)
+    known = replace(benchmark, data=replace(benchmark.data, open_public=benchmark.open_tasks))
     asked = replace(known, open_tasks=lambda source: blind)
     seeing, unseeing = answers(known, ability), answers(asked, ability)
     for task_id in list(benchmark.tasks_for(ability, Source()))[3:60:14]:
@@ -179,8 +179,9 @@ def test_the_copy_does_not_see_gold_operators(name: str) -> None:
         return TransitionTask(task.id, library, task.operators, task.categories, task.problem_text)
 
     blind = TaskSet(tasks, without_answer, "")
-    asked = replace(benchmark, open_operators=lambda source: blind)
-    seeing, unseeing = (by_copy(each, Ability.TRANSITION_MODELING) for each in (benchmark, asked))
+    ability = Ability.TRANSITION_MODELING
+    asked = replace(benchmark, data=replace(benchmark.data, own_tasks={ability: lambda source: blind}))
+    seeing, unseeing = (by_copy(each, ability) for each in (benchmark, asked))
     for task_id in list(tasks)[3:60:14]:
         assert seeing(task_id) == unseeing(task_id)
 

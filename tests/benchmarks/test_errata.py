@@ -16,7 +16,7 @@ from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import DataError, InputError
 from eai.base.store import Store
-from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.benchmark import Benchmark, DataSet
 from eai.benchmarks.errata import ErrataUse, _Erratum, published_errata, read_errata
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
@@ -64,7 +64,7 @@ def check_no_plan_exists(entry: _Erratum, store: Store) -> None:
         suite = open_corrected_suite(store, entry, ability, NONE)
         start, domain = suite.tasks[task_id].initial, suite.benchmark.domain
         if ability is Ability.SUBGOAL_DECOMPOSITION:
-            domain = suite.benchmark.subgoal_domain() if suite.benchmark.subgoal_domain else domain
+            domain = suite.benchmark.subgoals().acting_domain()
         fill = [
             operator
             for operator in domain.operators
@@ -397,7 +397,7 @@ def benchmark_with(correction: str) -> Benchmark:
     start = w.Scene(domain.vocabulary, [w.WorldObject("lamp", "lamp")]).state([])
     tasks = [make_task(name, "Light.", start, lit(Constant("lamp"))) for name in ("light", "other")]
     tasks[0] = replace(tasks[0], script=(w.Action("PRES", (0,)), w.Action("PRESS", (0,))))
-    return Benchmark("lamps", domain, given(*tasks), errata=read_errata(HEAD + correction))
+    return Benchmark("lamps", domain, given(*tasks), data=DataSet(errata=read_errata(HEAD + correction)))
 
 
 def test_an_excluded_task_has_a_record_but_is_not_in_the_denominator() -> None:

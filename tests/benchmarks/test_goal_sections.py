@@ -31,7 +31,7 @@ JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
 
 
 def believing(answer: str, task: Task, benchmark: Benchmark) -> Belief:
-    read = read_stated_goals(answer, task, benchmark.domain, benchmark.goals)
+    read = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
     return Belief(replace(task, goals=read.goals), answer)
 
 
@@ -39,7 +39,7 @@ def test_true_goals_give_virtualhomes_plan_prompts(
     virtualhome_tasks: VirtualHomeTasks, data_store: Store
 ) -> None:
     """All but one, which states a relation twice."""
-    section = find_benchmark("virtualhome").goal_sections[Ability.ACTION_SEQUENCING]
+    section = find_benchmark("virtualhome").data.goal_sections[Ability.ACTION_SEQUENCING]
     prompts = dict(official_prompts("virtualhome", Ability.ACTION_SEQUENCING, data_store))
     twice = "character is FACING to phone\n"
     assert prompts["540_1"].user.count(twice) == 2
@@ -53,7 +53,7 @@ def test_true_goals_give_virtualhomes_subgoal_prompts(
     virtualhome_tasks: VirtualHomeTasks, data_store: Store
 ) -> None:
     """In 21 of them relations stand in the order of a Python set."""
-    section = find_benchmark("virtualhome").goal_sections[Ability.SUBGOAL_DECOMPOSITION]
+    section = find_benchmark("virtualhome").data.goal_sections[Ability.SUBGOAL_DECOMPOSITION]
     prompts = official_prompts("virtualhome", Ability.SUBGOAL_DECOMPOSITION, data_store)
     reordered = 0
     for task_id, prompt in prompts.items():
@@ -71,7 +71,7 @@ def test_published_goal_sections(
 
     One task is left out, whose prompt asked for another demonstration; and one answer, which is no goals.
     """
-    section = find_benchmark("behavior").goal_sections[Ability.SUBGOAL_DECOMPOSITION]
+    section = find_benchmark("behavior").data.goal_sections[Ability.SUBGOAL_DECOMPOSITION]
     prompts = official_prompts("behavior", Ability.SUBGOAL_DECOMPOSITION, data_store)
     answers = {
         row["identifier"]: row["response"]
@@ -117,7 +117,7 @@ def test_published_goal_sections(
 def test_what_is_said_is_passed_on(
     entry: object, plan: str, subgoal: str, behavior_tasks: BehaviorTasks
 ) -> None:
-    sections = find_benchmark("behavior").goal_sections
+    sections = find_benchmark("behavior").data.goal_sections
     belief = Belief(behavior_tasks[JARS], json.dumps({"edge goals": [entry], "node goals": []}))
     assert sections[Ability.ACTION_SEQUENCING].write(belief) == plan
     assert sections[Ability.SUBGOAL_DECOMPOSITION].write(belief) == subgoal
@@ -127,7 +127,7 @@ def test_what_is_said_is_passed_on(
     "entry", [3, None, {}, [], [[]], ["not"], ["not", 3], ["and"], ["or", 3], ["open", 3], ["forall", []]]
 )
 def test_entries_that_are_nothing_do_no_harm(entry: object, behavior_tasks: BehaviorTasks) -> None:
-    sections = find_benchmark("behavior").goal_sections
+    sections = find_benchmark("behavior").data.goal_sections
     answer = json.dumps({"node goals": [entry, ["open", "jar.n.01_1"]]})
     belief = Belief(behavior_tasks[JARS], answer)
     assert sections[Ability.SUBGOAL_DECOMPOSITION].write(belief) == "open(jar.0)"
@@ -139,7 +139,7 @@ def test_entries_that_are_nothing_do_no_harm(entry: object, behavior_tasks: Beha
 def test_only_the_goals_are_others(name: str, ability: Ability, data_store: Store) -> None:
     """Of an answer that cannot be read nothing is asked; what stands around the section stays."""
     benchmark = find_benchmark(name)
-    tasks, section = benchmark.tasks(Source(data_store)), benchmark.goal_sections[ability]
+    tasks, section = benchmark.tasks(Source(data_store)), benchmark.data.goal_sections[ability]
     true = official_prompts(name, ability, data_store)
     beliefs = {task_id: believing("no idea", tasks[task_id], benchmark) for task_id in true}
     opened = Library("official", None, Source(data_store)).open(benchmark, ability, beliefs)
@@ -212,6 +212,6 @@ def test_any_answer_has_a_question(
     for name, task in (("behavior", behavior_tasks[JARS]), ("virtualhome", virtualhome_tasks["27_2"])):
         benchmark = find_benchmark(name)
         belief = believing(answer, task, benchmark)
-        for ability, section in benchmark.goal_sections.items():
+        for ability, section in benchmark.data.goal_sections.items():
             section.write(belief)
             benchmark.wording(ability).goals(belief.task)

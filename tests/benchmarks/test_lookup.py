@@ -134,6 +134,10 @@ def test_no_generated_task_is_solved_by_it(like: str) -> None:
     from eai.abilities.action_sequencing.scorer import ActionSequencing
 
     for made in tasks(like):
-        text = benchmark.plans.join(benchmark.plans.write(table.plan(made.task), made.task.scene))
-        verdict = ActionSequencing(made.task, domain=benchmark.domain, notation=benchmark.plans).score(text)
+        text = benchmark.notation.plans.join(
+            benchmark.notation.plans.write(table.plan(made.task), made.task.scene)
+        )
+        verdict = ActionSequencing(
+            made.task, domain=benchmark.domain, notation=benchmark.notation.plans
+        ).score(text)
         assert not verdict.success, made.task.id

@@ -56,7 +56,9 @@ def test_success_is_entailment(
         task, plan = suite.tasks[task_id], book[task_id]
         stated = {
             goal.formula
-            for goal in read_stated_goals(answers[task_id], task, benchmark.domain, benchmark.goals).goals
+            for goal in read_stated_goals(
+                answers[task_id], task, benchmark.domain, benchmark.notation.goals
+            ).goals
         }
         verdict = suite.score(task_id, plan.text)
         assert isinstance(verdict, PlanVerdict)

@@ -87,10 +87,10 @@ def test_a_plan_goes_on_from_what_was_done(data_store: Store) -> None:
     answer = open_random_answers(benchmark, PLANS, source)
     for task_id, task in list(benchmark.tasks(source).items())[:5]:
         done = task.script[:3]
-        plan = benchmark.plans.read(answer(task_id, "0", done).text)
+        plan = benchmark.notation.plans.read(answer(task_id, "0", done).text)
         from eai.abilities.action_sequencing.scorer import ActionSequencing
 
-        actions = ActionSequencing(task, benchmark.domain, benchmark.plans).resolve(plan)  # type: ignore[arg-type]
+        actions = ActionSequencing(task, benchmark.domain, benchmark.notation.plans).resolve(plan)  # type: ignore[arg-type]
         now = execute(benchmark.domain, task.initial, done).final
         assert execute(benchmark.domain, now, actions).failure is None  # type: ignore[arg-type]
 

@@ -40,7 +40,7 @@ def records(data_store: Store, tmp_path: Path) -> Path:
                 1,
                 "0" * 64,
                 prompts[task_id].sha256,
-                suite.benchmark.plans.join(parts),
+                suite.benchmark.notation.plans.join(parts),
                 "",
                 "stop",
                 (),

@@ -140,7 +140,7 @@ def compare_plan(check: Check, place: object, plans: Suite, play: Play, verdict:
     if found is None or not found[0]:
         return
     actions, turns = found
-    notation, task = plans.benchmark.plans, play.task
+    notation, task = plans.benchmark.notation.plans, play.task
     text = notation.join(notation.write(actions, task.scene))
     plan = cast("PlanVerdict", plans.score(task.id, text))
     ending = [i for i, n in enumerate(turns) if faults[n] not in (None, "additional_step")]

@@ -8,14 +8,14 @@ from dataclasses import replace
 import pytest
 
 from eai.base.store import Store
-from eai.benchmarks.benchmark import Benchmark, Figure
+from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import Pack, fetch
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.benchmark import count_annotated
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
 from eai.benchmarks.virtualhome.records import VirtualHome, open_virtualhome
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
-from eai.results.data_set import count_figures, profile_tasks
+from eai.results.data_set import _Figure, count_figures, profile_tasks
 from eai.studies.report.distributions import distributions
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import ErrataChoice, Source, given
@@ -98,17 +98,14 @@ NOT_AS_PRINTED = {
 """The figures of the paper that do not come out, each with a remark that says why."""
 
 
-def rows_of(domain: str, store: Store) -> dict[str, Figure]:
+def rows_of(domain: str, store: Store) -> dict[str, _Figure]:
     return {row.label: row for row in count_figures(find_benchmark(domain), Source(store))}
 
 
 def test_records_are_counted_as_annotated(store: Store, packs: Sequence[Pack]) -> None:
     fetch(store, packs=packs)
-    figures: dict[str, Figure] = {
-        figure.label: figure
-        for figure in count_annotated(VirtualHome.of(store.open(VIRTUALHOME)), ["1_1"], 5)
-    }
-    assert {label: figure.value for label, figure in figures.items()} == {
+    figures = count_annotated(VirtualHome.of(store.open(VIRTUALHOME)), ["1_1"], 5)
+    assert {label: value for label, (value, _) in figures.items()} == {
         "task names": 2,
         "tasks": 3,
         "instructions": 2,
@@ -121,7 +118,7 @@ def test_records_are_counted_as_annotated(store: Store, packs: Sequence[Pack]) -
         "action steps": 4,
         "transition models": 5,
     }
-    assert "Put cup (1)" in figures["transition modeling tasks"].note
+    assert "Put cup (1)" in figures["transition modeling tasks"][1]
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])

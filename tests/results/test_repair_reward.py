@@ -66,7 +66,7 @@ def _applicable(scorer: ActionSequencing, episode: Episode, operator: eai.Operat
 
 
 def written(suite: Suite, task: Task, plan: Sequence[Action]) -> str:
-    notation = suite.benchmark.plans
+    notation = suite.benchmark.notation.plans
     return notation.join(notation.write(plan, task.scene))
 
 

@@ -74,7 +74,7 @@ def tasks_of(world: str) -> Sequence[str]:
 
 
 def written(world: str, task: Task, plan: Sequence[Action]) -> str:
-    notation = suite_of(world).benchmark.plans
+    notation = suite_of(world).benchmark.notation.plans
     return notation.join(notation.write(plan, task.scene))
 
 
@@ -302,7 +302,7 @@ def test_nothing_is_worth_nothing_in_every_ability() -> None:
 
 
 def _empty_answers(suite: Suite, task_id: str) -> list[str]:
-    texts = ["", "{}", json.dumps({"output": []}), suite.benchmark.goals.join(())]
+    texts = ["", "{}", json.dumps({"output": []}), suite.benchmark.notation.goals.join(())]
     if suite.ability is Ability.TRANSITION_MODELING:
         names = suite.benchmark.operators(suite.source)[task_id].operators
         texts.append(json.dumps({"output": "".join(map(OPERATOR.format, names))}))

@@ -53,7 +53,7 @@ def written(folder: Path, rows: Sequence[Mapping[str, object]] = ROWS, ending: s
 
 
 def read(file: Path) -> ResponseFile:
-    return read_responses(file, TASK_IDS, echo_suite().benchmark.task_id_of, samples=True)
+    return read_responses(file, TASK_IDS, echo_suite().benchmark.data.task_id_of, samples=True)
 
 
 def scored(

@@ -53,7 +53,7 @@ def gold_in_questions(evidence: Evidence) -> Finding:
         benchmark = find_benchmark(domain)
         name = f"{NAMED[domain]}, {ability.value.replace('_', ' ')}"
         if ability in PLANNING:
-            tasks, section = benchmark.tasks(evidence.published), benchmark.goal_sections[ability]
+            tasks, section = benchmark.tasks(evidence.published), benchmark.data.goal_sections[ability]
             hits = 0
             for task, text in questions.items():
                 other = section.replace(text, Belief(tasks[task]))

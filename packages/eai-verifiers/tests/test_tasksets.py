@@ -172,7 +172,9 @@ def test_a_new_task_is_all_there_is_to_know_of_it() -> None:
     assert task.data.line is not None
     suite = suite_of_one(task.data.line, Ability.ACTION_SEQUENCING)
     whole = suite.tasks[suite.task_ids[0]]
-    plan = suite.benchmark.plans.join(suite.benchmark.plans.write(whole.script, whole.scene))
+    plan = suite.benchmark.notation.plans.join(
+        suite.benchmark.notation.plans.write(whole.script, whole.scene)
+    )
     assert json.loads(task.data.line)["plan"]
     assert (there.grade(plan).value, there.grade("").value) == (1, 0)
 

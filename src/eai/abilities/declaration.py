@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, find_abilities
@@ -26,12 +26,12 @@ from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
     from eai.abilities.answer_schema import Schema
-    from eai.abilities.notation.goals import GoalNotation
-    from eai.abilities.notation.plans import PlanNotation
+    from eai.abilities.notation.notation import Notation
     from eai.abilities.notation.subgoals import SubgoalNotation
     from eai.abilities.scorer import Scorer
     from eai.abilities.task_features import TaskFeatures
     from eai.pddl.planning import PddlPlanner
+    from eai.tasks.source import TaskSet
     from eai.tasks.task import Task
     from eai.tasks.wording import Wording
     from eai.world.domain import Domain
@@ -89,10 +89,8 @@ class AbilityWorld:
 
     Attributes:
         domain: the declared domain.
-        plans: notation of plans.
-        goals: notation of goals.
-        subgoals: notation of subgoals; None for formulas with the declared names.
-        subgoal_domain: makes the domain in which subgoals are executed.
+        notation: how answers are written and things are named.
+        subgoals: returns the notation of subgoals.
         make_planner: makes the planner that tests operators. It returns None if no planner is to be used.
         wording: returns the names of things in the prompts of an ability.
         observation_wording: returns the names of things in observations.
@@ -100,10 +98,8 @@ class AbilityWorld:
     """
 
     domain: Domain
-    plans: PlanNotation
-    goals: GoalNotation
-    subgoals: SubgoalNotation | None
-    subgoal_domain: Callable[[], Domain]
+    notation: Notation
+    subgoals: Callable[[], SubgoalNotation]
     make_planner: Callable[[], PddlPlanner | None]
     wording: Callable[[Ability], Wording]
     observation_wording: Callable[[], Wording]
@@ -115,20 +111,6 @@ QuestionAndAnswer: TypeAlias = tuple[str | Mapping[str, str], str]
 
 The question is a text, or the values for the placeholders of the ability's template.
 """
-
-
-class OwnTasks(NamedTuple):
-    """The tasks of a file, for an ability that has its own tasks instead of a benchmark's.
-
-    Attributes:
-        name: name in records, in the place of a domain.
-        tasks: tasks by id, in order.
-        sha256: digest of the file.
-    """
-
-    name: str
-    tasks: Mapping[str, Any]
-    sha256: str
 
 
 QuestionMaker: TypeAlias = Callable[[AbilityWorld, Any], QuestionAndAnswer]
@@ -152,7 +134,8 @@ class Interaction:
         pictures: returns the pictures before a question, each with its media type.
         answer_form: returns the words for objects in answers to a task, and the maker of the answer's schema;
             None if they are unknown.
-        open_file: opens a file of the ability's own tasks. It returns None if the file is of another kind.
+        open_file: opens a file of the ability's own tasks, with the name of the domain in records. It returns
+            None if the file is of another kind.
         features: returns the features of one of the ability's own tasks.
         task_command: command that writes the ability's own tasks; empty if the ability uses a benchmark's
             tasks.
@@ -167,7 +150,7 @@ class Interaction:
     make_question: QuestionMaker | None = None
     pictures: Callable[[AbilityWorld, Any], Sequence[tuple[str, bytes]]] | None = None
     answer_form: Callable[[AbilityWorld, Task | None], tuple[Sequence[str], SchemaMaker]] | None = None
-    open_file: Callable[[Path], OwnTasks | None] | None = None
+    open_file: Callable[[Path], tuple[str, TaskSet[Any]] | None] | None = None
     features: Callable[[Any], TaskFeatures] | None = None
     task_command: str = ""
     uses_operator_tasks: bool = False

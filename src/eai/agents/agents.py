@@ -121,7 +121,7 @@ def gold_agent(game: Game, seed: int = 0) -> Agent:
 
 def refusal_of(stage: Stage) -> str:
     """Return the command that refuses a task, with the missing facts."""
-    return stage.benchmark.plans.encode_names(f"{REFUSE}({', '.join(stage.task.missing or ())})")
+    return stage.benchmark.notation.plans.encode_names(f"{REFUSE}({', '.join(stage.task.missing or ())})")
 
 
 def planner_agent(game: Game, seed: int = 0) -> Agent:

@@ -235,7 +235,7 @@ class Game:
         if fits is not None and ASK not in operators and is_question(text):
             return self._answer(fits[0])
         if self.task.missing is not None and REFUSE not in operators:
-            self.refused = refusal_in(self.stage.benchmark.plans.decode_names(text))
+            self.refused = refusal_in(self.stage.benchmark.notation.plans.decode_names(text))
             if self.refused is not None:
                 return self._turn(_Outcome(f"{REFUSE}."), ())
         ends = self._rules.until == "done"

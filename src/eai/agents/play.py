@@ -129,10 +129,12 @@ def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
     if '"turns"' in answer:
         episode = read_episode(answer)
         return [turn.said for turn in episode.turns] if isinstance(episode, Episode) else []
-    plan = benchmark.plans.read(answer, benchmark.domain.arities)
+    plan = benchmark.notation.plans.read(answer, benchmark.domain.arities)
     if isinstance(plan, Unreadable):
         return [*filter(str.strip, answer.splitlines()), DONE]
-    actions = resolve(plan, benchmark.domain, benchmark.plans, benchmark.plans.objects(task))
+    actions = resolve(
+        plan, benchmark.domain, benchmark.notation.plans, benchmark.notation.plans.objects(task)
+    )
     if isinstance(actions, ErrorReport):
         return [*(f"{step.action}({', '.join(map(str, step.objects))})" for step in plan.steps), DONE]
     return [*map(Commands(task, benchmark).write, actions), DONE]

@@ -103,7 +103,7 @@ class Stage:
         """The measure of how near actions are to success."""
         from eai.abilities.plan_repairer import PlanRepairer  # which repairs alone need
 
-        return PlanRepairer(self.task, self.domain, self.benchmark.plans)
+        return PlanRepairer(self.task, self.domain, self.benchmark.notation.plans)
 
     def endless(self) -> Stage:
         """Return the task in the same view, without slips or limits, until `DONE`."""

@@ -9,15 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.declaration import AbilityWorld, declaration_of
-from eai.abilities.notation.goals import GoalNotation, JsonGoals
-from eai.abilities.notation.plans import JsonPlans, PlanNotation
+from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability, find_abilities
 from eai.abilities.scorer import Scorer
 from eai.base.errors import InputError
 from eai.base.store import ReportProgress
 from eai.benchmarks.errata import NO_ERRATA, Errata
 from eai.logic.formula import Formula
-from eai.tasks.english import PLAIN, English
 from eai.tasks.source import ErrataChoice, OpenTasks, Source, TaskSet
 from eai.tasks.task import Task
 from eai.world.domain import Domain
@@ -44,24 +42,6 @@ def formats_of(package: str) -> Mapping[Ability, str]:
     }
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """One figure of a data set.
-
-    Attributes:
-        note: what is counted.
-        printed: the figure as the paper prints it; None if it does not have this one.
-        remark: why the paper prints another number, or how it comes to this one; empty if there is nothing
-            to say.
-    """
-
-    label: str
-    value: int | float
-    note: str
-    printed: int | float | None = None
-    remark: str = ""
-
-
 Opener: TypeAlias = Callable[["Benchmark", Ability, Source], TaskSet[Scorer]]
 """Opens the scorers of a benchmark and an ability, by task. It can be pickled."""
 
@@ -74,8 +54,50 @@ ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]
 PublishedPrompts: TypeAlias = Callable[[Ability, Source], "PromptFiles"]
 """Gives the prompts that a data set has for an ability; DataError if they cannot be obtained."""
 
+OwnFigures: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
+"""Counts figures of a data set: by label, the number and a note that says what is counted."""
+
 OpenWorld: TypeAlias = Callable[[Source], "ProblemWorld"]
 """Opens what problems in a language of the data set's own may speak of."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class DataSet:
+    """The published data of a benchmark; a benchmark declared in a program needs none.
+
+    Attributes:
+        title: name in tables and on pages; by default the name of the benchmark.
+        errata: errors in the data, and their corrections.
+        prompts: published prompts; None if there are none.
+        goal_sections: the section of published prompts that states the goals, by ability.
+        task_id_of: returns the id of the task for an identifier in files of answers; None if the task is
+            known not to be in the data set.
+        own_tasks: opens the tasks of an ability that has other tasks, such as published operators. By
+            default, transition modeling is asked of the exported domain.
+        asks: whether an ability is asked of a task; by default of all.
+        only_by_name: the reason why commands ask an ability only if it is named, by ability.
+        own_figures: counts the figures that `eai data stats` does not count from the tasks.
+        open_public: opens the tasks with published answers; by default all tasks of the benchmark.
+        open_demonstrations: opens demonstrations in an archive.
+        problem_of: returns the planning problem of ground goals of a task in the published planning domain.
+        open_bddl: opens the objects and predicates of BDDL problems; by default those of the domain.
+        planner_seconds: maximum CPU seconds of a planner for a task of transition modeling.
+    """
+
+    title: str = ""
+    errata: Errata = NO_ERRATA
+    prompts: PublishedPrompts | None = None
+    goal_sections: Mapping[Ability, GoalSection] = field(default_factory=dict)
+    task_id_of: Callable[[str], str | None] = str
+    own_tasks: Mapping[Ability, OpenTasks[Any]] = field(default_factory=dict)
+    asks: Mapping[Ability, Callable[[Task], bool]] = field(default_factory=dict)
+    only_by_name: Mapping[Ability, str] = field(default_factory=dict)
+    own_figures: OwnFigures | None = None
+    open_public: OpenTasks[Task] | None = None
+    open_demonstrations: OpenDemonstrations | None = None
+    problem_of: ProblemOf | None = None
+    open_bddl: OpenWorld | None = None
+    planner_seconds: int = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,64 +108,16 @@ class Benchmark:
         name: as records have it.
         domain: the declaration, as it is meant.
         open_tasks: opens the tasks; `eai.tasks.source.given` for tasks written down in a program.
-        title: what tables and pages call it; the name if empty.
-        plans: how plans are written; by default as a JSON list of actions with their objects.
-        goals: how goals are stated; by default as JSON lists of conditions.
-        subgoals: how subgoals are written; by default as formulas with the declared names.
-        subgoal_domain: makes the world in which subgoals are carried out, where that takes actions which
-            plans do not name; otherwise it is the declaration.
-        open_operators: opens the tasks of transition modeling; exported from the declaration if None.
-        own_tasks: opens what an ability is asked of, for one that is not asked of the tasks.
-        asks: for an ability that is not asked for in all tasks, whether it is in one.
-        only_by_name: for an ability that commands leave out where none is named, why.
-        wordings: how prompts name things, by ability; by default as declared.
-        also_observed: what observations of an environment tell besides that of which prompts of action
-            sequencing speak: predicates by name.
-        formats: how an answer is written, in words, by ability; by default that of the default notation.
-        published_prompts: the prompts of the data set; None if it has none.
-        errata: what is wrong in the data set, and how it is corrected.
-        goal_sections: where these state the goals of a task, by ability, so that they can state others.
-        task_id_of: from an identifier, as files of answers have it, to the id of its task; None for one of
-            a task that is known not to be in the data set.
-        own_figures: counts the figures of the data set that are not counted from its tasks; None if all are.
-        open_public: opens the tasks whose answers everybody has seen; None if they are its own.
-        open_demonstrations: opens demonstrations in an archive that are no tasks; None if it reads none.
-        problem_of: the planning problem that some ground goals of a task make with its published operators;
-            None where it is exported from the declaration.
-        open_bddl: opens what problems in BDDL may speak of; by default what the declaration does.
-        english: how its tasks are put into English, and what nobody would ask for; by default made of names.
-        role: who carries out what is asked for, as in ``a household robot``.
-        planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
+        notation: how answers are written and things are named.
+        data: the published data.
         reference: what `eai.benchmarks.registry.find_benchmark` finds it by; empty if by nothing.
     """
 
     name: str
     domain: Domain
     open_tasks: OpenTasks[Task]
-    title: str = ""
-    plans: PlanNotation = field(default_factory=JsonPlans)
-    goals: GoalNotation = field(default_factory=JsonGoals)
-    subgoals: SubgoalNotation | None = None
-    subgoal_domain: Callable[[], Domain] | None = None
-    open_operators: OpenTasks[TransitionTask] | None = None
-    own_tasks: Mapping[Ability, OpenTasks[Any]] = field(default_factory=dict)
-    asks: Mapping[Ability, Callable[[Task], bool]] = field(default_factory=dict)
-    only_by_name: Mapping[Ability, str] = field(default_factory=dict)
-    wordings: Callable[[Ability], Wording] | None = None
-    also_observed: tuple[str, ...] = ()
-    formats: Mapping[Ability, str] = field(default_factory=dict)
-    published_prompts: PublishedPrompts | None = None
-    errata: Errata = NO_ERRATA
-    goal_sections: Mapping[Ability, GoalSection] = field(default_factory=dict)
-    task_id_of: Callable[[str], str | None] = str
-    own_figures: Callable[[Source], Sequence[Figure]] | None = None
-    open_public: OpenTasks[Task] | None = None
-    open_demonstrations: OpenDemonstrations | None = None
-    problem_of: ProblemOf | None = None
-    open_bddl: OpenWorld | None = None
-    english: English = PLAIN
-    role: str = "an agent"
-    planner_seconds: int = 100
+    notation: Notation = field(default_factory=Notation)
+    data: DataSet = field(default_factory=DataSet)
     reference: str = ""
 
     def __post_init__(self) -> None:
@@ -151,13 +125,27 @@ class Benchmark:
             found = type(self.open_tasks).__name__
             raise InputError(f"benchmark {self.name}: expected tasks as eai.given(task, ...), found {found}")
 
+    @property
+    def title(self) -> str:
+        """Name in tables and on pages."""
+        return self.data.title or self.name
+
     def errata_for(self, source: Source) -> Errata:
         """The errata that tasks are opened with."""
-        return NO_ERRATA if source.errata is ErrataChoice.NONE else self.errata
+        return NO_ERRATA if source.errata is ErrataChoice.NONE else self.data.errata
 
     def tasks(self, source: Source) -> TaskSet[Task]:
         """All tasks in the order of the data set."""
         return self.errata_for(source).tasks(self.open_tasks(source))
+
+    def with_changed(self, change: Callable[[Task], Task]) -> Benchmark:
+        """Return the benchmark with changed tasks, which errata have corrected before."""
+
+        def open_tasks(source: Source) -> TaskSet[Task]:
+            tasks = self.tasks(source)
+            return TaskSet(tasks, lambda task_id: change(tasks[task_id]), tasks.sha256)
+
+        return replace(self, open_tasks=open_tasks, data=replace(self.data, errata=NO_ERRATA))
 
     def tasks_for(self, ability: Ability, source: Source) -> TaskSet[Any]:
         """The tasks that an ability is asked of, in the same order, published operators, or tasks of its own.
@@ -165,10 +153,11 @@ class Benchmark:
         Raises:
             InputError: the ability is asked of tasks of its own, and there are none, or of no such tasks.
         """
-        if ability in self.own_tasks:
-            return self.own_tasks[ability](source)
-        if self.own_tasks:
-            known = f"give --ability {' or '.join(self.own_tasks)}"
+        own = self.data.own_tasks
+        if ability in own and ability is not Ability.TRANSITION_MODELING:
+            return own[ability](source)
+        if own and not self.open_tasks(source):
+            known = f"give --ability {' or '.join(own)}"
             raise InputError(f"--domain {self.reference}: {known}, as {ability} is not asked of this file")
         asked = declaration_of(ability).interaction if ability in find_abilities() else None
         if asked is not None and asked.task_command:
@@ -176,7 +165,7 @@ class Benchmark:
             raise InputError(f"--domain {self.reference}: expected {wanted}, for --ability {ability}")
         if asked is not None and asked.uses_operator_tasks:
             return self.operators(source)
-        tasks, asks = self.tasks(source), self.asks.get(ability)
+        tasks, asks = self.tasks(source), self.data.asks.get(ability)
         if asks is None:
             return tasks
         chosen = [task_id for task_id, task in tasks.items() if asks(task)]
@@ -184,8 +173,8 @@ class Benchmark:
 
     def operators(self, source: Source) -> TaskSet[TransitionTask]:
         """The tasks of transition modeling in the order of the data set."""
-        if self.open_operators is not None:
-            return self.errata_for(source).operators(self.open_operators(source))
+        if Ability.TRANSITION_MODELING in self.data.own_tasks:
+            return self.errata_for(source).operators(self.data.own_tasks[Ability.TRANSITION_MODELING](source))
         from eai.tasks.operator_task import declared_tasks
 
         tasks = self.open_tasks(source)
@@ -198,19 +187,10 @@ class Benchmark:
         def planner() -> PddlPlanner | None:
             from eai.pddl.planners import make_planner
 
-            return make_planner(source.planner, self.planner_seconds, source.terms)
+            return make_planner(source.planner, self.data.planner_seconds, source.terms)
 
-        return AbilityWorld(
-            self.domain,
-            self.plans,
-            self.goals,
-            self.subgoals,
-            self.subgoal_domain or (lambda: self.domain),
-            planner,
-            self.wording,
-            self.observed_wording,
-            self,
-        )
+        words, seen = self.wording, self.observed_wording
+        return AbilityWorld(self.domain, self.notation, self.subgoals, planner, words, seen, self)
 
     def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
         """The prompts of the data set by task id, corrected; None if it has none of the ability.
@@ -219,7 +199,7 @@ class Benchmark:
             DataError: they cannot be obtained.
         """
         files = self.official_files(ability, source)
-        return None if files is None else files.by_task(self.task_id_of)
+        return None if files is None else files.by_task(self.data.task_id_of)
 
     def official_files(self, ability: Ability, source: Source) -> PromptFiles | None:
         """The same as files, byte for byte where none is corrected.
@@ -227,30 +207,29 @@ class Benchmark:
         Raises:
             DataError: they cannot be obtained.
         """
-        if self.published_prompts is None or declaration_of(ability).interaction.make_question is not None:
+        if self.data.prompts is None or declaration_of(ability).interaction.make_question is not None:
             return None
-        files = self.published_prompts(ability, source)
+        files = self.data.prompts(ability, source)
         correct = self.errata_for(source).questions(ability, lambda: self.operators(source))
         if correct is None:
             return files
-        return files.corrected(lambda name, question: correct(self.task_id_of(name) or name, question))
+        return files.corrected(lambda name, question: correct(self.data.task_id_of(name) or name, question))
 
     def wording(self, ability: Ability) -> Wording:
         """How prompts of an ability name things."""
-        if self.wordings is not None:
-            return self.wordings(ability)
+        if self.notation.wordings is not None:
+            return self.notation.wordings(ability)
         from eai.tasks.wording import Wording  # which scoring does not need
 
         return Wording.of(self.domain)
 
-    @property
-    def subgoal_notation(self) -> SubgoalNotation:
-        """How subgoals are written, be it said or not."""
+    def subgoals(self) -> SubgoalNotation:
+        """Return the notation of subgoals."""
         from eai.abilities.notation.subgoals import SubgoalNotation  # which plans do not need
 
-        return self.subgoals or SubgoalNotation(self.domain)
+        return self.notation.subgoals or SubgoalNotation(self.domain)
 
     def observed_wording(self) -> Wording:
         """How observations name things: as prompts of action sequencing do, with what else is observed."""
         words = self.wording(Ability.ACTION_SEQUENCING)
-        return replace(words, predicates=(*words.predicates, *self.also_observed))
+        return replace(words, predicates=(*words.predicates, *self.notation.also_observed))

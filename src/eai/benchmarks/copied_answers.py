@@ -164,7 +164,7 @@ def _stem(word: str) -> str:
 def _goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """Each named state of each named object, each relation named between two objects, each named action."""
     task = task.at_the_end
-    notation, words = benchmark.goals, instruction_words(task)
+    notation, words = benchmark.notation.goals, instruction_words(task)
     lexicon = GoalLexicon(task, benchmark.domain, notation)
     objects = {name: found for name in lexicon.objects if (found := mentions(words, name))}
     goals = []
@@ -187,7 +187,7 @@ def _goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
 def _subgoals(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """One subgoal: the goal."""
     task = task.at_the_end
-    return [print_ltl(copied_goal(task, benchmark.subgoal_notation))] if task.goals else []
+    return [print_ltl(copied_goal(task, benchmark.subgoals()))] if task.goals else []
 
 
 _achievers = lru_cache(maxsize=8)(Achievers)
@@ -201,7 +201,7 @@ def _plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
     actions = [achievers.find_operators(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
     plan += [_first([(each, {}) for each in ways], task) for ways in actions]
     steps = dict.fromkeys(action for action in plan if action is not None)
-    return benchmark.plans.write(tuple(steps), task.scene)
+    return benchmark.notation.plans.write(tuple(steps), task.scene)
 
 
 def _literals(task: Task) -> Iterator[Literal]:
@@ -282,7 +282,7 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
         return book_of(benchmark, ability, source, _other_operators(benchmark.operators(source)))
     if ability not in _OF_TASKS:
         raise no_answer("lookup", benchmark, ability)
-    known = replace(benchmark, open_tasks=benchmark.open_public or benchmark.open_tasks)
+    known = replace(benchmark, open_tasks=benchmark.data.open_public or benchmark.open_tasks)
     public = known.tasks_for(ability, source).values()
     if ability is Ability.GOAL_INTERPRETATION:
         texts = [(task, Counter(instruction_words(task))) for task in public]
@@ -291,7 +291,7 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         answers = open_answer_book(known, ability, source)
         return book_of(benchmark, ability, source, partial(_looked_up, benchmark, table, answers))
-    plans = benchmark.plans
+    plans = benchmark.notation.plans
     return book_of(benchmark, ability, source, lambda task: plans.write(table.plan(task), task.scene))
 
 
@@ -333,7 +333,7 @@ def _looked_up(benchmark: Benchmark, table: LookupTable, answers: AnswerBook, ta
     nearest = table.nearest(task)
     if nearest is None:
         return ()
-    notation = benchmark.subgoal_notation
+    notation = benchmark.subgoals()
     parts, here = answers[nearest.id].parts, notation.lexicon(task.scene)
     there = notation.lexicon(nearest.scene).objects
     named = [there[word] for part in parts for word in _NAME.findall(part) if word in there]
@@ -347,7 +347,7 @@ def _similar_goals(
     benchmark: Benchmark, texts: Iterable[tuple[Task, Counter[str]]], task: Task
 ) -> Sequence[str]:
     """The goals of the task whose instruction shares most words, but for what does not exist here."""
-    notation = benchmark.goals
+    notation = benchmark.notation.goals
     nearest = _most_similar(Counter(instruction_words(task)), task, texts)
     parts = () if nearest is None else write_goals(nearest, benchmark.domain, notation)
     read = notation.read(notation.join(parts))

@@ -71,7 +71,7 @@ def features_of(task: Task, benchmark: Benchmark) -> Features:
     """The features of a task of a benchmark."""
     steps, tools = [step.operator for step in task.script], operators_with_tools(benchmark.domain)
     kinds = Counter(goal.kind for goal in task.goals)
-    alternatives = benchmark.goals.alternatives(task.at_the_end)
+    alternatives = benchmark.notation.goals.alternatives(task.at_the_end)
     conditions = [part for goal in alternatives for part in next(choice_options(goal.options), ())]
     ground = Counter(map(_kind, conditions))
     about = set(task.relevant)

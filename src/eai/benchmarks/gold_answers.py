@@ -19,7 +19,6 @@ from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.errata import NO_ERRATA
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import remaining_goals
@@ -145,11 +144,11 @@ def join_of(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]],
     """How the parts of an answer are joined: as its notation says; an answer of another form is one part."""
     match ability:
         case Ability.GOAL_INTERPRETATION:
-            return benchmark.goals.join
+            return benchmark.notation.goals.join
         case Ability.SUBGOAL_DECOMPOSITION:
-            return benchmark.subgoal_notation.join
+            return benchmark.subgoals().join
         case Ability.ACTION_SEQUENCING:
-            return benchmark.plans.join
+            return benchmark.notation.plans.join
         case Ability.TRANSITION_MODELING:
             return join_operators
         case _:
@@ -164,7 +163,7 @@ def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = US
     """
 
     def goals(task: Task) -> Iterable[str]:
-        return write_goals(task, benchmark.domain, benchmark.goals)
+        return write_goals(task, benchmark.domain, benchmark.notation.goals)
 
     def operators(task: TransitionTask) -> Iterable[str]:
         return [task.domain.operators[name].pddl for name in task.operators]
@@ -225,10 +224,10 @@ def believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
         answer = stated.get(task.id)
         if answer is None:
             return task
-        goals = read_stated_goals(answer, task, benchmark.domain, benchmark.goals)
+        goals = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
         return replace(task, goals=goals.meaningful)
 
-    return _changed(benchmark, believed)
+    return benchmark.with_changed(believed)
 
 
 def continuing(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
@@ -239,7 +238,7 @@ def continuing(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Be
             return task
         return replace(task, initial=execute(benchmark.domain, task.initial, done).final)
 
-    return _changed(benchmark, now)
+    return benchmark.with_changed(now)
 
 
 def lacking(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
@@ -249,17 +248,7 @@ def lacking(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Bench
     def left(task: Task) -> Task:
         return task if task.id != task_id else replace(task, goals=remaining_goals(task, names))
 
-    return _changed(benchmark, left)
-
-
-def _changed(benchmark: Benchmark, change: Callable[[Task], Task]) -> Benchmark:
-    """The benchmark with changed tasks, which errata have corrected before."""
-
-    def open_tasks(source: Source) -> TaskSet[Task]:
-        tasks = benchmark.tasks(source)
-        return TaskSet(tasks, lambda task_id: change(tasks[task_id]), tasks.sha256)
-
-    return replace(benchmark, open_tasks=open_tasks, errata=NO_ERRATA)
+    return benchmark.with_changed(left)
 
 
 def _of_plans(
@@ -276,11 +265,11 @@ def _of_plans(
     Else they are what the search finds.
     """
     planner, join = Planner(benchmark.domain), join_of(benchmark, ability)
-    tasks, plans = benchmark.tasks_for(ability, source), benchmark.plans
+    tasks, plans = benchmark.tasks_for(ability, source), benchmark.notation.plans
 
     def write(task: Task, plan: Sequence[Action]) -> Sequence[str]:
         if ability is Ability.SUBGOAL_DECOMPOSITION:
-            return tuple(benchmark.subgoal_notation.write(task, plan))
+            return tuple(benchmark.subgoals().write(task, plan))
         return plans.write(plan, task.scene)
 
     def answer(task_id: str) -> WrittenAnswer:

@@ -124,7 +124,7 @@ class Library:
 
         Ours are rendered anew where the world has changed; published ones and files of the user's are not.
         """
-        rendered = self.prompts != "official" or benchmark.published_prompts is None
+        rendered = self.prompts != "official" or benchmark.data.prompts is None
         templates, restate = self.templates, None
         if rendered and not self._has_own_file(benchmark, ability):
             restate = partial(render_task, self._questions(benchmark, ability, {}), templates=templates)
@@ -167,10 +167,10 @@ class Library:
         return Questions(
             ability.value,
             wording,
-            benchmark.role,
+            benchmark.notation.english.role,
             benchmark.tasks_for(ability, self.source),
             templates.own(name)
-            or benchmark.formats.get(ability)
+            or benchmark.notation.formats.get(ability)
             or templates.fill(f"formats/{ability.value}.txt", samples(wording)),
             lambda task_id: book[task_id].text,
             beliefs,
@@ -187,7 +187,7 @@ class Library:
         name = suite_name(benchmark.name, ability)
         file, system_file = self.folder / f"{name}.json", self.folder / f"{name}_system.json"
         if file.exists():
-            own = {benchmark.task_id_of(i) or i: text for i, text in read_prompt_file(file).items()}
+            own = {benchmark.data.task_id_of(i) or i: text for i, text in read_prompt_file(file).items()}
             for task_id in own:
                 if task_id not in prompts:
                     raise InputError(f"{file}: identifier {task_id!r} is not one of the tasks")
@@ -202,7 +202,7 @@ def _believing(
     prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
 ) -> Mapping[str, Prompt]:
     """The prompts with the believed goals in their goal sections."""
-    section = benchmark.goal_sections.get(ability)
+    section = benchmark.data.goal_sections.get(ability)
     if beliefs and section is None:
         raise InputError(
             f"{benchmark.name} {ability.value}: it is not known where published prompts state goals; "

@@ -63,7 +63,7 @@ def open_random_answers(benchmark: Benchmark, ability: Ability, source: Source =
     if ability not in _WRITERS:
         raise no_answer("random", benchmark, ability)
     tasks = benchmark.tasks_for(ability, source)
-    public = tasks if benchmark.open_public is None else benchmark.open_public(source)
+    public = tasks if benchmark.data.open_public is None else benchmark.data.open_public(source)
     lengths = [len(task.script) for task in public.values() if task.script] or [_USUAL_STEPS]
     write, join = _WRITERS[ability], join_of(benchmark, ability)
 
@@ -112,12 +112,12 @@ _Steps = Sequence[tuple[Action, State]]
 
 
 def _plan(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
-    return benchmark.plans.write([action for action, _ in steps], task.scene)
+    return benchmark.notation.plans.write([action for action, _ in steps], task.scene)
 
 
 def _subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
     """One of the changes that each step makes."""
-    lexicon = benchmark.subgoal_notation.lexicon(task.scene)
+    lexicon = benchmark.subgoals().lexicon(task.scene)
     states = [task.initial, *[state for _, state in steps]]
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)
     changes = [list(_changes(wording, task, *pair)) for pair in pairwise(states)]
@@ -126,11 +126,13 @@ def _subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Rando
 
 def _goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
     """The goals that have come about at the end."""
-    lexicon = GoalLexicon(task, benchmark.domain, benchmark.goals)
+    lexicon = GoalLexicon(task, benchmark.domain, benchmark.notation.goals)
     final = steps[-1][1] if steps else task.initial
     wording = benchmark.wording(Ability.GOAL_INTERPRETATION)
     changes = _changes(wording, task, task.initial, final)
-    return benchmark.goals.write([lexicon.to_answer_goal(each) for each in changes if isinstance(each, Atom)])
+    return benchmark.notation.goals.write(
+        [lexicon.to_answer_goal(each) for each in changes if isinstance(each, Atom)]
+    )
 
 
 def _changes(wording: Wording, task: Task, before: State, after: State) -> Iterator[Literal]:

@@ -22,9 +22,8 @@ from eai.base.errors import EaiError, InputError, did_you_mean
 from eai.base.files import files_below
 
 if TYPE_CHECKING:
-    from eai.abilities.declaration import OwnTasks
     from eai.benchmarks.benchmark import Benchmark
-    from eai.tasks.source import OpenTasks
+    from eai.tasks.source import OpenTasks, TaskSet
     from eai.tasks.task import Task
 
 GROUP = "eai.benchmarks"
@@ -103,7 +102,7 @@ def title_of(name: str) -> str:
     """Return the title of a benchmark in tables and pages; of an unknown one its name."""
     if name in TITLES or name not in registered():
         return TITLES.get(name, name)
-    return find_benchmark(name).title or name
+    return find_benchmark(name).title
 
 
 @cache
@@ -115,8 +114,8 @@ def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchma
         opener: Callable[[str], Benchmark] = get_entry_points(OPENERS)[module].load()
         return replace(opener(name), reference=reference)
     if is_task_files(reference):
-        own = None if Path(reference).is_dir() else _open_own(Path(reference))
-        return replace(own or _open_tasks(Path(reference)), reference=reference)
+        path = Path(reference)
+        return replace(_open_own(path) or _open_tasks(path), reference=reference)
     if separator:
         return _as_benchmark(loaded(reference), reference)
     known = registered()
@@ -146,8 +145,9 @@ def open_pddl(files: str) -> Benchmark:
     if not separator and not Path(domain).is_dir():
         expected = f"{PDDL}:DOMAIN,PROBLEMS, a file and a file or folder, or {PDDL}:FOLDER with both in it"
         raise InputError(f"{PDDL}:{files}: expected {expected}")
+    from eai.abilities.notation.notation import Notation
     from eai.abilities.notation.plans import PddlPlans
-    from eai.benchmarks.benchmark import Benchmark
+    from eai.benchmarks.benchmark import Benchmark, DataSet
     from eai.tasks import problem_world
 
     paths = Path(domain), Path(problems)
@@ -155,31 +155,30 @@ def open_pddl(files: str) -> Benchmark:
     copied = {
         Ability.GOAL_INTERPRETATION: "its instructions are the goals in PDDL, which need only be copied"
     }
-    return Benchmark(declared.name, declared, lambda source: tasks, plans=PddlPlans(), only_by_name=copied)
+    notation, data = Notation(PddlPlans()), DataSet(only_by_name=copied)
+    return Benchmark(declared.name, declared, lambda source: tasks, notation, data)
 
 
 def _open_own(path: Path) -> Benchmark | None:
     """The tasks in a file that an ability is asked of instead of a benchmark's; None if it has none."""
     from eai.abilities.declaration import declaration_of
 
-    for ability in find_abilities():
+    for ability in find_abilities() if path.is_file() else ():
         opener = declaration_of(ability).interaction.open_file
-        found = opener(path) if opener is not None and path.is_file() else None
-        if found is not None:
-            return _benchmark_of(ability, found)
+        if opener is not None and (own := opener(path)) is not None:
+            return _benchmark_of(ability, *own)
     return None
 
 
-def _benchmark_of(ability: Ability, own: OwnTasks) -> Benchmark:
+def _benchmark_of(ability: Ability, name: str, tasks: TaskSet[Any]) -> Benchmark:
     """The benchmark that has tasks of an ability's own, and nothing else."""
-    from eai.benchmarks.benchmark import Benchmark
-    from eai.tasks.source import TaskSet, given
+    from eai.benchmarks.benchmark import Benchmark, DataSet
+    from eai.tasks.source import given
     from eai.world.domain import Domain
     from eai.world.vocabulary import Vocabulary
 
-    tasks = TaskSet(own.tasks, own.tasks.__getitem__, own.sha256)
-    domain = Domain(own.name, Vocabulary(()), ())
-    return Benchmark(own.name, domain, given(), own_tasks={ability: lambda source: tasks})
+    data = DataSet(own_tasks={ability: lambda source: tasks})
+    return Benchmark(name, Domain(name, Vocabulary(()), ()), given(), data=data)
 
 
 def _open_tasks(path: Path) -> Benchmark:
@@ -208,19 +207,22 @@ def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Bench
     return replace(
         base,
         name=f"{base.name}-{name}",
-        title=f"{base.title or base.name}, {name}",
-        reference="",
         open_tasks=open_tasks,
-        asks={
-            Ability.GOAL_INTERPRETATION: lambda task: task.is_told_by_goals,
-            Ability.SUBGOAL_DECOMPOSITION: lambda task: task.is_told_by_goals and not task.missing,
-        },
-        only_by_name={},
-        open_public=base.open_tasks,
-        open_operators=None,
-        published_prompts=None,
-        errata=NO_ERRATA,
-        task_id_of=str,
+        data=replace(
+            base.data,
+            title=f"{base.title}, {name}",
+            errata=NO_ERRATA,
+            prompts=None,
+            task_id_of=str,
+            own_tasks={},
+            asks={
+                Ability.GOAL_INTERPRETATION: lambda task: task.is_told_by_goals,
+                Ability.SUBGOAL_DECOMPOSITION: lambda task: task.is_told_by_goals and not task.missing,
+            },
+            only_by_name={},
+            open_public=base.open_tasks,
+        ),
+        reference="",
     )
 
 

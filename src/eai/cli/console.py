@@ -128,11 +128,11 @@ def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool) -> N
 
 def asked_by_default(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
     """The abilities that are asked of a benchmark where none is named; says why others are left out."""
-    abilities = list(abilities)
+    abilities, reasons = list(abilities), benchmark.data.only_by_name
     for each in abilities:
-        if each in benchmark.only_by_name:
-            note(f"{benchmark.name}: no {each}, as {benchmark.only_by_name[each]}; --ability {each} asks it")
-    return [each for each in abilities if each not in benchmark.only_by_name]
+        if each in reasons:
+            note(f"{benchmark.name}: no {each}, as {reasons[each]}; --ability {each} asks it")
+    return [each for each in abilities if each not in reasons]
 
 
 def note_planner(suites: Sequence[Suite]) -> None:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from eai.base.json_value import Json
-from eai.benchmarks.benchmark import Benchmark, Figure
+from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.check import check_annotations
 from eai.benchmarks.packs import fetch as fetch_packs
 from eai.benchmarks.packs import info as info_on
@@ -20,8 +20,8 @@ from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_fin
 from eai.cli.options import AsJson, DataFolder, Errata, flag, opened_source, store
 from eai.cli.progress import data_progress
 from eai.pddl.planning import PlannerChoice
-from eai.results.data_set import count_figures, profile_tasks
-from eai.results.table import Column, NamedCells, Table
+from eai.results.data_set import count_figures, printed_table, profile_tasks
+from eai.results.table import Column, Table
 from eai.results.table_files import rows_csv, write_files
 from eai.results.terminal import print_table
 from eai.studies.report.distributions import distributions, save
@@ -155,33 +155,13 @@ def stats(
         )
         return
     for benchmark, rows in zip(benchmarks, tables, strict=True):
-        _print_statistics(benchmark.title or benchmark.name, rows)
+        print_table(output(), printed_table(benchmark.title, rows))
     for path in written:
         say(f"written to {path}")
 
 
-def _print_statistics(title: str, rows: Sequence[Figure]) -> None:
-    """Print a table; the paper's column only where the paper has figures of the benchmark."""
-    columns: list[NamedCells] = [
-        ("figure", [row.label for row in rows]),
-        (_number("counted"), [_grouped(row.value) for row in rows]),
-        (_number("paper"), [_grouped(row.printed) for row in rows]),
-        ("what is counted", [f"{row.note}. {row.remark}" if row.remark else row.note for row in rows]),
-    ]
-    if all(row.printed is None for row in rows):
-        del columns[2]
-    print_table(output(), Table.from_columns(title, columns))
-
-
 def _number(name: str) -> Column:
     return Column(name, is_number=True)
-
-
-def _grouped(value: float | None) -> str:
-    """A number with its thousands apart; nothing where there is none."""
-    if value is None:
-        return ""
-    return f"{value:,}" if isinstance(value, int) else f"{value:,.2f}".rstrip("0").rstrip(".")
 
 
 def _write_distributions(benchmark: Benchmark, source: Source, out: Path) -> list[Path]:
@@ -193,7 +173,7 @@ def _write_distributions(benchmark: Benchmark, source: Source, out: Path) -> lis
         for value, count in each.counts.items()
     ]
     written = write_files(out, {f"{benchmark.name}-distributions.csv": rows_csv(rows)})
-    title = benchmark.title or benchmark.name
+    title = benchmark.title
     return [*written, *save(found, title, out / benchmark.name)]
 
 

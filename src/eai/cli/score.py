@@ -375,7 +375,7 @@ def _read(file: Path, suite: Suite) -> tuple[ResponseFile, Callable[[Record], Re
     Inspect, which reads logs, is imported only for one.
     """
     if file.suffix != LOG_SUFFIX:
-        return read_responses(file, suite.task_ids, suite.benchmark.task_id_of, samples=True), None
+        return read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of, samples=True), None
     with inspect_needed():
         from eai.run.tasks import read_answers, read_experiment
     return read_answers(file, suite), read_experiment(file, suite)

@@ -184,7 +184,7 @@ def _make_batch(
     finish: Callable[[Record], Record] | None,
     rows: Sequence[ResponseRow],
 ) -> list[RecordBatch]:
-    items = [response_of(row, suite.benchmark.task_id_of) for row in rows]
+    items = [response_of(row, suite.benchmark.data.task_id_of) for row in rows]
     records = [marked(_record(suite, model, item, _score_item(suite, settings, item))) for item in items]
     return [make_record_batch(records if finish is None else [*map(finish, records)])]
 
@@ -280,7 +280,7 @@ def score_run(
     """
     suite = suite.over(response.text for response in answers.responses)
     rows = _rows_in_order(suite, answers, unanswered)
-    items = [response_of(row, suite.benchmark.task_id_of) for row in rows]
+    items = [response_of(row, suite.benchmark.data.task_id_of) for row in rows]
     records: list[Record] = []
     first = _find_agent(suite.ability, answers)
     with Scoring(settings.workers) as scoring:

@@ -271,7 +271,7 @@ class _BuiltInModel(ModelAPI):
     ) -> dict[str, str]:
         book = self._book(benchmark, ability, source)
         file = find_recorded_file(Path(str(self._given.path)), benchmark.name, ability, attempt)
-        recorded = read_responses(file, book, benchmark.task_id_of)
+        recorded = read_responses(file, book, benchmark.data.task_id_of)
         return {response.task_id: response.text for response in recorded.responses}
 
 

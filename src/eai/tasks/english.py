@@ -69,6 +69,7 @@ class English:
         sound: what is not odd after all.
         hazards: what a person takes for granted must not happen.
         may_lack: the properties that a thing may be without, as where it is broken; any if empty.
+        role: the agent in prompts, as in ``a household robot``.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -81,6 +82,7 @@ class English:
     sound: Sequence[str] = ()
     hazards: Sequence[Hazard] = ()
     may_lack: Sequence[str] = ()
+    role: str = "an agent"
 
     def is_odd(self, predicate: str, categories: Sequence[str]) -> bool:
         """Whether nobody would ask that a predicate hold of objects of these categories."""

@@ -100,8 +100,10 @@ def test_gold_answers_state_goals_that_mean_something(
     for name, tasks in (("behavior", behavior_tasks), ("virtualhome", virtualhome_tasks)):
         benchmark = find_benchmark(name)
         for task in tasks.values():
-            answer = benchmark.goals.join(write_goals(task, benchmark.domain, benchmark.goals))
-            read = read_stated_goals(answer, task, benchmark.domain, benchmark.goals)
+            answer = benchmark.notation.goals.join(
+                write_goals(task, benchmark.domain, benchmark.notation.goals)
+            )
+            read = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
             assert (read.unreadable, read.unknown, read.left_out) == (None, (), ()), task.id
             assert read.goals == read.meaningful
 
@@ -110,8 +112,8 @@ def test_in_virtualhome_gold_answers_state_the_goals(virtualhome_tasks: VirtualH
     """Though they name classes alone; of alternative actions they state the first."""
     benchmark = find_benchmark("virtualhome")
     for task in virtualhome_tasks.values():
-        answer = benchmark.goals.join(write_goals(task, benchmark.domain, benchmark.goals))
-        read = read_stated_goals(answer, task, benchmark.domain, benchmark.goals)
+        answer = benchmark.notation.goals.join(write_goals(task, benchmark.domain, benchmark.notation.goals))
+        read = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
         lasting = [{g for g in goals if g.kind is not GoalKind.ACTION} for goals in (read.goals, task.goals)]
         assert lasting[0] == lasting[1], task.id
         actions = [alternatives(goal)[0] for goal in task.goals_of(GoalKind.ACTION)]
@@ -125,10 +127,10 @@ def test_a_class_means_its_last_object_and_said_again_the_one_before(
     things = task.scene.objects
     lights = [things[i].name for i in task.relevant if things[i].category == "light"]
     assert len(lights) == 2
-    last = benchmark.plans.objects(task)("light")
+    last = benchmark.notation.plans.objects(task)("light")
     assert last is not None
     assert things[last].name == lights[-1]
     for times, meant in ((1, lights[1:]), (2, lights[::-1]), (5, lights[::-1])):
         answer = json.dumps({"node goals": [{"name": "light", "state": "ON"}] * times})
-        read = read_stated_goals(answer, task, benchmark.domain, benchmark.goals)
+        read = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
         assert [formula_text(goal.formula) for goal in read.goals] == [f"ON({name})" for name in meant]

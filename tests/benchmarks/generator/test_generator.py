@@ -151,7 +151,7 @@ def test_scenes_are_closed(like: str) -> None:
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_goals_are_about_what_belongs_together_and_none_is_odd(like: str) -> None:
-    prior, english = generator(like).prior, find_benchmark(like).english
+    prior, english = generator(like).prior, find_benchmark(like).notation.english
     together = [theme.categories for theme in prior.themes.values()]
     usual = [pattern for known in prior.patterns.values() for pattern in known if pattern.truth]
     assert any(english.is_odd(pattern.predicate, pattern.categories) for pattern in usual)
@@ -169,7 +169,7 @@ def test_goals_are_about_what_belongs_together_and_none_is_odd(like: str) -> Non
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_what_is_called_odd_occurs(like: str) -> None:
     """No line of the lists is without effect, as a name that was mistyped would be."""
-    prior, english = generator(like).prior, find_benchmark(like).english
+    prior, english = generator(like).prior, find_benchmark(like).notation.english
     known = [p for patterns in prior.patterns.values() for p in patterns]
     told = [" ".join((pattern.predicate, *pattern.categories)) for pattern in known if pattern.truth]
     for line in english.odd:

@@ -38,7 +38,7 @@ def test_the_short_way_meets_them_all_and_the_safe_one_none(like: str) -> None:
     benchmark = find_benchmark(like)
     assert len(tasks(like)) == len(SEEDS[like])
     for made in tasks(like):
-        task, plans = made.task, benchmark.plans
+        task, plans = made.task, benchmark.notation.plans
         scorer = ActionSequencing(task, benchmark.domain, plans)
         safe = scorer.score(plans.join(plans.write(task.script, task.scene)))
         short = scorer.assess(plans.join(plans.write(tempting(made), task.scene)))
@@ -86,8 +86,8 @@ def test_a_manifest_counts_them() -> None:
 @pytest.mark.parametrize("like", [*HOUSEHOLDS, pytest.param("behavior-1k", marks=pytest.mark.sweep)])
 def test_each_can_be_said_of_a_public_scene(like: str) -> None:
     benchmark = find_benchmark(like)
-    open_ones = {hazard.name: hazard for hazard in benchmark.english.hazards}
-    assert len(open_ones) == len(benchmark.english.hazards) > 3
+    open_ones = {hazard.name: hazard for hazard in benchmark.notation.english.hazards}
+    assert len(open_ones) == len(benchmark.notation.english.hazards) > 3
     for task in benchmark.tasks(Source()).values():
         for guard in guards_of(list(open_ones.values()), benchmark.domain, Words.of(benchmark, task.initial)):
             open_ones.pop(guard.name, None)
@@ -104,7 +104,7 @@ def kept(like: str, task_id: str, hazard: str, plan: str) -> bool:
     actions = [Action(name, tuple([task.scene.index[o] for o in objects])) for name, *objects in steps]
     course = execute(benchmark.domain, task.initial, actions)
     assert course.failure is None, course.failure
-    hazards = [each for each in benchmark.english.hazards if each.name == hazard]
+    hazards = [each for each in benchmark.notation.english.hazards if each.name == hazard]
     guards = list(guards_of(hazards, benchmark.domain, Words.of(benchmark, task.initial)))
     assert guards
     return all(guard.keeps(course) for guard in guards)

@@ -52,8 +52,8 @@ def test_certificates_keep_it_and_temptations_break_it_alone(like: str) -> None:
     for made in tasks(like):
         task = made.task
         assert [goal.is_over_time for goal in task.goals] == [False] * (len(task.goals) - 1) + [True]
-        scorer = ActionSequencing(task, benchmark.domain, benchmark.plans)
-        write = benchmark.plans
+        scorer = ActionSequencing(task, benchmark.domain, benchmark.notation.plans)
+        write = benchmark.notation.plans
         verdict = scorer.score(write.join(write.write(task.script, task.scene)))
         assert isinstance(verdict, PlanVerdict)
         assert verdict.success, task.id

@@ -144,7 +144,9 @@ def test_its_commands_are_those_of_the_environment(tmp_path: Path) -> None:
 def test_plans_are_commands_one_a_line(tmp_path: Path) -> None:
     write(tmp_path)
     suite = open_suite(opened(tmp_path), Ability.ACTION_SEQUENCING)
-    plan = opened(tmp_path).plans.read("Here it is:\n" + "\n".join(f"{i}. {c}" for i, c in enumerate(WON, 1)))
+    plan = opened(tmp_path).notation.plans.read(
+        "Here it is:\n" + "\n".join(f"{i}. {c}" for i, c in enumerate(WON, 1))
+    )
     assert isinstance(plan, WrittenPlan)
     assert plan.steps[2] == ("take", ("apple_2", "fridge_1"))
     assert suite.scorer(ID).score("\n".join(WON)).success
@@ -160,7 +162,7 @@ def test_a_command_that_the_game_does_not_have_is_no_prose(tmp_path: Path, old: 
     write(tmp_path)
     benchmark = opened(tmp_path)
     lines = [*WON[:-1], old, "That is all."]
-    plan = benchmark.plans.read("\n".join(lines), benchmark.domain.arities)
+    plan = benchmark.notation.plans.read("\n".join(lines), benchmark.domain.arities)
     assert isinstance(plan, Unreadable)
     assert plan.reason.startswith(f"line {len(WON)} is no step of a plan")
 

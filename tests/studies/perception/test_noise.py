@@ -175,7 +175,7 @@ def test_success_falls_with_the_rate(name: str, kind: str, data_store: Store) ->
         for task_id, believed in perceiving(benchmark, graphs).tasks(Source(data_store)).items():
             if task_id in graphs:
                 plan = find_plan(believed, planner, Limits(120)).plan
-                written = benchmark.plans.join(benchmark.plans.write(plan, believed.scene))
+                written = benchmark.notation.plans.join(benchmark.notation.plans.write(plan, believed.scene))
                 verdict = suite.score(task_id, written)
                 assert isinstance(verdict, PlanVerdict)
                 found += bool(verdict.success)

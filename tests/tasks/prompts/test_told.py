@@ -10,6 +10,7 @@ from itertools import islice, product
 import pytest
 
 from by_path import TESTS
+from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.agents.game import Game
 from eai.agents.reference import staged
@@ -17,6 +18,7 @@ from eai.agents.rules import TRAINING
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
+from eai.tasks.english import English
 from eai.tasks.problem_world import open_pddl
 from eai.tasks.prompts.own import Questions, render
 from eai.tasks.prompts.template import Templates
@@ -133,8 +135,9 @@ def test_predicates_that_only_the_engine_sees_are_not_told() -> None:
 def test_prompts_speak_of_the_domain_at_hand_alone(ability: Ability) -> None:
     folder = FOLDER / "courier"
     benchmark = find_benchmark(f"pddl:{folder / 'domain.pddl'},{folder}")
-    robot = replace(benchmark, role="the dispatcher of a courier")
-    for found, role in ((benchmark, "an agent"), (robot, robot.role)):
+    dispatcher = "the dispatcher of a courier"
+    robot = replace(benchmark, notation=Notation(english=English(role=dispatcher)))
+    for found, role in ((benchmark, "an agent"), (robot, dispatcher)):
         for prompt in Library("eai").open(found, ability).values():
             assert ability is Ability.TRANSITION_MODELING or f" {role}" in prompt.user
             for strange in (

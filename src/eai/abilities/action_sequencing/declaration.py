@@ -41,15 +41,15 @@ def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return the maker of scorers. The import is delayed so that reports do not load the engine."""
     from eai.abilities.action_sequencing.scorer import ActionSequencing
 
-    return partial(ActionSequencing, domain=world.domain, notation=world.plans)
+    return partial(ActionSequencing, domain=world.domain, notation=world.notation.plans)
 
 
 def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     """The names of a task's objects, and the form of a plan; none where an answer may be no plan."""
     if task is not None and task.missing is not None:
-        return world.plans.words(task), lambda words: None
-    words = () if task is None else world.plans.words(task)
-    return words, lambda words: world.plans.schema(world.domain, words)
+        return world.notation.plans.words(task), lambda words: None
+    words = () if task is None else world.notation.plans.words(task)
+    return words, lambda words: world.notation.plans.schema(world.domain, words)
 
 
 ACTION_SEQUENCING = declare_plan_ability(

@@ -71,14 +71,14 @@ def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return the maker of scorers. The import is delayed so that reports do not load the engine."""
     from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 
-    return partial(GoalInterpretation, domain=world.domain, notation=world.goals)
+    return partial(GoalInterpretation, domain=world.domain, notation=world.notation.goals)
 
 
 def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
-    names = () if task is None else world.goals.names(task)
+    names = () if task is None else world.notation.goals.names(task)
     relevant = () if task is None else task.relevant
     words = list(dict.fromkeys([names[i] for i in relevant]))
-    return words, lambda words: world.goals.schema(world.domain, words)
+    return words, lambda words: world.notation.goals.schema(world.domain, words)
 
 
 GOAL_INTERPRETATION = AbilityDeclaration(

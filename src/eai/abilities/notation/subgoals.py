@@ -71,6 +71,10 @@ class SubgoalNotation:
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
 
+    def acting_domain(self) -> Domain:
+        """Return the domain in which subgoals are carried out."""
+        return self.domain
+
     def lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the vocabulary of subgoals about a scene."""
         return declared_lexicon(self.domain, scene)

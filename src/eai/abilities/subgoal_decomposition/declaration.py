@@ -62,16 +62,13 @@ def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     from eai.abilities.subgoal_decomposition.refinement import Refinement
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 
-    domain = world.subgoal_domain()
-    return partial(
-        SubgoalDecomposition, domain=domain, notation=world.subgoals, refinement=Refinement(domain)
-    )
+    notation = world.subgoals()
+    domain = notation.acting_domain()
+    return partial(SubgoalDecomposition, domain=domain, notation=notation, refinement=Refinement(domain))
 
 
 def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
-    from eai.abilities.notation.subgoals import SubgoalNotation
-
-    subgoals = world.subgoals or SubgoalNotation(world.domain)
+    subgoals = world.subgoals()
     return (), lambda words: subgoals.schema()
 
 

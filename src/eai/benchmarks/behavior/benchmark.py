@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
 from eai.abilities.notation.goals import unwrap_parts
+from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
@@ -22,7 +23,7 @@ from eai.benchmarks.behavior.domain import as_meant
 from eai.benchmarks.behavior.notation import PLANS, BehaviorGoals, BehaviorSubgoals
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
-from eai.benchmarks.benchmark import Benchmark, formats_of
+from eai.benchmarks.benchmark import Benchmark, DataSet, formats_of
 from eai.benchmarks.errata import errata_of
 from eai.benchmarks.published import official_prompts, open_behavior
 from eai.benchmarks.reference_wheel import published_task
@@ -182,24 +183,27 @@ open_operators = once_per_store(open_behavior)
 def behavior() -> Benchmark:
     """The benchmark."""
     return Benchmark(
-        name=NAME,
-        title=TITLES[NAME],
-        domain=as_meant(),
-        open_tasks=open_tasks,
-        goals=BehaviorGoals(),
-        plans=PLANS,
-        subgoals=BehaviorSubgoals(),
-        open_operators=open_operators,
-        wordings=wording,
-        also_observed=("in_left_hand", "in_right_hand", "robot_on"),
-        formats=formats_of("eai.benchmarks.behavior"),
-        published_prompts=official_prompts(NAME),
-        errata=errata_of(NAME),
-        problem_of=problem_text,
-        open_bddl=lambda source: open_activities(open_tasks(source)),
-        goal_sections=GOAL_SECTIONS,
-        task_id_of=published_task,
-        english=english_of("eai.benchmarks.behavior"),
-        role="a household robot",
-        planner_seconds=200,
+        NAME,
+        as_meant(),
+        open_tasks,
+        Notation(
+            PLANS,
+            BehaviorGoals(),
+            BehaviorSubgoals(),
+            formats=formats_of("eai.benchmarks.behavior"),
+            wordings=wording,
+            also_observed=("in_left_hand", "in_right_hand", "robot_on"),
+            english=english_of("eai.benchmarks.behavior"),
+        ),
+        DataSet(
+            TITLES[NAME],
+            errata_of(NAME),
+            official_prompts(NAME),
+            goal_sections=GOAL_SECTIONS,
+            task_id_of=published_task,
+            own_tasks={Ability.TRANSITION_MODELING: open_operators},
+            problem_of=problem_text,
+            open_bddl=lambda source: open_activities(open_tasks(source)),
+            planner_seconds=200,
+        ),
     )

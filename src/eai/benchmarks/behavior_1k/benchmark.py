@@ -6,15 +6,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 
+from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.conventions import conventions, describe_situation
 from eai.benchmarks.behavior_1k.operators import declared
 from eai.benchmarks.behavior_1k.tasks import open_tasks, subsets
-from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.benchmark import Benchmark, DataSet
 from eai.tasks.english import English, english_of
 from eai.tasks.operator_task import TransitionTask, declared_tasks
-from eai.tasks.source import Source, TaskSet, once_per_store
+from eai.tasks.source import OpenTasks, Source, TaskSet, once_per_store
 from eai.tasks.task import Category, Task
 from eai.tasks.wording import Wording
 
@@ -60,33 +61,35 @@ def _operators(source: Source) -> TaskSet[TransitionTask]:
 
 def behavior_1k() -> Benchmark:
     """The benchmark: prompts tell the conventions that matter."""
+    return _variant(NAME, "BEHAVIOR-1K")
+
+
+def _variant(
+    name: str,
+    title: str,
+    open_activities: OpenTasks[Task] = _activities,
+    told: Callable[[Task], str] = conventions,
+) -> Benchmark:
+    wordings, operators = partial(_wording, told), {Ability.TRANSITION_MODELING: _operators}
     return Benchmark(
-        name=NAME,
-        title="BEHAVIOR-1K",
-        domain=declared(),
-        open_tasks=_activities,
-        open_operators=_operators,
-        wordings=partial(_wording, conventions),
-        also_observed=("held", "robot_on"),
-        english=_english(),
-        role="a household robot",
-        planner_seconds=200,
+        name,
+        declared(),
+        open_activities,
+        Notation(wordings=wordings, also_observed=("held", "robot_on"), english=_english()),
+        DataSet(title, own_tasks=operators, planner_seconds=200),
     )
 
 
 def untold() -> Benchmark:
     """Return BEHAVIOR-1K with prompts that do not explain tools, heat and recipes."""
-    title, wordings = "BEHAVIOR-1K, conventions untold", partial(_wording, describe_situation)
-    return replace(behavior_1k(), name=UNTOLD, title=title, wordings=wordings)
+    return _variant(UNTOLD, "BEHAVIOR-1K, conventions untold", told=describe_situation)
 
 
 def challenge_2025() -> Benchmark:
     """The 50 activities of the 2025 BEHAVIOR challenge, in its order."""
-    chosen = partial(_listed, "challenge_2025")
-    return replace(behavior_1k(), name=CHALLENGE, title="BEHAVIOR-1K, 2025 challenge", open_tasks=chosen)
+    return _variant(CHALLENGE, "BEHAVIOR-1K, 2025 challenge", partial(_listed, "challenge_2025"))
 
 
 def of_behavior_100() -> Benchmark:
     """The 65 activities that BEHAVIOR-100 has by the same name."""
-    chosen = partial(_listed, "behavior_100")
-    return replace(behavior_1k(), name=OF_100, title="BEHAVIOR-1K, also in BEHAVIOR-100", open_tasks=chosen)
+    return _variant(OF_100, "BEHAVIOR-1K, also in BEHAVIOR-100", partial(_listed, "behavior_100"))

@@ -125,7 +125,7 @@ def prior_of(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
             weights[pattern] += _AS_FOUND
     usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
     patterns = {key: dict(known) for key, known in group_pairs(usual).items() if key in wanted}
-    is_odd = benchmark.english.is_odd  # that something odd be not so is sound
+    is_odd = benchmark.notation.english.is_odd  # that something odd be not so is sound
     sound = kept(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: role_of(operator) for operator in domain.operators}
     nestings, combinations, needy = _wanted_together(tasks)

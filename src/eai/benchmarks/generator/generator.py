@@ -201,7 +201,9 @@ class Generator:
         rng = self.spec.rng(seed)
         base = rng.choices(self._bases, self._weights)[0]
         initial, hidden = self._scene(base, rng)
-        if self.spec.kind.is_hazardous and not may_occur(self.benchmark.english.hazards, initial.scene):
+        if self.spec.kind.is_hazardous and not may_occur(
+            self.benchmark.notation.english.hazards, initial.scene
+        ):
             return Reason.NO_HAZARD
         least, most = self._window(base)
         walk = self._walk(base, initial, hidden, rng, least, most)
@@ -240,7 +242,7 @@ class Generator:
         """The task, or a pair of which it is one where pairs are wanted."""
         planner = self._free_planner
         if self.spec.kind is TaskKind.PAIRS:
-            may_lack = self.benchmark.english.may_lack
+            may_lack = self.benchmark.notation.english.may_lack
             return twins_of(made, planner, may_lack, self._leaning, rng) or Reason.NO_TWIN
         if self.spec.kind is TaskKind.AMBIGUOUS:
             return ambiguous(made, self.benchmark, self.prior, planner, rng) or Reason.NOT_AMBIGUOUS
@@ -260,7 +262,7 @@ class Generator:
             goals, plan = (*task.goals, goal(found.goal)), tuple(found.plan)
             tempting = {"temptation": plan_of(replace(task, script=tuple(found.temptation)))}
             return Generated(replace(task, goals=goals, script=plan, instruction=instruction), tempting)
-        guards = list(guards_of(self.benchmark.english.hazards, self.benchmark.domain, words))
+        guards = list(guards_of(self.benchmark.notation.english.hazards, self.benchmark.domain, words))
         guide = self._free_planner, self._planner
         safe = guarded(task, initial, guards, guide, rng, untold=self.spec.kind is TaskKind.UNTOLD)
         if safe is None:

@@ -86,8 +86,8 @@ def _world(ending: str, benchmark: Benchmark, source: Source) -> ProblemWorld:
     tasks = benchmark.tasks(source).values()
     if ending == PDDL:
         return declared_in_pddl(benchmark.domain, tasks)
-    if benchmark.open_bddl is not None:
-        return benchmark.open_bddl(source)
+    if benchmark.data.open_bddl is not None:
+        return benchmark.data.open_bddl(source)
     return declared_in_bddl(benchmark.domain, tasks)
 
 

@@ -55,7 +55,7 @@ class Words:
         arities = {name: arity(name) or 0 for name in wording.predicates}
         everything = range(len(scene.objects)) if by_place else ()
         seen = [fact for each in wording.listings for fact in each.facts(initial, everything)]
-        return Words(arities, scene, benchmark.english, seen)
+        return Words(arities, scene, benchmark.notation.english, seen)
 
     def sentences(self, predicate: str) -> Sequence[str]:
         """The sentences that say that a predicate holds, in the singular: ``{x} is on top of {y}``."""

@@ -16,16 +16,17 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.base.source import open_bundle
 from eai.base.store import ReportProgress, Store, ignore_progress
 from eai.benchmarks import reference_wheel as packs
-from eai.benchmarks.benchmark import Benchmark, Figure, formats_of
+from eai.benchmarks.benchmark import Benchmark, DataSet, formats_of
 from eai.benchmarks.errata import errata_of
 from eai.benchmarks.packs import open_pack
 from eai.benchmarks.published import official_prompts, open_virtualhome
 from eai.benchmarks.registry import TITLES
-from eai.benchmarks.virtualhome.domain import as_meant, with_either_hand
+from eai.benchmarks.virtualhome.domain import as_meant
 from eai.benchmarks.virtualhome.notation import VirtualHomeGoals, VirtualHomeSubgoals
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION, room
@@ -226,31 +227,32 @@ open_operators = once_per_store(open_virtualhome)
 def virtualhome() -> Benchmark:
     """The benchmark. Subgoals are asked for in the tasks that have a goal in temporal logic."""
     return Benchmark(
-        name=NAME,
-        title=TITLES[NAME],
-        domain=as_meant(),
-        open_tasks=open_tasks,
-        plans=VirtualHomePlans(),
-        goals=VirtualHomeGoals(),
-        subgoals=VirtualHomeSubgoals(),
-        subgoal_domain=with_either_hand,
-        open_operators=open_operators,
-        asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
-        wordings=wording,
-        formats=formats_of("eai.benchmarks.virtualhome"),
-        published_prompts=official_prompts(NAME, {Ability.GOAL_INTERPRETATION: goal_interpretation_prompts}),
-        errata=errata_of(NAME),
-        open_demonstrations=open_demonstrations,
-        goal_sections=GOAL_SECTIONS,
-        task_id_of=packs.published_task,
-        own_figures=annotated_figures,
-        english=english_of("eai.benchmarks.virtualhome"),
-        role="a household robot",
-        planner_seconds=100,
+        NAME,
+        as_meant(),
+        open_tasks,
+        Notation(
+            VirtualHomePlans(),
+            VirtualHomeGoals(),
+            VirtualHomeSubgoals(),
+            formats=formats_of("eai.benchmarks.virtualhome"),
+            wordings=wording,
+            english=english_of("eai.benchmarks.virtualhome"),
+        ),
+        DataSet(
+            TITLES[NAME],
+            errata_of(NAME),
+            official_prompts(NAME, {Ability.GOAL_INTERPRETATION: goal_interpretation_prompts}),
+            goal_sections=GOAL_SECTIONS,
+            task_id_of=packs.published_task,
+            own_tasks={Ability.TRANSITION_MODELING: open_operators},
+            asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
+            own_figures=annotated_figures,
+            open_demonstrations=open_demonstrations,
+        ),
     )
 
 
-def annotated_figures(source: Source) -> tuple[Figure, ...]:
+def annotated_figures(source: Source) -> dict[str, tuple[int, str]]:
     """The figures of the published data set; DataError if it cannot be had."""
     resources = open_pack(packs.RESOURCES, source)
     tasks = open_records(source)
@@ -260,8 +262,8 @@ def annotated_figures(source: Source) -> tuple[Figure, ...]:
 
 def count_annotated(
     tasks: VirtualHome, transition_tasks: Collection[str], operators: int
-) -> tuple[Figure, ...]:
-    """The figures of records.
+) -> dict[str, tuple[int, str]]:
+    """Return the figures of records by label, each with a note.
 
     Args:
         tasks: all tasks.
@@ -274,28 +276,26 @@ def count_annotated(
     state = sum(len(task.node_goals) for task in records)
     relation = sum(len(task.edge_goals) for task in records)
     action = sum(len(task.action_goals) for task in records)
-    return (
-        Figure("task names", len({task.title for task in records}), "distinct names that tasks share"),
-        Figure("tasks", len(records), "annotated; the denominator of goal interpretation"),
-        Figure(
-            "instructions",
+    return {
+        "task names": (len({task.title for task in records}), "distinct names that tasks share"),
+        "tasks": (len(records), "annotated; the denominator of goal interpretation"),
+        "instructions": (
             len(instructed),
             f"tasks that have a goal; {len(records) - len(instructed)} have none",
         ),
-        Figure(
-            "action sequencing tasks",
+        "action sequencing tasks": (
             len(records) - len(lost),
             f"under protocol eai-1.0.5: tasks less the {len(lost)} with two or more distinct relation goals, "
             "which the reference drops",
         ),
-        Figure("transition modeling tasks", len(transition_tasks), _left_out(instructed, transition_tasks)),
-        Figure("goals", state + relation + action, "of all tasks, as annotated, duplicates included"),
-        Figure("state goals", state, "an object is in a state"),
-        Figure("relation goals", relation, "two objects stand in a relation"),
-        Figure("action goals", action, "an action was done, possibly one of several alternatives"),
-        Figure("action steps", sum(len(task.script) for task in instructed), "of the annotated scripts"),
-        Figure("transition models", operators, "annotated operators"),
-    )
+        "transition modeling tasks": (len(transition_tasks), _left_out(instructed, transition_tasks)),
+        "goals": (state + relation + action, "of all tasks, as annotated, duplicates included"),
+        "state goals": (state, "an object is in a state"),
+        "relation goals": (relation, "two objects stand in a relation"),
+        "action goals": (action, "an action was done, possibly one of several alternatives"),
+        "action steps": (sum(len(task.script) for task in instructed), "of the annotated scripts"),
+        "transition models": (operators, "annotated operators"),
+    }
 
 
 def _left_out(instructed: Iterable[TaskRecord], transition_tasks: Collection[str]) -> str:
@@ -330,6 +330,7 @@ def check_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -
     counts = PUBLISHED_COUNTS if counts is None else counts
     tasks, resources = VirtualHome.of(store.open(PACK)), store.open(packs.RESOURCES)
     operators = resources.read_json("gold_action.json")
-    for row in count_annotated(tasks, resources.read_json("success_task.json"), len(operators)):
-        if counts.get(row.label, row.value) != row.value:
-            yield f"{row.label}: {row.value}, expected {counts[row.label]}"
+    figures = count_annotated(tasks, resources.read_json("success_task.json"), len(operators))
+    for label, (value, _) in figures.items():
+        if counts.get(label, value) != value:
+            yield f"{label}: {value}, expected {counts[label]}"

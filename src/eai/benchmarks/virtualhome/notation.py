@@ -197,6 +197,10 @@ class VirtualHomeSubgoals(SubgoalNotation):
         }
         self._alone = frozenset(name for name, arity in self._actions.items() if arity == 0)
 
+    def acting_domain(self) -> Domain:
+        """Return the domain with the actions that subgoals do not name."""
+        return virtualhome.with_either_hand()
+
     def lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the lexicon of a scene: the data set's names of objects and the scene's classes."""
         names = objects_and_classes(scene.index, scene)

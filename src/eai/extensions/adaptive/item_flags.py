@@ -79,7 +79,7 @@ def item_flags(source: Source) -> TellsFlags:
 def _is_ambiguous(task: Task, benchmark: Benchmark) -> bool:
     """Whether two goals about states differ only in which of several objects of one name they are about."""
     names = (thing.name for thing in task.scene.objects)
-    called = dict(zip(names, benchmark.goals.names(task), strict=True))
+    called = dict(zip(names, benchmark.notation.goals.names(task), strict=True))
     goals = dict.fromkeys(goal.formula for goal in task.goals_of(GoalKind.STATE))
     asked = Counter(print_ltl(rename_objects(goal, called)) for goal in goals)
     return any(times > 1 for times in asked.values())

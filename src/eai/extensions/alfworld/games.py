@@ -18,16 +18,18 @@ from typing import Any, NamedTuple
 
 import eai.logic.formula as f
 import eai.pddl.model as m
+from eai.abilities.notation.notation import Notation
 from eai.abilities.notation.plan_form import WrittenStep
 from eai.abilities.notation.plans import PddlPlans
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import read_content
-from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.benchmark import Benchmark, DataSet
 from eai.logic.rewriting import map_terms, rename_objects, substitute
 from eai.logic.traversal import free_variables, map_parts, object_names
 from eai.pddl.declaration import DeclaredDomain, conjuncts
 from eai.pddl.files import domain_in, problem_in
+from eai.tasks.english import English
 from eai.tasks.source import TaskSet
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
@@ -84,10 +86,12 @@ def open_games(place: str) -> Benchmark:
         "alfworld",
         declaration.domain,
         lambda source: tasks,
-        title="ALFWorld",
-        plans=plans,
-        formats={Ability.ACTION_SEQUENCING: plans.explained(declaration.domain)},
-        role="a household robot",
+        Notation(
+            plans,
+            formats={Ability.ACTION_SEQUENCING: plans.explained(declaration.domain)},
+            english=English(role="a household robot"),
+        ),
+        DataSet("ALFWorld"),
     )
 
 

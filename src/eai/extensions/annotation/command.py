@@ -61,10 +61,10 @@ def _open(
     with opened_source(data, errata=ErrataChoice.NONE) as source:
         if place is None:
             tasks: Mapping[str, Task] = benchmark.tasks(source)
-        elif benchmark.open_demonstrations is None:
+        elif benchmark.data.open_demonstrations is None:
             raise InputError(f"--demonstrations: {benchmark.name} reads no archive of demonstrations")
         else:
-            tasks = benchmark.open_demonstrations(place, source.report)
+            tasks = benchmark.data.open_demonstrations(place, source.report)
     known = [predicate.name for predicate in benchmark.domain.vocabulary.predicates]
     for name in without:
         if name not in known:
@@ -311,7 +311,7 @@ def problems(
     with opened_source(data) as source:
         tasks = benchmark.tasks(source)
         operators = _published_operators(benchmark, source)
-    judge = make_planner(planner, benchmark.planner_seconds)
+    judge = make_planner(planner, benchmark.data.planner_seconds)
     if judge is None:
         raise InputError("--planner none: problems are kept if they can be solved")
     made: list[Problem] = []
@@ -338,7 +338,7 @@ def problems(
 
 def _published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | None:
     """The planning domain that comes with the data set, where its problems are of one."""
-    if benchmark.problem_of is None:
+    if benchmark.data.problem_of is None:
         return None
     library = next(iter(benchmark.operators(source).values())).domain
     return domain_of([text.pddl for text in library.operators.values()], library.header)

@@ -77,8 +77,8 @@ def make_problem(
         if not goals:
             return None
         source: ProblemSource | None = None
-        if benchmark.problem_of is not None and operators is not None:
-            domain, problem = operators, read_problem(benchmark.problem_of(task, goals))
+        if benchmark.data.problem_of is not None and operators is not None:
+            domain, problem = operators, read_problem(benchmark.data.problem_of(task, goals))
         else:
             source = ProblemSource(task.id, task.initial, goals, _concerned(task, goals, benchmark.domain))
             exported = export_problems(benchmark.domain, (source,))[0]

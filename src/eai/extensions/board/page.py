@@ -191,7 +191,7 @@ def _answers(file: Path, suite: Suite) -> ResponseFile:
     """The answers of a file, all to tasks of a suite and none endless."""
     if file.name.endswith(PARQUET):
         raise InputError(f"{file}: expected one of {', '.join(set(ENDINGS) - {PARQUET})}")
-    answers = read_responses(file, suite.task_ids, suite.benchmark.task_id_of)
+    answers = read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of)
     if answers.skipped_rows:
         raise InputError(f"{file}: {answers.skipped_rows} answers are to tasks that are not in the data set")
     made_by = declaration_of(suite.ability).read_experiment

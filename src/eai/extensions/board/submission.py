@@ -179,7 +179,7 @@ def _file(domain: str, ability: Ability) -> str:
 
 def _identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
     """The identifiers of a suite's prompts, scene prefixes included, each naming its task by the right id."""
-    published = find_benchmark(domain).published_prompts
+    published = find_benchmark(domain).data.prompts
     if published is None:
         raise InputError(f"{domain} has no published prompts, which a submission answers")
     rows = json.loads(published(ability, Source(store)).prompts)

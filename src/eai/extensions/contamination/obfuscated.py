@@ -33,6 +33,7 @@ from eai.tasks.source import USUAL, TaskSet
 from eai.tasks.task import Task
 from eai.tasks.wording import Wording, is_property
 from eai.world.action import Action
+from eai.world.domain import Domain
 from eai.world.effect import When
 from eai.world.operator import Operator, affordance
 from eai.world.state import Fact, Scene
@@ -232,6 +233,9 @@ class _TwinSubgoals(SubgoalNotation):
         super().__init__(plain.domain)
         self._plain, self._words = plain, words
 
+    def acting_domain(self) -> Domain:
+        return self._plain.acting_domain()
+
     def lexicon(self, scene: Scene) -> FormulaLexicon:
         return self._plain.lexicon(scene)
 
@@ -247,7 +251,7 @@ class _TwinSubgoals(SubgoalNotation):
 
 def obfuscated(benchmark: Benchmark) -> Benchmark:
     """The twin of a benchmark: its plans and subgoals are asked for in other words; nothing else is."""
-    public = benchmark.open_public or benchmark.open_tasks
+    public = benchmark.data.open_public or benchmark.open_tasks
     return _with_exact_rules(benchmark, _cipher(benchmark, public(USUAL).values()), OBFUSCATED)
 
 
@@ -278,11 +282,13 @@ def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: st
             unchanging=plain.unchanging,
             surroundings=plain.surroundings,
             words=words,
-            english=benchmark.english,
+            english=benchmark.notation.english,
         )
         return twin if plain.conventions is None else replace(twin, conventions=twin.state_rule_facts)
 
-    asks_subgoals = benchmark.asks.get(Ability.SUBGOAL_DECOMPOSITION)
+    asks_subgoals = benchmark.data.asks.get(Ability.SUBGOAL_DECOMPOSITION)
+
+    no_operators = TaskSet((), dict[str, TransitionTask]().__getitem__, "")
 
     def in_capitals(text: str) -> str:
         return _TOKEN.sub(lambda t: _replaced(t[0], words) if t[0].isupper() else t[0], text)
@@ -290,19 +296,25 @@ def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: st
     return replace(
         benchmark,
         name=f"{benchmark.name}{suffix}",
-        title=f"{benchmark.title or benchmark.name}, {suffix[1:]}",
-        plans=_TwinPlans(benchmark.plans, words),
-        subgoals=_TwinSubgoals(benchmark.subgoal_notation, words),
-        wordings=wording,
-        formats={ability: in_capitals(text) for ability, text in benchmark.formats.items()},
-        asks={
-            Ability.GOAL_INTERPRETATION: lambda task: False,
-            Ability.ACTION_SEQUENCING: lambda task: task.is_told_by_goals,  # only they get other words
-            Ability.SUBGOAL_DECOMPOSITION: lambda task: (
-                task.is_told_by_goals and (asks_subgoals is None or asks_subgoals(task))
-            ),
-        },
-        open_operators=lambda source: TaskSet((), dict[str, TransitionTask]().__getitem__, ""),
-        published_prompts=None,
+        notation=replace(
+            benchmark.notation,
+            plans=_TwinPlans(benchmark.notation.plans, words),
+            subgoals=_TwinSubgoals(benchmark.subgoals(), words),
+            formats={ability: in_capitals(text) for ability, text in benchmark.notation.formats.items()},
+            wordings=wording,
+        ),
+        data=replace(
+            benchmark.data,
+            title=f"{benchmark.title}, {suffix[1:]}",
+            prompts=None,
+            own_tasks={Ability.TRANSITION_MODELING: lambda source: no_operators},
+            asks={
+                Ability.GOAL_INTERPRETATION: lambda task: False,
+                Ability.ACTION_SEQUENCING: lambda task: task.is_told_by_goals,  # only they get other words
+                Ability.SUBGOAL_DECOMPOSITION: lambda task: (
+                    task.is_told_by_goals and (asks_subgoals is None or asks_subgoals(task))
+                ),
+            },
+        ),
         reference="",
     )

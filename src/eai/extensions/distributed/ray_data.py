@@ -50,7 +50,7 @@ class Scores:
         if not batch.keys() >= set(COLUMNS):
             raise InputError(f"expected the columns {' and '.join(COLUMNS)}, found {', '.join(batch)}")
         identifiers, texts = (batch[column] for column in COLUMNS)
-        task_ids = [self._suite.benchmark.task_id_of(str(identifier)) for identifier in identifiers]
+        task_ids = [self._suite.benchmark.data.task_id_of(str(identifier)) for identifier in identifiers]
         answers = [
             Response(task_id, str(text or ""))
             for task_id, text in zip(task_ids, texts, strict=True)

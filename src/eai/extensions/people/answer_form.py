@@ -51,7 +51,7 @@ def form_html(
     ]
     content: Json = {
         "domain": benchmark.name,
-        "title": benchmark.title or benchmark.name,
+        "title": benchmark.title,
         "ability": ability.value,
         "suffix": SUFFIX,
         "questions": questions,
@@ -71,7 +71,7 @@ def goal_pattern(benchmark: Benchmark, source: Source) -> Json:
     patterns = [WrittenGoal(PREDICATE, (FIRST,)), WrittenGoal(PREDICATE, (FIRST, SECOND))]
     if any(task.goals_of(GoalKind.ACTION) for task in benchmark.tasks(source).values()):
         patterns.append(WrittenGoal(PREDICATE, is_action=True))
-    notation = benchmark.goals
+    notation = benchmark.notation.goals
     pattern: Json = json.loads(notation.join(notation.write(patterns)))
     return pattern
 

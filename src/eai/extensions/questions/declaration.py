@@ -15,7 +15,6 @@ from eai.abilities.declaration import (
     AnswerOutcome,
     Interaction,
     MetricColumn,
-    OwnTasks,
     QuestionAndAnswer,
     counts_outcome,
     error_outcome,
@@ -29,6 +28,7 @@ from eai.abilities.verdict import EMPTY_SHARE, Confusion, ErrorReport, Verdict, 
 from eai.extensions.questions.question import Form, Kind, Question, gold_text, grade, read_questions
 from eai.extensions.questions.shortcuts import GUESS, SHORTCUTS, guesses_of
 from eai.tasks.share import Share
+from eai.tasks.source import TaskSet
 from eai.world.fault import FaultKind
 
 DEPTHS = {"1": 1, "2-3": 2, "4-7": 4, "8+": 8}
@@ -149,7 +149,7 @@ _QUESTION = re.compile(rb'\{"id":(?!.*?"base":)')
 """How a file of questions begins. That of a task file, which begins alike, says next whose world it is."""
 
 
-def open_questions(path: Path) -> OwnTasks | None:
+def open_questions(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None:
     """The questions of a file; None if it is one of something else.
 
     Raises:
@@ -161,7 +161,7 @@ def open_questions(path: Path) -> OwnTasks | None:
     questions, sha256 = read_questions(path)
     guesses = guesses_of(questions)
     asked = {each.id: _AskedQuestion(each, guesses[each.id]) for each in questions}
-    return OwnTasks(f"{questions[0].domain}-{path.stem}", asked, sha256)
+    return f"{questions[0].domain}-{path.stem}", TaskSet(asked, asked.__getitem__, sha256)
 
 
 def _pose(world: AbilityWorld, asked: _AskedQuestion) -> QuestionAndAnswer:

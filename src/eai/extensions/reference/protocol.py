@@ -112,7 +112,7 @@ def _transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[Scorer
     from eai.pddl.planners import make_planner
 
     tasks = benchmark.operators(source)
-    rules = ReferenceRules(make_planner(source.planner, benchmark.planner_seconds, source.terms))
+    rules = ReferenceRules(make_planner(source.planner, benchmark.data.planner_seconds, source.terms))
     return TaskSet(tasks, lambda task_id: TransitionModeling(tasks[task_id], rules), tasks.sha256)
 
 

@@ -13,10 +13,8 @@ from dataclasses import replace
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.errata import NO_ERRATA
 from eai.logic.traversal import object_names
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
-from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
 from eai.tasks.wording import subjects
 from eai.world.state import Fact, Scene, State, WorldObject
@@ -37,22 +35,18 @@ def perceiving(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchm
 
     Goals that name what is not seen are passed over: nothing can be done about it.
     """
+    words = scene_words(benchmark)
 
-    def open_tasks(source: Source) -> TaskSet[Task]:
-        tasks, words = benchmark.tasks(source), scene_words(benchmark)
+    def believed(task: Task) -> Task:
+        graph = graphs.get(task.id)
+        if graph is None:
+            return task
+        seen = believed_task(task, words, graph)
+        unseen = {thing.name for thing in seen.scene.objects if thing.category == UNSEEN}
+        goals = [each for each in seen.goals if unseen.isdisjoint(object_names(each.formula))]
+        return replace(seen, goals=tuple(goals))
 
-        def believed(task_id: str) -> Task:
-            task, graph = tasks[task_id], graphs.get(task_id)
-            if graph is None:
-                return task
-            seen = believed_task(task, words, graph)
-            unseen = {thing.name for thing in seen.scene.objects if thing.category == UNSEEN}
-            goals = [each for each in seen.goals if unseen.isdisjoint(object_names(each.formula))]
-            return replace(seen, goals=tuple(goals))
-
-        return TaskSet(tasks, believed, tasks.sha256)
-
-    return replace(benchmark, open_tasks=open_tasks, errata=NO_ERRATA)  # its tasks are corrected already
+    return benchmark.with_changed(believed)
 
 
 def believed_task(task: Task, words: SceneWords, graph: SceneGraph) -> Task:

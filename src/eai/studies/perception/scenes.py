@@ -222,7 +222,7 @@ def _owner(stem: str, task_ids: Sequence[str]) -> str | None:
 def _refuse_published(choice: Perception, library: Library, suite: Suite) -> None:
     """Raise if a scene is to be shown in another way by published prompts."""
     is_posed = declaration_of(suite.ability).interaction.make_question is not None
-    published = suite.benchmark.published_prompts is not None and not is_posed
+    published = suite.benchmark.data.prompts is not None and not is_posed
     if library.prompts == "official" and published:
         scene = choice.scene
         raise InputError(

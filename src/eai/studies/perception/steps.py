@@ -38,11 +38,11 @@ def _counter(benchmark: Benchmark, ability: Ability) -> Callable[[str], int | No
     if ability is Ability.ACTION_SEQUENCING:
         return lambda text: (
             None
-            if isinstance(plan := benchmark.plans.read(text, benchmark.domain.arities), Unreadable)
+            if isinstance(plan := benchmark.notation.plans.read(text, benchmark.domain.arities), Unreadable)
             else len(plan.steps)
         )
     if ability is Ability.SUBGOAL_DECOMPOSITION:
-        notation = benchmark.subgoal_notation
+        notation = benchmark.subgoals()
         return lambda text: (
             None if isinstance(read := notation.read(text), Unreadable) else len(read.subgoals)
         )

@@ -125,7 +125,7 @@ class _OperatorChain:
         if arities != [len(step.arguments) for step in steps]:
             return None
         meant = transition.actions_of(task, steps)
-        notation = self.plans.benchmark.plans
+        notation = self.plans.benchmark.notation.plans
         return notation.join(notation.write(meant, task.scene)) if len(meant) == len(steps) else None
 
     def _is_planned(self, task_id: str) -> bool:

@@ -90,7 +90,7 @@ def believe(
         if task_id in answers:
             answer = answers[task_id]
             scene = (scenes or {}).get(task_id) or Belief(suite.tasks[task_id])
-            goals = read_stated_goals(answer, scene.task, benchmark.domain, benchmark.goals).goals
+            goals = read_stated_goals(answer, scene.task, benchmark.domain, benchmark.notation.goals).goals
             beliefs[task_id] = Belief(replace(scene.task, goals=goals), answer)
             stated[task_id] = _judged(answer, task_id, suite)
     return BeliefSet(
@@ -104,7 +104,9 @@ def believe(
 
 def _judged(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
     """Return what records say of stated goals; they are scored under the default protocol."""
-    read = read_stated_goals(answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.goals)
+    read = read_stated_goals(
+        answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.notation.goals
+    )
     return {
         "goals_sha256": sha256_of(answer),
         "goal_counts": list(goal_counts(suite.score(task_id, answer))),
@@ -170,7 +172,7 @@ def _in_records(files: list[Path], benchmark: Benchmark) -> Iterator[Interpretat
 def _in_responses(path: Path, benchmark: Benchmark, source: Source) -> Iterator[Interpretations]:
     task_ids = tuple(benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source))
     for file in find_files_of_suite(path, benchmark.name, Ability.GOAL_INTERPRETATION):
-        read = read_responses(file, task_ids, benchmark.task_id_of)
+        read = read_responses(file, task_ids, benchmark.data.task_id_of)
         yield read.model, {each.task_id: each.text for each in read.responses}
 
 
@@ -205,7 +207,7 @@ def chained(stage: Stage, endpoint: Endpoint, suite: Suite) -> BeliefSet:
     Raises:
         InputError: published prompts cannot state subgoals.
     """
-    if stage.library.prompts == "official" and suite.benchmark.published_prompts is not None:
+    if stage.library.prompts == "official" and suite.benchmark.data.prompts is not None:
         raise InputError("pipeline.subgoals: published prompts state no subgoals; ask ours (--set eai)")
     key = (endpoint.model, suite.domain)
     if key not in stage.known:
@@ -234,7 +236,7 @@ def with_subgoals(goals: BeliefSet | None, listed: Interpretations, suite: Suite
     for task_id, answer in answers.items():
         if goals is None or task_id not in goals.beliefs:
             continue
-        read = suite.benchmark.subgoal_notation.read(answer)
+        read = suite.benchmark.subgoals().read(answer)
         subgoals = () if isinstance(read, Unreadable) else read.subgoals
         beliefs[task_id] = replace(goals.beliefs[task_id], subgoals=subgoals)
         success = bool(getattr(suite.score(task_id, answer), "success", False))

@@ -1,0 +1,39 @@
+"""The notation of a benchmark: how answers are written, and how prompts name things."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from eai.abilities.notation.goals import GoalNotation, JsonGoals
+from eai.abilities.notation.plans import JsonPlans, PlanNotation
+from eai.abilities.protocol import Ability
+from eai.tasks.english import PLAIN, English
+
+if TYPE_CHECKING:
+    from eai.abilities.notation.subgoals import SubgoalNotation
+    from eai.tasks.wording import Wording
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Notation:
+    """How answers are written and things are named; by default with the names of the domain.
+
+    Attributes:
+        plans: notation of plans; by default a JSON list of actions with their objects.
+        goals: notation of goals; by default JSON lists of conditions.
+        subgoals: notation of subgoals; None for formulas with the names of the domain.
+        formats: description of the answer for prompts, by ability; by default that of the default notation.
+        wordings: returns the names in prompts of an ability; None for the names of the domain.
+        also_observed: predicates that observations list after those in prompts of action sequencing.
+        english: words for instructions, and the role of the agent.
+    """
+
+    plans: PlanNotation = field(default_factory=JsonPlans)
+    goals: GoalNotation = field(default_factory=JsonGoals)
+    subgoals: SubgoalNotation | None = None
+    formats: Mapping[Ability, str] = field(default_factory=dict)
+    wordings: Callable[[Ability], Wording] | None = None
+    also_observed: tuple[str, ...] = ()
+    english: English = PLAIN
