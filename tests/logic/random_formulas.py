@@ -61,7 +61,7 @@ def _leaves(scope: tuple[str, ...], equality: bool) -> st.SearchStrategy[Formula
 def formulas(
     depth: int = 3, scope: tuple[str, ...] = (), temporal: bool = True, beyond_paper: bool = True
 ) -> st.SearchStrategy[Formula]:
-    """Closed formulas; ``beyond_paper`` adds what only the larger grammar has."""
+    """Return a strategy for closed formulas; ``beyond_paper`` adds the operators of the larger grammar."""
     leaves = _leaves(scope, equality=beyond_paper)
     if depth == 0:
         return leaves
@@ -125,6 +125,6 @@ def traces(draw: st.DrawFn) -> tuple[list[Facts], list[TakenAction]]:
 
 
 def trace(*texts: str) -> Trace:
-    """Names of true atoms and actions by turns: ``trace("p q", "GRAB", "")``."""
+    """Return a trace from the names of true atoms and of actions in turn: ``trace("p q", "GRAB", "")``."""
     states = [Facts(frozenset((name, ()) for name in text.split()), SCENE) for text in texts[::2]]
     return Trace(states, [(text, ()) for text in texts[1::2]])

@@ -1,4 +1,4 @@
-"""Random goals with few objects and predicates, so that their parts share conditions and contradict."""
+"""Random goals with few objects and predicates, so that their parts share and contradict conditions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Grounding a formula into what there is to choose."""
+"""Grounding a formula into its tree of choices."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
         "forn 1 x. (not forpairs x: a, y: a. (r(x, y)))",
     ],
 )
-def test_what_leaves_no_finite_choice_is_an_error(text: str) -> None:
+def test_a_formula_without_a_finite_choice_is_an_error(text: str) -> None:
     with pytest.raises(InputError, match="no finite choice"):
         list(options(parse(text), universe(a=2).objects))
 
@@ -62,7 +62,7 @@ def test_unbound_variables_are_an_error() -> None:
         list(options(unbound, universe().objects))
 
 
-def test_the_tree_of_a_formula() -> None:
+def test_a_formula_is_grounded_to_its_tree_of_choices() -> None:
     formula = parse("forall x: a. (not (p(x) and q(x))) and forn 1 y: a. (p(y))")
     p, q = ([LiteralChoice(Atom(name, (Constant(f"a{i}"),))) for i in range(2)] for name in ("p", "q"))
     negated = [
@@ -99,7 +99,7 @@ def listed(formula: Formula, facts: Facts) -> list[Option]:
 
 @given(formulas(depth=2, temporal=False), traces())
 @settings(max_examples=examples(120), deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
-def test_a_goal_holds_where_one_of_its_options_does(
+def test_a_goal_holds_if_and_only_if_one_of_its_options_holds(
     formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:
     assume(not any(isinstance(part, (Exactly, Occurs)) for part in walk(formula)))
@@ -137,7 +137,7 @@ def test_counting_agrees_with_listing(formula: Formula) -> None:
         ("(forall (?x - nothing) (open ?x))", 1),
     ],
 )
-def test_numbers_of_options(text: str, count: int) -> None:
+def test_options_are_counted(text: str, count: int) -> None:
     formula = read_condition(text)
     objects = universe(a=2, b=5).objects
     assert count_options(formula, objects) == count == len(list(options(formula, objects)))
@@ -171,13 +171,13 @@ def test_huge_goals_are_decided_by_matching() -> None:
     assert not holds(formula, Trace([Facts(frozenset(crowded), everything)]))
 
 
-def test_numbers_of_options_are_those_of_the_reference(oracle: Any) -> None:
+def test_the_reference_counts_the_same_numbers_of_options(oracle: Any) -> None:
     for task, (goals, objects, expected) in records(oracle).items():
         counts = [count_options(goal, objects) for goal in goals]
         assert prod(counts) == expected, task
 
 
-def test_options_of_real_goals_are_as_many_as_are_counted_and_as_in_the_paper(
+def test_real_goals_have_as_many_options_as_counted_and_as_in_the_paper(
     behavior_tasks: BehaviorTasks,
 ) -> None:
     total = 0
@@ -191,7 +191,7 @@ def test_options_of_real_goals_are_as_many_as_are_counted_and_as_in_the_paper(
 
 
 class Numbers:
-    """Numbers literals as they come."""
+    """Numbers literals in the order of their first use."""
 
     def __init__(self) -> None:
         self.of: dict[Literal, int] = {}
@@ -204,7 +204,7 @@ class Numbers:
 
 
 def on_first(literal: Literal) -> bool:
-    """What is said: all about the objects numbered 0."""
+    """Return the mask of all literals about objects numbered 0."""
     return isinstance(literal, Atom) and all(term.name.endswith("0") for term in literal.arguments)
 
 
@@ -229,7 +229,7 @@ def on_first(literal: Literal) -> bool:
         ("true", 0, 0),
     ],
 )
-def test_the_best_option(text: str, shared: int, size: int) -> None:
+def test_the_best_option_shares_most_conditions(text: str, shared: int, size: int) -> None:
     numbers = Numbers()
     find = best_overlap(ground(parse(text), universe(a=3, b=2).objects), numbers)
     said = numbers.mask(on_first)
@@ -248,7 +248,7 @@ def test_the_best_option(text: str, shared: int, size: int) -> None:
         "exists x: c. (p(x))",
     ],
 )
-def test_what_nothing_can_make_true_has_no_option(text: str) -> None:
+def test_a_formula_that_cannot_be_true_has_no_option(text: str) -> None:
     assert best_overlap(ground(parse(text), universe(a=3, b=2).objects), Numbers())(0) is None
 
 
@@ -270,11 +270,13 @@ CHOICES = st.recursive(
 
 
 @given(CHOICES, st.sets(st.integers(0, 6)))
-def test_of_all_options_none_shares_more_and_of_those_none_is_shorter(choice: Choice, said: set[int]) -> None:
+def test_no_option_shares_more_than_the_best_or_is_shorter_with_as_many(
+    choice: Choice, said: set[int]
+) -> None:
     seen: dict[int, Literal] = {}
 
     def apart(literal: Literal) -> int:
-        """Conditions are told apart by their place, so that none stands in two parts."""
+        """Give each condition a number of its own by its position."""
         seen[len(seen)] = literal
         return len(seen) - 1
 
@@ -292,7 +294,7 @@ def test_of_all_options_none_shares_more_and_of_those_none_is_shorter(choice: Ch
     assert sorted(map(str, chosen)) in [sorted(map(str, option)) for option in choice_options(choice)]
 
 
-def test_goals_with_astronomically_many_options_take_no_time() -> None:
+def test_the_best_of_astronomically_many_options_is_found_at_once() -> None:
     numbers = Numbers()
     text = "forpairs x: a, y: b. (in(x, y)) and forall x: a. (exists y: b. (on(x, y)))"
     find = best_overlap(ground(parse(text), universe(a=12, b=12).objects), numbers)

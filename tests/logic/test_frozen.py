@@ -1,4 +1,4 @@
-"""Frozen values are copied and pickled, however that is done."""
+"""Frozen values are copied and pickled in every protocol."""
 
 import copy
 import pickle
@@ -30,7 +30,7 @@ VALUES: tuple[Any, ...] = (
     Fault(FaultKind.WRONG_ORDER, CHECK, 3),
 )
 
-TWINS: tuple[Callable[[Any], Any], ...] = (
+COPIERS: tuple[Callable[[Any], Any], ...] = (
     copy.copy,
     copy.deepcopy,
     lambda value: pickle.loads(pickle.dumps(value)),  # noqa: S301 - its own bytes
@@ -39,9 +39,9 @@ TWINS: tuple[Callable[[Any], Any], ...] = (
 
 
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
-@pytest.mark.parametrize("twin", TWINS, ids=["copy", "deepcopy", "pickle", "oldest pickle"])
-def test_a_twin_is_equal_and_frozen(value: Any, twin: Callable[[Any], Any]) -> None:
-    made = twin(value)
+@pytest.mark.parametrize("copy_value", COPIERS, ids=["copy", "deepcopy", "pickle", "oldest pickle"])
+def test_a_copied_or_pickled_value_is_equal_and_frozen(value: Any, copy_value: Callable[[Any], Any]) -> None:
+    made = copy_value(value)
     assert made == value
     assert type(made) is type(value)
     assert hash(made) == hash(value)

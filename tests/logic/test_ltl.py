@@ -1,4 +1,4 @@
-"""The LTL syntax: what is accepted, what it means, and what is said about the rest."""
+"""The LTL syntax: accepted texts, their formulas, and parse errors."""
 
 from __future__ import annotations
 
@@ -73,23 +73,23 @@ def test_any_text_is_a_formula_or_a_parse_error_inside_the_text(text: str, diale
 
 
 @pytest.mark.parametrize("dialect", get_args(Dialect))
-def test_precedence(dialect: Dialect) -> None:
+def test_words_bind_in_the_documented_order(dialect: Dialect) -> None:
     text = "p(a) then q(a) or r(a) and not s(a) then p(a)"
     assert read(text, dialect) == Then((P, Or((Q, And((R, Not(S))))), P))
     assert read("(p(a) then q(a)) or r(a)", dialect) == Or((Then((P, Q)), R))
 
 
 INFIXES = ("then", "implies", "or", "and", "until")
-"""From what binds least to what binds most."""
+"""Infix words from loosest to tightest."""
 
 
 @pytest.mark.parametrize(("loose", "tight"), list(combinations(INFIXES, 2)))
-def test_what_binds_tighter_takes_the_operand_between(loose: str, tight: str) -> None:
+def test_an_operand_between_two_words_belongs_to_the_tighter_one(loose: str, tight: str) -> None:
     assert read(f"p(a) {loose} q(a) {tight} r(a)") == read(f"p(a) {loose} (q(a) {tight} r(a))")
     assert read(f"p(a) {tight} q(a) {loose} r(a)") == read(f"(p(a) {tight} q(a)) {loose} r(a)")
 
 
-def test_precedence_beyond_the_paper() -> None:
+def test_words_beyond_the_paper_bind_in_the_documented_order() -> None:
     assert read("p(a) then q(a) implies r(a) or s(a)") == Then((P, Implies(Q, Or((R, S)))))
     assert read("p(a) and q(a) until next r(a)") == And((P, Until(Q, Next(R))))
     assert read("p(a) implies q(a) implies r(a)") == Implies(P, Implies(Q, R))
@@ -97,7 +97,7 @@ def test_precedence_beyond_the_paper() -> None:
 
 
 @pytest.mark.parametrize("text", ["forn 2. v. (open(v))", "forn 2 v. (open(v))"])
-def test_both_spellings_of_forn(text: str) -> None:
+def test_both_spellings_of_forn_are_read(text: str) -> None:
     assert read(text) == Exactly(2, Variable("v"), Atom("open", (Variable("v"),)))
 
 
@@ -107,13 +107,13 @@ def test_a_count_has_up_to_nine_digits(dialect: Dialect) -> None:
     assert read("forn 999999999. v. (open(v))", dialect) == most
 
 
-def test_the_release_knows_one_spelling_of_forn() -> None:
+def test_the_release_dialect_reads_one_spelling_of_forn() -> None:
     assert read("forn 2. v. (open(v))", "release") == read("forn 2 v. (open(v))")
     with pytest.raises(ParseError, match=r"column 8: expected '\.'"):
         parse("forn 2 v. (open(v))", dialect="release")
 
 
-def test_pairs_and_categories() -> None:
+def test_pairings_and_categories_are_read() -> None:
     body = Atom("in", (Variable("x"), Variable("y")))
     first, second = Variable("x", "candle.n.01"), Variable("y")
     assert read("forpairs x: candle.n.01, y. (in(x, y))") == ForPairs(first, second, body)
@@ -121,7 +121,7 @@ def test_pairs_and_categories() -> None:
 
 
 @pytest.mark.parametrize("dialect", get_args(Dialect))
-def test_object_names_with_and_without_ids(dialect: Dialect) -> None:
+def test_object_names_may_have_an_id(dialect: Dialect) -> None:
     names = ("sofa.352", "sofa", "-x")
     assert read("in(sofa.352, sofa, -x)", dialect) == Atom("in", tuple(map(Constant, names)))
     assert read("sleep( )", dialect) == Atom("sleep")
@@ -145,7 +145,7 @@ def test_words_are_not_reserved(text: str, release: Formula, here: Formula) -> N
 
 
 @pytest.mark.parametrize("text", ["next p(a)", "p(a) until q(a)", "p(a) implies q(a)", "a = a", "true"])
-def test_the_release_knows_only_the_papers_formulas(text: str) -> None:
+def test_the_release_dialect_rejects_formulas_beyond_the_paper(text: str) -> None:
     with pytest.raises(ParseError):
         parse(text, dialect="release")
 
@@ -166,16 +166,16 @@ def test_the_release_knows_only_the_papers_formulas(text: str) -> None:
         ("forall(true)", Atom("forall", (Constant("true"),))),
     ],
 )
-def test_a_constant_may_stand_in_brackets_behind_a_prefix(text: str, formula: Formula) -> None:
+def test_a_constant_may_stand_in_brackets_after_a_prefix(text: str, formula: Formula) -> None:
     assert read(text, "ltlf") == formula
     assert parse(print_ltl(formula)) == formula
 
 
-def test_the_release_has_no_constants() -> None:
+def test_the_release_dialect_has_no_constants() -> None:
     assert read("not (true)", "release") == Atom("not", (Constant("true"),))
 
 
-def test_variables_are_what_a_quantifier_binds() -> None:
+def test_a_name_bound_by_a_quantifier_is_a_variable() -> None:
     x = Variable("x")
     formula = read("forall x. (p(x) and exists x. (q(x, y))) and p(x)")
     inner = And((Atom("p", (x,)), Exists(x, Atom("q", (x, Constant("y"))))))
@@ -183,7 +183,7 @@ def test_variables_are_what_a_quantifier_binds() -> None:
     assert read("exists x. (x = y)") == Exists(x, Equals(x, Constant("y")))
 
 
-def test_names_are_checked_after_the_whole_text_parsed() -> None:
+def test_names_are_checked_after_the_whole_text_is_parsed() -> None:
     with pytest.raises(ParseError):
         read_formula("nonsense(a) and (", SIGNATURE)
 
@@ -201,7 +201,9 @@ def test_names_are_checked_after_the_whole_text_parsed() -> None:
         ("forn 1234567890. x. (open(x))", 1, 6, "a number of at most 9 digits"),
     ],
 )
-def test_errors_say_where_and_what(text: str, line: int, column: int, expected: str) -> None:
+def test_a_parse_error_has_a_position_and_the_expected_text(
+    text: str, line: int, column: int, expected: str
+) -> None:
     with pytest.raises(ParseError) as caught:
         parse(text, dialect="release")
     assert (caught.value.line, caught.value.column, caught.value.expected) == (line, column, expected)
@@ -234,7 +236,9 @@ ANOTHER = "'and', 'or', 'then', 'until', 'implies'"
         ("fornpairs 2 x: cup. (open(x))", 19, "','"),
     ],
 )
-def test_errors_beyond_the_paper_say_where_and_what(text: str, column: int, expected: str) -> None:
+def test_a_parse_error_beyond_the_paper_has_a_position_and_the_expected_text(
+    text: str, column: int, expected: str
+) -> None:
     with pytest.raises(ParseError) as caught:
         parse(text)
     assert (caught.value.line, caught.value.column, caught.value.expected) == (1, column, expected)

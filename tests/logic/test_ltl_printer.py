@@ -1,4 +1,4 @@
-"""LTL printed, and read back."""
+"""The printer of LTL formulas, and reading its output."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SIGNATURE = Signature(PREDICATES, ACTIONS)
 
 @given(formulas())
 @settings(max_examples=examples(120))
-def test_what_is_printed_is_read_back(formula: Formula) -> None:
+def test_reading_a_printed_formula_gives_the_formula(formula: Formula) -> None:
     assert read_formula(print_ltl(formula), SIGNATURE) == (formula, ())
 
 
@@ -48,7 +48,7 @@ def test_only_needed_brackets_are_printed(text: str) -> None:
     assert print_ltl(parse(text)) == text
 
 
-def test_connectives_of_one_part_are_that_part() -> None:
+def test_a_connective_with_one_part_is_printed_as_the_part() -> None:
     p, q = Atom("p"), Atom("q")
     assert print_ltl(And((Or((p,)), Then((Or((p, q)),))))) == "p() and (p() or q())"
     assert print_ltl(Then(())) == "true"

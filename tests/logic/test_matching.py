@@ -1,4 +1,4 @@
-"""Maximum matchings against exhaustive search."""
+"""Maximum matchings compared with exhaustive search."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ GRAPHS = st.lists(st.lists(st.integers(0, 7), max_size=6), max_size=8)
 
 
 def exhaustive_size(adjacency: list[list[int]]) -> int:
-    """Largest matching by trying every choice for every left vertex."""
+    """Return the size of a largest matching, by trying every choice for every left vertex."""
 
     @cache
     def best(left: int, taken: frozenset[int]) -> int:
@@ -32,7 +32,7 @@ def exhaustive_size(adjacency: list[list[int]]) -> int:
 
 
 @given(GRAPHS)
-def test_is_a_matching_of_maximum_size(adjacency: list[list[int]]) -> None:
+def test_the_result_is_a_matching_of_maximum_size(adjacency: list[list[int]]) -> None:
     partner = maximum_matching(adjacency)
     used = [right for right in partner if right is not None]
     assert len(partner) == len(adjacency)
@@ -41,11 +41,11 @@ def test_is_a_matching_of_maximum_size(adjacency: list[list[int]]) -> None:
     assert len(used) == exhaustive_size(adjacency)
 
 
-def test_displaces_an_earlier_choice() -> None:
+def test_an_earlier_choice_is_displaced_if_needed() -> None:
     assert maximum_matching([[0, 1], [0]]) == [1, 0]
 
 
-def test_nothing_to_match() -> None:
+def test_an_empty_graph_has_an_empty_matching() -> None:
     assert maximum_matching([]) == []
     assert maximum_matching([[], []]) == [None, None]
 
@@ -82,7 +82,7 @@ def test_the_heaviest_matching_is_the_best_of_all(table: list[list[int | None]],
     assert sum(table[row][column] or 0 for row, column in cells) == max(totals)
 
 
-def test_a_large_heaviest_matching() -> None:
+def test_the_heaviest_matching_of_a_large_table_is_found() -> None:
     size = 60
     table = [[10 if (i + 7) % size == j else (i * j) % 7 for j in range(size)] for i in range(size)]
     cells = heaviest_matching(table, size)
@@ -103,7 +103,7 @@ def heaviest_by_trying(weights: list[list[int]]) -> int:
 
 
 @given(WEIGHTS)
-def test_the_pairs_weigh_most_and_use_nothing_twice(weights: list[list[int]]) -> None:
+def test_the_heaviest_pairs_use_no_row_or_column_twice(weights: list[list[int]]) -> None:
     pairs = heaviest_pairs(weights)
     assert len({row for row, _ in pairs}) == len({column for _, column in pairs}) == len(pairs)
     assert all(weights[row][column] > 0 for row, column in pairs)

@@ -65,7 +65,7 @@ def test_objects_change_their_names_everywhere_and_variables_keep_them(
     assert rename_objects(before, {}) == before
 
 
-def test_a_variable_is_renamed_where_it_stands_with_its_category() -> None:
+def test_a_bound_variable_is_renamed_and_keeps_its_category() -> None:
     lamp = Variable("l", "lamp")
     formula = ForAll(lamp, And((Atom("lit", (lamp,)), Equals(lamp, Variable("l")))))
     assert print_ltl(rename_variables(formula)) == "forall x: lamp. (lit(x) and x = x)"
@@ -124,7 +124,7 @@ def test_other_temporal_operators_are_rejected() -> None:
     assert substitute(Occurs("A"), {}) == Occurs("A")
 
 
-def test_over_time_the_largest_parts_about_one_state_are_changed() -> None:
+def test_in_a_temporal_formula_the_largest_state_formulas_are_changed() -> None:
     parts = []
 
     def change(part: Formula) -> Formula:

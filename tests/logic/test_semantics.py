@@ -1,4 +1,4 @@
-"""Formulas on traces: examples from the definitions, and agreement with the naive twin."""
+"""Formulas on traces: examples of the definitions, and agreement with the naive evaluator."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from sweeps import examples
 
 @given(formulas(), traces())
 @settings(max_examples=examples(250), deadline=None)
-def test_agrees_with_the_naive_evaluator(
+def test_formulas_agree_with_the_naive_evaluator(
     formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:
     states, actions = given_
@@ -54,7 +54,7 @@ def test_agrees_with_the_naive_evaluator(
 
 
 def sequences() -> st.SearchStrategy[Formula]:
-    """Formulas with much in front of ``then``: what may end anywhere."""
+    """Return a strategy for formulas with a complex operand before ``then``."""
     x, y = Variable("x"), Variable("y", "cup")
     some_open = Exists(x, Atom("open", (x,)))
     leaves: st.SearchStrategy[Formula] = st.sampled_from(
@@ -119,7 +119,7 @@ def test_then_needs_a_later_position() -> None:
     assert not check("p() then q()", trace("q", "GRAB", "p"))
 
 
-def test_nested_then_goes_on_where_it_was_completed() -> None:
+def test_a_nested_then_continues_after_its_completion() -> None:
     path = trace("p", "GRAB", "q", "GRAB", "r")
     assert check("(p() then q()) then r()", path)
     assert check("p() then (q() then r())", path)
@@ -134,7 +134,7 @@ def test_conjunctions_with_then_hold_on_the_same_trace() -> None:
     assert check("(not (r() then q())) then p()", path)
 
 
-def test_what_comes_before_then_may_end_early_or_late() -> None:
+def test_an_operand_before_then_may_end_at_any_position() -> None:
     path = trace("p", "GRAB", "q", "GRAB", "r")
     assert check("(not (p() then q())) then r()", path)
     assert check("(not (p() then q())) then q()", path)
@@ -154,17 +154,17 @@ def test_what_comes_before_then_may_end_early_or_late() -> None:
         "(not (p() then q()) and (p() then p() or q())) then q()",
     ],
 )
-def test_what_need_not_last_nor_perish_agrees_with_the_naive_evaluator(text: str) -> None:
+def test_operands_without_monotony_agree_with_the_naive_evaluator(text: str) -> None:
     formula = parse(text)
     states = [frozenset((name, ()) for name in names) for names in ((), ("p",), ("q",), ("p", "q"))]
     for length in range(1, 5):
         for each in product(states, repeat=length):
-            course, actions = [Facts(true, SCENE) for true in each], [("GRAB", ())] * (length - 1)
-            expected = Naive(tuple(course), tuple(actions)).on(formula, 0, length - 1, {})
-            assert holds(formula, Trace(course, actions)) == expected
+            facts, actions = [Facts(true, SCENE) for true in each], [("GRAB", ())] * (length - 1)
+            expected = Naive(tuple(facts), tuple(actions)).on(formula, 0, length - 1, {})
+            assert holds(formula, Trace(facts, actions)) == expected
 
 
-def test_operators_beyond_the_paper_speak_of_positions() -> None:
+def test_operators_beyond_the_paper_are_about_positions() -> None:
     path = trace("p", "GRAB", "p q", "GRAB", "r")
     assert check("next q()", path)
     assert not check("next r()", path)
@@ -178,7 +178,7 @@ def test_operators_beyond_the_paper_speak_of_positions() -> None:
 
 
 @pytest.mark.parametrize("count", range(5))
-def test_forn_is_exactly(count: int) -> None:
+def test_forn_means_exactly_that_many_objects(count: int) -> None:
     state = Facts(frozenset({("open", ("cup.1",)), ("open", ("sofa",))}), SCENE)
     formula = parse(f"forn {count} x. (open(x))")
     assert holds(formula, Trace([state])) == (count == 2)
@@ -205,7 +205,7 @@ def test_pairs_may_be_made_at_any_position() -> None:
         ("not forall x: nothing. (p() then p())", False),
     ],
 )
-def test_empty_domains(text: str, expected: bool) -> None:
+def test_quantifiers_over_an_empty_category_have_their_usual_truth(text: str, expected: bool) -> None:
     assert check(text, trace("p", "GRAB", "")) == expected
 
 
@@ -221,7 +221,7 @@ def test_shadowed_variables_take_the_inner_value() -> None:
     assert not check("exists x. (open(x) and forall x. (open(x)))", Trace([state]))
 
 
-def test_many_objects_do_not_matter_to_rare_actions() -> None:
+def test_evaluation_is_fast_with_many_objects_and_few_actions() -> None:
     names = tuple((f"o.{i}", "thing") for i in range(2000))
     path = Trace([Facts(frozenset(), names)] * 2, [("POUR", ("o.7", "o.9"))])
     signature = Signature({}, {"POUR": 2})
@@ -261,14 +261,16 @@ def taken(leaf: Atom | Occurs, place: int, binding: Mapping[str, str]) -> frozen
         ("GRAB(x) then open(x)", {"a"}, None),
     ],
 )
-def test_support(text: str, true: set[str] | None, false: set[str] | None) -> None:
+def test_the_support_of_a_variable_is_found_from_the_shape_of_the_formula(
+    text: str, true: set[str] | None, false: set[str] | None
+) -> None:
     quantified = read_formula(f"exists x. ({text})", Signature({"open": 1}, {"POUR": 2, "GRAB": 1}))[0]
     assert isinstance(quantified, Exists)
     assert support(quantified.body, "x", {}, True, taken) == (None if true is None else frozenset(true))
     assert support(quantified.body, "x", {}, False, taken) == (None if false is None else frozenset(false))
 
 
-def test_an_equation_with_a_bound_variable() -> None:
+def test_an_equation_with_a_bound_variable_supports_one_object() -> None:
     equation = Equals(Variable("x"), Variable("y"))
     assert support(equation, "x", {"y": "cup.1"}, True, taken) == frozenset({"cup.1"})
 
@@ -278,7 +280,7 @@ P, Q, R = Atom("p"), Atom("q"), Atom("r")
 
 @given(formulas(temporal=False), traces())
 @settings(max_examples=examples(100), deadline=None)
-def test_evidence_of_a_state_formula_is_where_it_holds(
+def test_evidence_of_a_state_formula_is_the_positions_at_which_it_holds(
     formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:
     states, actions = given_
@@ -294,11 +296,11 @@ def test_evidence_names_the_conjuncts_that_never_hold() -> None:
     assert explain(And((P, And((Q, R)))), path).failed == (R,)
 
 
-def test_evidence_of_conjuncts_that_hold_only_apart_is_the_conjunction() -> None:
+def test_a_conjunction_whose_conjuncts_never_hold_together_is_to_blame() -> None:
     assert explain(And((P, Q)), trace("p", "GRAB", "q")).failed == (And((P, Q)),)
 
 
-def test_evidence_of_then_is_how_far_it_went() -> None:
+def test_evidence_of_then_is_the_completed_positions() -> None:
     path = trace("", "GRAB", "p", "GRAB", "q", "GRAB", "p")
     complete = explain(Then((P, Q, P)), path)
     assert (complete.holds, complete.positions, complete.failed) == (True, (1, 2, 3), ())
@@ -308,11 +310,11 @@ def test_evidence_of_then_is_how_far_it_went() -> None:
     assert (late.holds, late.positions, late.failed) == (False, (1, 2, 3), (P,))
 
 
-def test_of_what_comes_after_the_end_all_is_to_blame() -> None:
+def test_a_part_of_then_after_the_last_position_is_to_blame_as_a_whole() -> None:
     assert explain(Then((P, And((Q, R)))), trace("p")).failed == (And((Q, R)),)
 
 
-def test_a_part_about_time_is_completed_as_early_as_possible() -> None:
+def test_a_temporal_part_is_completed_as_early_as_possible() -> None:
     path = trace("", "GRAB", "p", "GRAB", "", "GRAB", "p", "GRAB", "q")
     assert explain(Then((P, Next(P), Q)), path).positions == (1, 3, 4)
 
@@ -330,5 +332,5 @@ def test_a_part_about_time_is_completed_as_early_as_possible() -> None:
         (And((And((P, Q)), Eventually(P))), _Violation(And((P, Q)), None)),
     ],
 )
-def test_what_is_violated_and_where(formula: Formula, expected: _Violation) -> None:
+def test_a_violation_has_its_part_and_its_position(formula: Formula, expected: _Violation) -> None:
     assert find_violation(formula, trace("p", "GRAB", "p", "GRAB", "q", "GRAB", "")) == expected

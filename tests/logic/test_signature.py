@@ -1,4 +1,4 @@
-"""What a signature says about the names in a formula."""
+"""Signatures: checks of the names in a formula."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eai.logic.signature import Signature, join_with_or, line_and_column
 P = Atom("p", (Constant("a"),))
 
 
-def test_kinds_of_offences_and_their_places() -> None:
+def test_misuses_have_a_kind_and_a_position() -> None:
     signature = Signature({"open": 1, "in": 2, "any": None}, {"grab": 1}, {"cup.1"})
     text = "open(cup.1) and\n opn(cup.1) or in( cup.1 ) then grab(cup.2) and exists x. (any(x, x, y))"
     found = [(o.kind, o.name, o.primitive, o.line, o.column) for o in read_formula(text, signature)[1]]
@@ -29,11 +29,11 @@ def test_kinds_of_offences_and_their_places() -> None:
     assert str(read_formula(text, signature)[1][1]) == "line 2, column 16: in takes 2 arguments, not 1"
 
 
-def test_a_variable_is_no_object_outside_its_quantifier() -> None:
+def test_a_variable_is_not_an_object_outside_its_quantifier() -> None:
     signature = Signature({"open": 1}, objects=())
     assert read_formula("forall x. (open(x))", signature)[1] == ()
-    (offence,) = read_formula("forall x. (open(x)) and open(x)", signature)[1]
-    assert (offence.kind, offence.column) == ("unknown_object", 30)
+    (misuse,) = read_formula("forall x. (open(x)) and open(x)", signature)[1]
+    assert (misuse.kind, misuse.column) == ("unknown_object", 30)
 
 
 def test_actions_come_from_the_signature() -> None:
@@ -42,17 +42,17 @@ def test_actions_come_from_the_signature() -> None:
     assert read_formula("p(a)", Signature({"p": 1}, {"p": 2}))[0] == P
 
 
-def test_what_is_remembered_is_what_is_allowed_wherever_it_stands() -> None:
+def test_cached_primitives_are_valid_at_every_position() -> None:
     signature = Signature({"open": 1}, {"grab": 1}, {"cup.1"})
     text = "grab(cup.1) then open(cup.1) then open(cup.2) and exists x. (open(x)) and grab(cup.1)"
     first = read_formula(text, signature)
     assert set(signature.parsed) == {"grab(cup.1)", "open(cup.1)"}
     assert read_formula(text, signature) == first
-    (offence,) = read_formula("grab(cup.1) and open(x)", signature)[1]
-    assert (offence.kind, offence.column) == ("unknown_object", 22)
+    (misuse,) = read_formula("grab(cup.1) and open(x)", signature)[1]
+    assert (misuse.kind, misuse.column) == ("unknown_object", 22)
 
 
-def test_memory_is_bounded() -> None:
+def test_the_cache_of_primitives_is_bounded() -> None:
     signature = Signature({"open": 1})
     read_formula(
         " and ".join(f"open(cup.{number})" for number in range(2 * MAX_PARSED_PRIMITIVES)), signature
@@ -76,7 +76,7 @@ def test_only_newlines_end_lines() -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "told"), [(["a"], "a"), (["a", "c"], "a or c"), (["a", "b", "c"], "a, b or c")]
+    ("words", "joined"), [(["a"], "a"), (["a", "c"], "a or c"), (["a", "b", "c"], "a, b or c")]
 )
-def test_alternatives_in_words(words: list[str], told: str) -> None:
-    assert join_with_or(words) == told
+def test_words_are_joined_by_commas_and_or(words: list[str], joined: str) -> None:
+    assert join_with_or(words) == joined

@@ -18,7 +18,7 @@ from sweeps import examples
 
 @given(formulas(), traces())
 @settings(max_examples=examples(400), deadline=None)
-def test_what_is_broken_holds_on_no_trace_with_this_start(
+def test_a_broken_formula_holds_on_no_trace_with_this_start(
     formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:
     states, actions = given_

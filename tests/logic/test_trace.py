@@ -1,4 +1,4 @@
-"""Traces: truths and actions as masks of positions."""
+"""Traces: truth values and actions as masks of positions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_participants_are_the_arguments_that_occur() -> None:
     assert path.participants("DROP", 0) == set()
 
 
-def test_each_truth_is_looked_up_once() -> None:
+def test_each_truth_value_is_computed_once() -> None:
     class Counting(Facts):
         asked = 0
 

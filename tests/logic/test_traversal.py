@@ -1,4 +1,4 @@
-"""Walking over formulas."""
+"""Functions that walk over formulas."""
 
 from __future__ import annotations
 
@@ -52,13 +52,15 @@ def test_temporal_parts_are_those_with_a_temporal_operator_inside() -> None:
         ("(p() then q()) implies r()", False, False),
     ],
 )
-def test_monotony(text: str, lasting: bool, perishing: bool) -> None:
+def test_lasting_and_perishing_parts_are_found_by_their_shape(
+    text: str, lasting: bool, perishing: bool
+) -> None:
     formula = parse(text)
     found = monotony(formula)
     assert (id(formula) in found.lasting, id(formula) in found.perishing) == (lasting, perishing)
 
 
-def test_objects_are_named_once_and_variables_are_none() -> None:
+def test_object_names_are_listed_once_and_variables_are_left_out() -> None:
     x, cup, box = Variable("x"), Constant("cup"), Constant("box")
     formula = And((Atom("in", (cup, x)), Equals(x, box), Exists(x, Atom("on", (x, cup)))))
     assert object_names(formula) == ("cup", "box")

@@ -1,6 +1,6 @@
-"""Small random PDDL worlds, and all their states: what planning is compared with.
+"""Small random PDDL worlds with all of their states, to compare planning with.
 
-The worlds have constants (one is called like a variable), `either` types, derived predicates (one of them
+The worlds have constants (one is named like a variable), `either` types, derived predicates (one of them
 recursive), equality, quantified conditions, and nested conditional and universal effects.
 """
 
@@ -25,12 +25,12 @@ from eai.tasks.task import Task, goal
 from eai.world.action import Action
 
 TYPES = {"spot": "spot", "lamp": "tool", "key": "tool"}
-"""The types of objects, and what is right above them."""
+"""The types of objects, each with its supertype."""
 
 OBJECTS = {"x": "spot", "home": "spot", "k": "key", "l": "lamp"}
-"""The constants of a domain; the first has the name of a variable."""
+"""The constants of a domain with their types; the first has the name of a variable."""
 
-ASKED = ("spot", "tool", "key", "object", "(either spot key)", "(either lamp spot)")
+VARIABLE_TYPES = ("spot", "tool", "key", "object", "(either spot key)", "(either lamp spot)")
 """The types of parameters and quantified variables."""
 
 PREDICATES = {
@@ -55,14 +55,14 @@ class Writer:
     """Writes random conditions and effects.
 
     Args:
-        random: the source of chance.
+        random: the random generator.
     """
 
     def __init__(self, random: Random) -> None:
         self.random = random
 
     def atom(self, scope: Scope, names: Sequence[str]) -> str:
-        """Return an atom of one of some predicates, about variables and constants of fitting types."""
+        """Return an atom of one of some predicates, with variables and constants of fitting types."""
         name = self.random.choice(names)
         types = {**PREDICATES, **DERIVED}[name]
         return f"({' '.join([name, *[self.term(scope, each) for each in types]])})"
@@ -74,7 +74,7 @@ class Writer:
         return self.random.choice([name for name, kind in OBJECTS.items() if fits(kind, wanted)])
 
     def condition(self, scope: Scope, depth: int = 2, names: Sequence[str] = ()) -> str:
-        """Return a condition about the variables of a scope; ``names`` are the predicates that it may use."""
+        """Return a condition about the variables of a scope; ``names`` are the allowed predicates."""
         names = names or [*PREDICATES, *DERIVED]
         kind = self.random.choice(("atom", "atom", "atom", "not", "equal", *COMPOUND * (depth > 0)))
         atom = self.atom(scope, names)
@@ -95,10 +95,10 @@ class Writer:
                 return f"({kind} {' '.join(parts)})"
 
     def variable(self, scope: Scope) -> tuple[str, str]:
-        """Return a new variable, seldom one that hides another, and its type."""
+        """Return a new variable, which seldom hides another one, and its type."""
         hides = scope and self.random.random() < 0.05
         name = self.random.choice([*scope]) if hides else f"v{len(scope)}"
-        return name, self.random.choice(ASKED)
+        return name, self.random.choice(VARIABLE_TYPES)
 
     def effect(self, scope: Scope, depth: int = 2) -> str:
         changing = [name for name in PREDICATES if name != "road"]
@@ -122,7 +122,7 @@ COMPOUND = ("and", "or", "imply", "exists", "forall")
 
 
 def fits(kind: str, wanted: str) -> bool:
-    """Whether all objects of a type are of another one."""
+    """Whether all objects of a type belong to another type."""
     kinds = kind.removeprefix("(either ").removesuffix(")").split()
     return wanted == "object" or all(wanted in (each, TYPES.get(each)) for each in kinds)
 
@@ -132,7 +132,7 @@ class Texts:
     """A world as lists of texts, which are joined to a domain and a problem.
 
     Attributes:
-        actions: for each action its parameters, its conditions and its effects.
+        actions: the parameters, conditions and effects of each action.
     """
 
     axioms: tuple[str, ...]
@@ -170,7 +170,7 @@ class Texts:
 
 
 def write_world(random: Random) -> Texts:
-    """Return a random world, all states of which are goals."""
+    """Return a random world; every state meets its goal."""
     writer = Writer(random)
     stored = [*PREDICATES]
     pair = {"a0": "object", "a1": "object"}
@@ -197,9 +197,9 @@ def objects_of(kind: str) -> list[str]:
 
 
 def write_action(writer: Writer) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
-    """Return the parameters, conditions and effects of a random action, which often ends what it needs."""
+    """Return the parameters, conditions and effects of a random action, which often ends its conditions."""
     random = writer.random
-    scope = {"xyz"[i]: random.choice(ASKED) for i in range(random.choice((0, 1, 1, 2)))}
+    scope = {"xyz"[i]: random.choice(VARIABLE_TYPES) for i in range(random.choice((0, 1, 1, 2)))}
     conditions = [writer.condition(scope, 1) for _ in range(random.choice((0, 0, 1)))]
     effects = [writer.effect(scope) for _ in range(random.randint(1, 3))]
     if random.random() < 0.7:
@@ -210,17 +210,19 @@ def write_action(writer: Writer) -> tuple[str, tuple[str, ...], tuple[str, ...]]
 
 
 class World:
-    """A world, all of its states, and how far each of them is from the goal.
+    """A world with all of its states and their distances from the goal.
 
-    States and steps are those of `eai.pddl.execute`, which searches for nothing.
+    States and steps are computed by `eai.pddl.execute`, which does not search.
 
     Attributes:
-        source, problem: the domain and the problem.
-        domain, task: the declared domain, and the problem as a task.
-        steps: all actions, also impossible ones, and the steps of PDDL that they are.
-        after: for each state the state after each action that is possible.
-        is_small: whether these are all states.
-        distances: the number of actions from a state to the goal, if they lead there.
+        source: the text of the domain.
+        problem: the text of the problem.
+        domain: the declared domain.
+        task: the problem as a task.
+        steps: the PDDL step of each action, impossible actions included.
+        after: for each state, the state after each possible action.
+        is_small: whether all reachable states were computed.
+        distances: the number of actions from a state to the goal, for states from which it is reachable.
     """
 
     def __init__(self, texts: Texts) -> None:
@@ -238,7 +240,7 @@ class World:
         self.is_small = self._explore()
 
     def aim_at(self, texts: Texts) -> None:
-        """Take the goals of some texts, all else of which is the same."""
+        """Replace the goals of the world by those of some texts."""
         self.texts = texts
         self.problem = problem_in(texts.problem, Path("p.pddl"), self.source).problem
         initial, goals = self._declaration.problem(self.problem)
@@ -254,7 +256,7 @@ class World:
         self.initial = self.executor.initial
 
     def choose_goals(self, random: Random) -> None:
-        """Aim at conditions that hold in a state far from the start, or seldom at any conditions."""
+        """Choose goals that hold in a state far from the start, or seldom any goals."""
         writer, wanted = Writer(random), random.choice([*self.after][-20:])
         proposed = [writer.condition({}, 1) for _ in range(30)]
         self.aim_at(replace(self.texts, goals=tuple(proposed)))
@@ -343,7 +345,7 @@ class World:
 
 
 def worlds(random: Random) -> Iterator[World]:
-    """Yield random small worlds, most of which have a goal that takes some actions."""
+    """Yield small random worlds; most have a goal that takes some actions."""
     while True:
         world = World(write_world(random))
         if world.is_small and len(world.after) > 3:
@@ -355,7 +357,7 @@ def worlds(random: Random) -> Iterator[World]:
 
 
 def draw_plan(world: World, random: Random) -> tuple[Action | None, ...]:
-    """Return a walk from the start of a world, some steps of which are changed."""
+    """Return a random walk from the initial state, with some steps changed."""
     state, plan = world.initial, list[Action | None]()
     for _ in range(random.randint(0, 4)):
         following = world.after[state]

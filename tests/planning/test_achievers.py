@@ -24,7 +24,7 @@ SCENE = START.scene
 EVERYTHING = SCENE.everything
 
 
-def test_changes_are_found_in_the_effects() -> None:
+def test_changes_of_the_effects_of_operators_are_listed() -> None:
     achievers = Achievers(toy.DOMAIN)
     adding = achievers.find("at", adding=True)
     assert [(each.schema.operator.name, len(each.conditions)) for each in adding] == [("GO", 1), ("GO", 2)]
@@ -35,13 +35,13 @@ def test_changes_are_found_in_the_effects() -> None:
     assert [operator.name for operator in achievers.writers(["lit", "holding"])] == ["PRESS", "LIFT", "DROP"]
 
 
-def test_what_an_effect_hides_is_left_out() -> None:
+def test_an_effect_whose_variable_hides_another_is_left_out() -> None:
     hidden = replace(toy.GO, name="HIDE", parameters=(X, Y))
     domain = replace(toy.DOMAIN, operators=(hidden,))
     assert [each.schema.atom for each in Achievers(domain).find("at", adding=True)] == [at(AGENT, X)]
 
 
-def test_what_an_atom_leaves_open_is_filled_in() -> None:
+def test_variables_that_the_atom_leaves_open_get_values() -> None:
     go, carry = Achievers(toy.DOMAIN).find("at", adding=True)
     shed, red = SCENE.index["shed"], SCENE.index["red"]
     scopes = [go.scope(binding) for binding in go.bindings(START, {}, EVERYTHING)]
@@ -53,7 +53,7 @@ def test_what_an_atom_leaves_open_is_filled_in() -> None:
     assert list(go.bindings(START, {}, 0)) == []
 
 
-def test_masks_complete_a_match_as_trial_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_masks_and_trial_complete_a_match_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     suite = eai.open("virtualhome", "action_sequencing")
     scorer = suite.scorer("27_2")
     assert isinstance(scorer, ActionSequencing)
@@ -87,7 +87,7 @@ def start(*heavy_ones: str) -> State:
 
 
 def carried(state: State) -> State:
-    """The red box is taken to the shed, where the lamp is pressed."""
+    """Return the initial state with the red box in the shed and the lamp pressed."""
     for name, thing in (("LIFT", "red"), ("GO", "shed"), ("PRESS", "lamp")):
         operator = DOMAIN.compiled[name]
         state = operator.apply(state, operator.bind(state, [INDEX[thing]]))
@@ -95,7 +95,7 @@ def carried(state: State) -> State:
 
 
 def matched(matches: _AtomMatches, atom: GroundAtom, state: State) -> list[tuple[Achiever, list[list[int]]]]:
-    """What achieves an atom, where anything does, and with what."""
+    """Return the achievers of an atom that have matches, with these matches."""
     found = [(m.achiever, [[*b] for b in m.bindings(state, ALL)]) for m in matches.find_matches(atom)]
     return [(achiever, bindings) for achiever, bindings in found if bindings]
 
@@ -110,7 +110,7 @@ def matched_anew(
             yield achiever, bindings
 
 
-def test_what_is_found_once_is_so_in_all_states_of_an_episode() -> None:
+def test_matches_are_equal_in_all_states_of_an_episode() -> None:
     heuristic, first = AdditiveHeuristic(DOMAIN), start("blue")
     matches = heuristic.achievers.matches(first, ALL)
     for state in (first, carried(first)):
@@ -121,7 +121,7 @@ def test_what_is_found_once_is_so_in_all_states_of_an_episode() -> None:
                 assert matched(matches, atom, state) == list(matched_anew(heuristic, atom, state)), atom
 
 
-def test_they_are_found_anew_where_something_else_is_so_for_good() -> None:
+def test_matches_are_found_again_if_unchanging_facts_differ() -> None:
     heuristic = AdditiveHeuristic(DOMAIN)
     held = GroundAtom("holding", (INDEX["blue"],), True)
     assert not heuristic.achievers.matches(start("blue"), ALL).find_matches(held)
@@ -130,7 +130,7 @@ def test_they_are_found_anew_where_something_else_is_so_for_good() -> None:
     assert last is not heuristic.achievers.matches(start("red"), ALL & ~(1 << INDEX["blue"]))
 
 
-def test_nothing_that_is_done_with_a_binding_stays() -> None:
+def test_changing_a_yielded_binding_does_not_change_cached_ones() -> None:
     state = start()
     matches = AdditiveHeuristic(DOMAIN).achievers.matches(state, ALL)
     held = GroundAtom("holding", (INDEX["red"],), True)

@@ -53,12 +53,12 @@ PLACE = Variable("y", "place")
         (named("at", "lamp", "hall"), INFINITE),
     ],
 )
-def test_the_estimate_adds_up_what_must_be_done(condition: Formula, cost: float) -> None:
+def test_the_estimate_adds_up_the_needed_actions(condition: Formula, cost: float) -> None:
     estimates = Estimates(HEURISTIC, START, EVERYTHING)
     assert estimates.estimate(Subgoal(condition, {}, True)) == cost
 
 
-def test_what_an_effect_asks_of_another_object_of_its_operator_is_brought_about() -> None:
+def test_conditions_on_other_objects_of_an_operator_are_established() -> None:
     show = Operator("SHOW", (Y,), (), (ForEach(X, at(X, Y) & toy.holding(X), (Add(toy.lit(X)),)),))
     domain = replace(toy.DOMAIN, operators=(toy.GO, toy.LIFT, show))
     estimates = Estimates(AdditiveHeuristic(domain), START, EVERYTHING)
@@ -72,7 +72,7 @@ def preferred(estimates: Estimates, formula: Formula) -> list[Action]:
     return list(found.actions)
 
 
-def test_helpful_actions_are_possible_at_once() -> None:
+def test_preferred_actions_are_possible_at_once() -> None:
     estimates = Estimates(HEURISTIC, START, EVERYTHING)
     go, lift = Action("GO", (SCENE.index["shed"],)), Action("LIFT", (SCENE.index["red"],))
     both = And((LAMP_LIT, named("holding", "red")))
@@ -86,7 +86,7 @@ def test_helpful_actions_are_possible_at_once() -> None:
     assert estimates.estimate_action(("FLY",)).cost == INFINITE
 
 
-def test_an_estimate_tells_what_an_action_would_undo() -> None:
+def test_an_action_that_undoes_a_protected_condition_costs_more() -> None:
     something_in_hall = Exists(X, at(X, Constant("hall")))
     robot_in_hall = named("at", "robot", "hall")
     away = subgoal(named("at", "robot", "shed"))
@@ -94,7 +94,7 @@ def test_an_estimate_tells_what_an_action_would_undo() -> None:
     assert Estimates(HEURISTIC, START, EVERYTHING, [subgoal(something_in_hall)]).estimate(away) == 1
 
 
-def test_a_condition_comes_down_to_its_cheapest_parts() -> None:
+def test_a_condition_is_reduced_to_its_cheapest_parts() -> None:
     estimates = Estimates(HEURISTIC, START, EVERYTHING)
     lifted = named("holding", "red")
     both = And((Or((LAMP_LIT, lifted)), Not(named("lit", "lamp"))))
@@ -103,7 +103,7 @@ def test_a_condition_comes_down_to_its_cheapest_parts() -> None:
     assert estimates.find_alternatives(subgoal(Or((LAMP_LIT, lifted)))) == [subgoal(lifted)]
 
 
-def test_numbers_and_pairs_are_chosen_cheaply() -> None:
+def test_counted_and_paired_conditions_are_chosen_by_cost() -> None:
     estimates = Estimates(HEURISTIC, START, EVERYTHING)
     boxes = [SCENE.index[name] for name in ("red", "blue")]
     one = estimates.choose_atoms(subgoal(Exactly(1, BOX, holding(X))))
@@ -114,14 +114,14 @@ def test_numbers_and_pairs_are_chosen_cheaply() -> None:
 
 
 @pytest.mark.parametrize("count", [3, 999_999_999])
-def test_no_action_makes_a_condition_true_of_more_things_than_there_are(count: int) -> None:
+def test_counting_more_objects_than_exist_is_unreachable(count: int) -> None:
     estimates = Estimates(HEURISTIC, START, EVERYTHING)
     for goal in (Exactly(count, BOX, holding(X)), ForPairs(BOX, PLACE, at(X, Y), count)):
         assert estimates.estimate(subgoal(goal)) == INFINITE
 
 
 def chain(length: int) -> tuple[Domain, State, Formula]:
-    """A domain in which each thing but the first is made of the one before; all are wanted to the last."""
+    """Return a domain in which each thing is made from the one before, with the last thing as the goal."""
     made, following = Predicate("made", 1), Predicate("following", 2, static=True)
     a, b = Variable("a"), Variable("b")
     checks = (affordance(following(a, b), "{b} does not follow"), missing(made(a), "{a} is not made"))
@@ -132,13 +132,13 @@ def chain(length: int) -> tuple[Domain, State, Formula]:
     return domain, scene.state([Fact("made", (0,)), *order]), made(Constant(f"t{length}"))
 
 
-def test_what_takes_a_long_chain_looks_out_of_reach() -> None:
-    """Estimates of 300 actions, each for the next, would end in a traceback."""
+def test_a_condition_behind_a_long_chain_looks_unreachable() -> None:
+    """300 nested estimates would exceed Python's recursion limit."""
     for length, near in ((40, True), (300, False)):
         domain, state, goal = chain(length)
         assert Planner(domain).looks_reachable(state, goal, range(length + 1)) is near
 
 
-def test_what_looks_out_of_reach_is_found_by_trying() -> None:
+def test_a_condition_that_looks_unreachable_is_found_by_a_thorough_search() -> None:
     domain, state, goal = chain(70)
     assert len(Planner(domain).plan(state, PlanningGoal((goal,)), range(71)).plan) == 70

@@ -27,13 +27,13 @@ PLACE = Operator(
 )
 
 
-def test_checks_on_what_is_held_are_about_what_is_going_to_be_held() -> None:
+def test_a_check_on_the_held_object_becomes_a_check_on_the_object_to_be_taken() -> None:
     (let_go, put, _) = effect_schemas(PLACE)
     assert (let_go.atom, let_go.adds, let_go.conditions) == (held(H), False, (held(H),))
     assert (put.atom, put.adds, put.conditions) == (inside(H, X), True, (held(H), open_(X)))
     assert put.variables == ("x", "h")
     assert put.checks == (
-        TRUE,  # something is held
+        TRUE,  # the hand holds an object
         ~larger(H, X),
         Or((FALSE, open_(X))),
         ~(held(X) | Equals(X, H)),
@@ -49,7 +49,7 @@ def test_an_operator_can_be_taken_for_its_own_sake() -> None:
     assert make_operator_schema(PLACE).checks == tuple(check.condition for check in PLACE.checks)
 
 
-def test_all_that_is_written_is_told_even_where_a_variable_hides_another() -> None:
+def test_changed_predicates_include_effects_whose_variable_hides_another() -> None:
     hiding = Operator("O", (X,), (), (Let(X, held(X), (Add(open_(X)),)), Delete(held(X))))
     assert [schema.atom for schema in effect_schemas(hiding)] == [held(X)]
     assert list(written_predicates(hiding.effects)) == ["open", "held"]

@@ -36,11 +36,11 @@ def literal(text: str) -> GroundAtom:
         (["lit lamp"], False),
     ],
 )
-def test_what_no_state_meets(literals: list[str], excluded: bool) -> None:
+def test_literals_that_no_state_meets_are_excluded(literals: list[str], excluded: bool) -> None:
     assert ExclusionRules(toy.DOMAIN).exclusion_from(INITIAL).excludes(map(literal, literals)) is excluded
 
 
-def test_what_holds_at_the_start_or_is_added_by_another_action_is_not_excluded() -> None:
+def test_literals_of_the_initial_state_or_of_other_actions_are_not_excluded() -> None:
     both = [literal("holding red"), literal("holding blue")]
     held = [Fact(each.predicate, each.arguments) for each in both]
     started = INITIAL.scene.state([*INITIAL.facts(), *held])
@@ -50,7 +50,7 @@ def test_what_holds_at_the_start_or_is_added_by_another_action_is_not_excluded()
 
 
 def reachable(domain: Domain) -> set[State]:
-    """All states of the toy."""
+    """Return all reachable states of the toy world."""
     actions = [Action(o.name, (i,)) for o in domain.operators for i in INDEX.values()]
     found, pending = {INITIAL}, [INITIAL]
     while pending:
@@ -61,7 +61,7 @@ def reachable(domain: Domain) -> set[State]:
     return found
 
 
-def test_no_state_that_is_reached_meets_what_is_excluded() -> None:
+def test_no_reachable_state_meets_excluded_literals() -> None:
     exclusion, states = ExclusionRules(toy.DOMAIN).exclusion_from(INITIAL), reachable(toy.DOMAIN)
     facts = sorted({fact for state in states for fact in state.facts()})
     literals = [GroundAtom(*fact, truth) for fact in facts for truth in (True, False)]

@@ -33,7 +33,7 @@ def steps_to(node: PlanNode | None) -> list[str]:
     return [] if node is None else [f"{a.operator} {names[a.arguments[0]]}" for a in node.plan()]
 
 
-def test_the_nearest_goal_comes_first_and_is_kept() -> None:
+def test_the_cheapest_goal_is_reached_first_and_kept() -> None:
     goals = agenda(LIT, HELD)
     first = goals.advance(START, FEW)
     assert steps_to(first) == ["LIFT red"]
@@ -41,7 +41,7 @@ def test_the_nearest_goal_comes_first_and_is_kept() -> None:
     assert steps_to(goals.advance(first, FEW)) == ["LIFT red", "GO shed", "PRESS lamp"]
 
 
-def test_what_could_not_be_reached_comes_first_the_next_time() -> None:
+def test_a_goal_that_failed_comes_first_the_next_time() -> None:
     goals = agenda(HELD, FIXED)
     held = goals.advance(START, FEW)
     assert held is not None
@@ -51,7 +51,7 @@ def test_what_could_not_be_reached_comes_first_the_next_time() -> None:
     assert not goals.learn(), "nothing new"
 
 
-def test_a_search_ends_at_its_target_or_with_its_effort() -> None:
+def test_a_search_ends_at_its_target_or_at_its_limit() -> None:
     search = GreedySearch(HEURISTIC, SUCCESSORS, Limits(1_000))
     dropped = (CARRIED, HELD.negated, LIT)
     found = search.search(START, dropped, 0, FEW)
@@ -63,6 +63,6 @@ def test_a_search_ends_at_its_target_or_with_its_effort() -> None:
         assert GreedySearch(HEURISTIC, SUCCESSORS, limits).search(START, dropped, 0, FEW) is SearchEnd.STATES
 
 
-def test_a_denied_atom_is_a_goal_too() -> None:
+def test_a_negated_atom_may_be_a_goal() -> None:
     away = Subgoal(Not(Atom("at", (Constant("robot"), Constant("hall")))), {}, True)
     assert steps_to(agenda(away).advance(START, FEW)) == ["GO shed"]

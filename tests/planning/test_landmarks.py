@@ -1,4 +1,4 @@
-"""Landmarks, held against plans that succeed: what is dropped mends what is left."""
+"""Landmarks, compared with plans that succeed: the dropped steps of such a plan hit its missed landmarks."""
 
 from __future__ import annotations
 
@@ -24,7 +24,9 @@ from suites import answer_book
 from sweeps import examples, swept
 
 
-def mender_and_gold(name: str, task_id: str, planner: Planner) -> tuple[Repairer, tuple[Action, ...]] | None:
+def repairer_and_gold(
+    name: str, task_id: str, planner: Planner
+) -> tuple[Repairer, tuple[Action, ...]] | None:
     scorer = eai.open(name, "action_sequencing").scorer(task_id)
     gold = answer_book(name, Ability.ACTION_SEQUENCING)[task_id]
     text = gold.join(gold.parts)
@@ -38,9 +40,9 @@ def mender_and_gold(name: str, task_id: str, planner: Planner) -> tuple[Repairer
     return Repairer(planner, scorer.task.initial, planning_goal(scorer.task), objects), steps
 
 
-def lacking(mender: Repairer, plan: Sequence[Action]) -> tuple[Landmarks, int]:
-    """The landmarks that are found for a plan, and how many steps it lacks at least, as they show."""
-    landmarks, least = mender.landmarks(plan), -1
+def lacking(repairer: Repairer, plan: Sequence[Action]) -> tuple[Landmarks, int]:
+    """Return the landmarks found for a plan, and the minimum number of steps that it lacks."""
+    landmarks, least = repairer.landmarks(plan), -1
     while (now := landmarks.min_actions(landmarks.missed_cuts(plan))) > least:
         least = now
         landmarks.refine(frozenset(plan), Effort(2_000))
@@ -51,52 +53,54 @@ def lacking(mender: Repairer, plan: Sequence[Action]) -> tuple[Landmarks, int]:
     ("name", "every"),
     [("virtualhome", 23), ("behavior", 19), *swept(("virtualhome", 2), ("behavior", 2))],
 )
-def test_every_plan_hits_every_landmark_and_lacks_no_more_than_was_dropped(name: str, every: int) -> None:
+def test_a_successful_plan_hits_every_landmark_and_misses_few_after_dropping_steps(
+    name: str, every: int
+) -> None:
     random, found = Random(1), []
     suite = eai.open(name, "action_sequencing")
     planner = Planner(suite.scorer(suite.task_ids[0]).domain)
     for task_id in suite.task_ids[::every]:
-        case = mender_and_gold(name, task_id, planner)
+        case = repairer_and_gold(name, task_id, planner)
         if case is None:
             continue
-        mender, gold = case
+        repairer, gold = case
         for number in {1, 2, len(gold) // 2, len(gold)}:
             dropped = set(random.sample(range(len(gold)), min(number, len(gold))))
             plan = [step for i, step in enumerate(gold) if i not in dropped]
-            landmarks, least = lacking(mender, plan)
+            landmarks, least = lacking(repairer, plan)
             assert all(cut & {*gold} for cut in landmarks.cuts), (task_id, dropped)
             assert least <= len({gold[i] for i in dropped})
             found.append(least)
     assert max(found) > 3
 
 
-def test_an_empty_plan_lacks_what_leads_to_the_goals_too() -> None:
+def test_an_empty_plan_also_lacks_the_steps_that_lead_to_the_goals() -> None:
     suite = eai.open("behavior", "action_sequencing")
     planner = Planner(suite.scorer(suite.task_ids[0]).domain)
     for task_id in suite.task_ids[::19]:
-        case = mender_and_gold("behavior", task_id, planner)
+        case = repairer_and_gold("behavior", task_id, planner)
         if case is None:
             continue
-        mender, gold = case
-        _, at_least = lacking(mender, ())
+        repairer, gold = case
+        _, at_least = lacking(repairer, ())
         assert 1 <= at_least <= len(gold)
-        assert mender.least(Effort(20_000)) >= at_least
+        assert repairer.least(Effort(20_000)) >= at_least
 
 
-def test_landmarks_lead_all_the_way_where_each_step_needs_the_one_before() -> None:
-    """A floor is cleaned with a brush that is taken, put into a running sink, soaked and taken again."""
+def test_a_chain_of_dependent_steps_has_many_landmarks() -> None:
+    """The agent takes a brush, puts it into a running sink, soaks it, takes it again and cleans a floor."""
     suite = eai.open("behavior", "action_sequencing")
     task_id = next(each for each in suite.task_ids if each.startswith("cleaning_floors_"))
-    case = mender_and_gold("behavior", task_id, Planner(suite.scorer(task_id).domain))
+    case = repairer_and_gold("behavior", task_id, Planner(suite.scorer(task_id).domain))
     assert case is not None
-    mender, gold = case
-    assert lacking(mender, ())[1] == 5, "in the relaxation it stays in the hand that it is taken with"
-    assert lacking(mender, [step for step in gold if step.operator != "SOAK"])[1] == 1
+    repairer, gold = case
+    assert lacking(repairer, ())[1] == 5, "in the relaxation it stays in the hand that it is taken with"
+    assert lacking(repairer, [step for step in gold if step.operator != "SOAK"])[1] == 1
     for step in gold:
-        assert lacking(mender, [step])[1] in (4, 5)
+        assert lacking(repairer, [step])[1] in (4, 5)
 
 
-def test_the_fewest_actions_that_hit_all_cuts_are_those_of_brute_force() -> None:
+def test_the_minimum_hitting_set_agrees_with_brute_force() -> None:
     random = Random(3)
     for _ in range(examples(200)):
         number = random.randint(1, 7)
@@ -109,20 +113,20 @@ def test_the_fewest_actions_that_hit_all_cuts_are_those_of_brute_force() -> None
         assert reduce(or_, found.best) == mask
 
 
-def test_a_step_is_mended_where_it_fails_and_the_rest_stays() -> None:
-    """Three steps of a long plan are missing: so few edits are found, though a planner would begin anew."""
+def test_a_long_plan_without_three_steps_is_repaired_by_three_edits() -> None:
+    """A planner alone would start again and need many more edits."""
     suite = eai.open("behavior", "action_sequencing")
     planner = Planner(suite.scorer(suite.task_ids[0]).domain)
-    told = []
+    edit_counts = []
     for task_id in suite.task_ids[::7]:
-        case = mender_and_gold("behavior", task_id, planner)
+        case = repairer_and_gold("behavior", task_id, planner)
         if case is None or len(case[1]) < 12:
             continue
-        mender, gold = case
+        repairer, gold = case
         opening = next((i for i, step in enumerate(gold) if step.operator == "OPEN"), None)
         if opening is not None:
             plan = (*gold[:opening], *gold[opening + 1 : -2])
-            _, edits = mender.repair(plan, Effort(8_000))
-            told.append(None if edits is None else len(edits))
-    assert told
-    assert all(number is not None and number <= 3 for number in told), told
+            _, edits = repairer.repair(plan, Effort(8_000))
+            edit_counts.append(None if edits is None else len(edits))
+    assert edit_counts
+    assert all(number is not None and number <= 3 for number in edit_counts), edit_counts

@@ -57,18 +57,18 @@ def test_actions_are_taken_in_order() -> None:
     assert [step.split()[0] for step in steps if not step.startswith("GO")] == ["PRESS", "LIFT"]
 
 
-def test_nothing_is_to_be_done_where_the_goal_holds() -> None:
+def test_a_goal_that_already_holds_has_an_empty_plan() -> None:
     assert plan(PlanningGoal((named("at", "red", "hall"),))) == SearchResult(SearchEnd.SOLVED)
 
 
-def test_what_no_action_brings_about_has_no_plan() -> None:
+def test_a_goal_that_no_action_establishes_has_no_plan() -> None:
     lamp_in_hall = named("at", "lamp", "hall")
     found = plan(PlanningGoal((lamp_in_hall, LAMP_LIT), (("FLY",),)))
     assert found.end is SearchEnd.UNREACHABLE
     assert found.plan == ()
 
 
-def test_actions_are_only_about_the_objects_that_are_given() -> None:
+def test_plans_use_the_given_objects_only() -> None:
     objects = [SCENE.index[name] for name in ("robot", "hall", "red")]
     found = PLANNER.plan(START, PlanningGoal((LAMP_LIT,)), objects)
     assert found.end is SearchEnd.UNREACHABLE
@@ -80,7 +80,7 @@ def test_the_limit_ends_a_search() -> None:
     assert (found.end, found.states) == (SearchEnd.STATES, 2)
 
 
-def test_a_plan_may_be_kept_out_of_some_states() -> None:
+def test_a_planner_may_be_restricted_to_allowed_states() -> None:
     goal = PlanningGoal((LAMP_LIT, RED_IN_SHED))
     empty = Not(Exists(X, holding(X)))
     planner = PLANNER.restrict_states(lambda state: toy.DOMAIN.holds(empty, state))
@@ -126,7 +126,7 @@ def reachable(goal: PlanningGoal) -> bool:
 
 
 def reaches(steps: list[Action], goal: PlanningGoal) -> bool:
-    """Whether a plan, without the steps that are impossible, reaches the goal."""
+    """Whether a plan reaches the goal if its impossible steps are skipped."""
     state, taken = START, 0
     for step in steps:
         after = attempt(toy.DOMAIN, History(state), step)
@@ -141,7 +141,7 @@ def reaches(steps: list[Action], goal: PlanningGoal) -> bool:
     st.lists(CONDITIONS, max_size=3),
     st.lists(st.sampled_from([("PRESS",), ("LIFT",), ("DROP", "GO")]), max_size=2),
 )
-def test_a_plan_is_found_exactly_where_there_is_one(
+def test_a_plan_is_found_if_and_only_if_the_goal_is_reachable(
     conditions: list[Formula], actions: list[tuple[str, ...]]
 ) -> None:
     goal = PlanningGoal(tuple(conditions), tuple(actions))

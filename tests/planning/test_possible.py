@@ -1,4 +1,4 @@
-"""What the delete relaxation proves out of reach is never reached, and simple things are proved."""
+"""Goals proved unreachable by the delete relaxation are never reached, and simple cases are proved."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ INSIDE, LIT = f.Atom("inside", (f.Constant("ball"), f.Constant("box"))), f.Atom(
 
 @pytest.fixture
 def lamps(monkeypatch: pytest.MonkeyPatch) -> Benchmark:
-    """The example of a world of one's own."""
+    """Return the world of the example in the documentation."""
     monkeypatch.chdir(ROOT / "examples" / "lamps")
     return find_benchmark("lamps:lamps")
 
@@ -53,7 +53,7 @@ def test_no_more_pairs_are_possible_than_there_are_things(
     assert proved(lamps, pairs) == ([] if is_possible else [pairs])
 
 
-def test_without_what_it_takes_nothing_is_reached(lamps: Benchmark) -> None:
+def test_a_goal_without_the_needed_objects_is_proved_unreachable(lamps: Benchmark) -> None:
     task = lamps.tasks(Source())["pack"]
     robot, ball, box = (task.scene.index[name] for name in ("robot", "ball", "box"))
     assert find_unreachable_goals(lamps.domain, task.initial, (robot, ball), [INSIDE]) == [INSIDE]
@@ -64,7 +64,7 @@ def test_without_what_it_takes_nothing_is_reached(lamps: Benchmark) -> None:
 @pytest.mark.parametrize(
     ("like", "seed"), [("virtualhome", "golden-0-7"), *swept(("behavior", "golden-0-2"))]
 )
-def test_what_is_ever_so_is_possible(like: str, seed: str, data_store: Store) -> None:
+def test_every_fact_of_a_reachable_state_is_possible(like: str, seed: str, data_store: Store) -> None:
     benchmark = find_benchmark(like)
     made = generator(like).task(seed)
     assert isinstance(made, Generated)

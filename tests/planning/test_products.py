@@ -1,9 +1,8 @@
-"""Fewest edits against Fast Downward: plans with planted faults, and the few actions that edits may use.
+"""Fewest edits compared with Fast Downward: plans with faults, and the few actions that edits may insert.
 
-Each case is a planning problem of its own, the product of the plan and the world: at a position of the plan
-its step is kept (cost 0), left out or replaced, or another action is put before it (cost 1 each). A step that
-is not needed may be kept without effect. A plan that A* finds with the blind heuristic costs as many edits
-as are needed.
+Each case is a planning problem: the product of the plan and the world. At a position of the plan, its step is
+kept (cost 0), left out or replaced, or another action is inserted before it (cost 1 each). A needless step
+may be kept without effect. A plan that A* finds with the blind heuristic costs as many edits as are needed.
 """
 
 from __future__ import annotations
@@ -40,15 +39,15 @@ from planning.repair.test_search import draw, restricted
 from sweeps import swept
 
 SKIPPED = "_SKIPPED_"
-"""Stands in the names of operators that do nothing, behind that of the operator that is not needed."""
+"""Suffix of operators without effects that stand for a skipped, needless action."""
 
 PLACES = ("INSIDE", "ONTOP", "HOLDS_RH", "HOLDS_LH", "inside", "ontop", "onfloor", "holds_lh", "holds_rh")
-"""The relations to what a thing is in, on or held by, and to what the agent holds."""
+"""The relations for the place of a thing, and for the things that the agent holds."""
 
 
 @cache
 def with_skips(domain: Domain) -> Domain:
-    """The domain, and for each check by which an action is not needed one that does nothing then."""
+    """Return the domain with an operator without effects for each check that makes an action needless."""
     return domain.replace_operators(*[skip for operator in domain.operators for skip in _skips(operator)])
 
 
@@ -62,7 +61,7 @@ def _skips(operator: Operator) -> Iterator[Operator]:
 
 
 def objects_of(task: Task, actions: Sequence[Action]) -> set[int]:
-    """The objects that a task and some actions are about, and all that those are in, on or held by."""
+    """Return the objects of a task and of some actions, with everything that they are in, on or held by."""
     found = {*task.relevant, *task.named_by(task.goals)}.union(*[action.arguments for action in actions])
     found |= set() if task.scene.agent is None else {task.scene.agent}
     pending = [*found]
@@ -78,7 +77,7 @@ def objects_of(task: Task, actions: Sequence[Action]) -> set[int]:
 def product_of(
     task: Task, domain: Domain, plan: Sequence[Action | None], actions: Sequence[Action]
 ) -> tuple[str, str]:
-    """The domain and the problem of a case as PDDL."""
+    """Return the domain and the problem of a case as PDDL."""
     world = with_skips(domain)
     about = objects_of(task, [step for step in (*plan, *actions) if step is not None])
     exported = export(world, task.initial, [goal.formula for goal in task.goals], objects=mask_of(about))
@@ -116,11 +115,11 @@ def _kept(exported: Exported, world: Domain, plan: Sequence[Action | None]) -> I
 
 
 NUMBERS = count()
-"""Of the actions: no two have one name."""
+"""Numbers of actions, which make their names unique."""
 
 
 def _move(exported: Exported, place: int, after: int, taken: Action | None, cost: int) -> str:
-    """One way from a position of the plan to another, by an action or by none."""
+    """Return one move from a position of the plan to another, by an action or without one."""
     moved = "" if after == place else f" (not (at-{place})) (at-{after})"
     condition, effect = "(and)", "(and)"
     if taken is not None:
@@ -137,7 +136,7 @@ def _move(exported: Exported, place: int, after: int, taken: Action | None, cost
 
 
 def cheapest(domain: str, problem: str) -> int | None:
-    """The cost of a cheapest plan; None if there is none."""
+    """Return the cost of a cheapest plan, or None if no plan exists."""
     binaries = FastDownward.installed().binaries
     environment = {**os.environ, "PYTHONPATH": str(binaries), "PYTHONHASHSEED": "0"}
     run = partial(subprocess.run, env=environment, capture_output=True, text=True, timeout=60, check=True)
@@ -154,7 +153,7 @@ def cheapest(domain: str, problem: str) -> int | None:
 def can_be_written(
     scorer: ActionSequencing, plan: Sequence[Action | None], actions: Sequence[Action]
 ) -> bool:
-    """Whether a case can be written, and is small: goals have no order, no step chooses between tries."""
+    """Whether a case is small and has a PDDL form: unordered goals, and no operator with tries."""
     tries = {operator.name for operator in scorer.domain.operators if operator.tries}
     goals, steps = scorer.task.goals, [step for step in plan if step is not None]
     return (
@@ -168,7 +167,7 @@ def can_be_written(
 
 @pytest.mark.skipif(not FastDownward.is_installed(), reason="Fast Downward is not installed")
 @pytest.mark.parametrize(("name", "number"), [("behavior", 3), *swept(("behavior", 40), ("virtualhome", 6))])
-def test_fewest_edits_are_what_a_cheapest_plan_costs(name: str, number: int) -> None:
+def test_the_fewest_edits_equal_the_cost_of_a_cheapest_product_plan(name: str, number: int) -> None:
     random, seen = Random(11), set()
     cases = (draw(name, random) for _ in count())
     for scorer, plan, actions in islice((case for case in cases if can_be_written(*case)), number):

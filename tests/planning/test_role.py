@@ -18,7 +18,7 @@ ONE_BY_ONE = (ForEach(Z, FACING(AGENT, Z), (Delete(FACING(AGENT, Z)),)), Add(FAC
 TAKE, GIVE, SWAP = Add(HAS(AGENT, X)), Delete(HAS(AGENT, X)), Add(HAS(AGENT, Y))
 
 
-def test_a_declared_role_counts() -> None:
+def test_a_declared_role_is_used() -> None:
     assert [role_of(o) for o in (toy.GO, toy.LIFT, toy.DROP, toy.PRESS)] == [
         Role.MOVEMENT,
         Role.TAKES,
@@ -43,7 +43,7 @@ def test_a_declared_role_counts() -> None:
         ((), Role.CHANGE),
     ],
 )
-def test_otherwise_effects_tell_the_role(effects: tuple[Effect, ...], role: Role) -> None:
+def test_an_undeclared_role_is_inferred_from_the_effects(effects: tuple[Effect, ...], role: Role) -> None:
     assert role_of(Operator("O", (X, Y) if SWAP in effects else (X,), (), effects)) is role
 
 
@@ -54,11 +54,13 @@ def test_otherwise_effects_tell_the_role(effects: tuple[Effect, ...], role: Role
         ("behavior", ("in_left_hand", "in_right_hand"), {"stands_on", "lies_on", "lies_in", "stands_under"}),
     ],
 )
-def test_households_say_where_things_are(name: str, held: tuple[str, ...], supports: set[str]) -> None:
+def test_the_predicates_of_places_are_found_in_household_domains(
+    name: str, held: tuple[str, ...], supports: set[str]
+) -> None:
     found, put = spatial_predicates(find_benchmark(name).domain)
     assert (found, {*put}) == (held, supports)
 
 
-def test_a_world_in_which_nothing_is_put_has_no_supports() -> None:
+def test_a_world_without_release_operators_has_no_predicates_of_places() -> None:
     without = toy.DOMAIN.replace_operators(without=[each.name for each in toy.DOMAIN.operators])
     assert spatial_predicates(without) == ((), ())

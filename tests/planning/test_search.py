@@ -7,8 +7,8 @@ from eai.planning.search import Effort, Node, OpenList, SearchEnd, best_first
 GRAPH = {"a": {"b": 1, "c": 5}, "b": {"c": 1, "d": 9}, "c": {"d": 1}, "d": {}, "e": {}}
 
 
-def way_to(goal: str, limit: float = 10) -> Node[str, str] | SearchEnd:
-    """The cheapest way, by uniform-cost search."""
+def find_path(goal: str, limit: float = 10) -> Node[str, str] | SearchEnd:
+    """Return the cheapest path, by uniform-cost search."""
     effort, costs = Effort(limit), {"a": 0}
     waiting: OpenList[Node[str, str]] = OpenList()
     waiting.push(Node("a"), 0)
@@ -27,16 +27,16 @@ def way_to(goal: str, limit: float = 10) -> Node[str, str] | SearchEnd:
     return best_first(waiting.pop, visit)
 
 
-def test_the_cheapest_way_comes_first_and_a_node_knows_it() -> None:
-    found = way_to("d")
+def test_the_cheapest_path_comes_first_and_its_node_returns_it() -> None:
+    found = find_path("d")
     assert isinstance(found, Node)
     assert (found.plan(), found.depth) == (("b", "c", "d"), 3)
     assert [node.state for node in found.path()] == ["a", "b", "c", "d"]
 
 
 @pytest.mark.parametrize(("limit", "end"), [(10, SearchEnd.UNREACHABLE), (2, SearchEnd.STATES)])
-def test_a_search_says_why_there_is_no_goal(limit: int, end: SearchEnd) -> None:
-    assert way_to("e", limit) is end
+def test_a_search_returns_the_reason_why_it_found_no_goal(limit: int, end: SearchEnd) -> None:
+    assert find_path("e", limit) is end
 
 
 def test_several_actions_may_lead_to_a_node() -> None:

@@ -1,4 +1,4 @@
-"""Plans, proofs, outlooks and repairs against all states of small random PDDL worlds."""
+"""Plans, proofs, recoverability and repairs compared with all states of small random PDDL worlds."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ EVERYTHING = Limits(3_000, looks=10_000_000)
 
 
 def check_plans(world: World) -> None:
-    """The planners find a plan just if there is one; what is proved never to be is never so."""
+    """Check that planners find a plan if and only if one exists, and that proofs of unreachability hold."""
     shortest = world.distances.get(world.initial)
     end = SearchEnd.UNREACHABLE if shortest is None else SearchEnd.SOLVED
     task, domain = world.task, world.domain
@@ -53,7 +53,7 @@ def check_plans(world: World) -> None:
 
 
 def check_states(world: World, random: Random) -> None:
-    """What is called impossible or exclusive holds in no state."""
+    """Check that literals called impossible or exclusive hold in no state."""
     domain, initial = world.domain, world.task.initial
     possible = PossibleFacts(domain, initial, world.task.relevant)
     exclusion = ExclusionRules(domain).exclusion_from(initial)
@@ -81,7 +81,7 @@ def check_states(world: World, random: Random) -> None:
 
 
 def check_outlook(world: World, random: Random) -> None:
-    """After each step of a walk the goal is called lost just if no state after it is a goal."""
+    """Check that the goal is called lost after a step of a walk if and only if it is unreachable there."""
     state, engine = world.initial, world.task.initial
     states, moments = [state], list[Moment]([(engine, ())])
     for _ in range(4):
@@ -97,15 +97,15 @@ def check_outlook(world: World, random: Random) -> None:
 
 
 def check_repairs(world: World, random: Random) -> bool:
-    """The bounds of repairs hold, edits succeed as told, and single edits are all that there are."""
+    """Check the bounds of repairs, that reported edits succeed, and that all single edits are found."""
     task = world.task
-    mender = Repairer(Planner(world.domain), task.initial, planning_goal(task), task.relevant)
+    repairer = Repairer(Planner(world.domain), task.initial, planning_goal(task), task.relevant)
     shortest = world.distances.get(world.initial)
-    assert shortest is None or mender.least(Effort(20_000)) <= shortest
+    assert shortest is None or repairer.least(Effort(20_000)) <= shortest
     exact = False
     for plan in [(), *[draw_plan(world, random) for _ in range(4)]]:
         fewest = world.edits(plan)
-        at_least, edits = mender.repair(plan, Effort(random.choice((300, 20_000))))
+        at_least, edits = repairer.repair(plan, Effort(random.choice((300, 20_000))))
         assert fewest is None or at_least <= fewest, (plan, at_least, fewest)
         if edits is None:
             continue
@@ -114,12 +114,12 @@ def check_repairs(world: World, random: Random) -> bool:
         assert world.succeeds(edited(plan, edits)), (plan, edits)
         exact = exact or at_least == len(edits) > 0
         if at_least == len(edits) == 1:
-            check_singles(world, mender, plan)
+            check_singles(world, repairer, plan)
     return exact
 
 
-def check_singles(world: World, mender: Repairer, plan: tuple[Action | None, ...]) -> None:
-    singles = {edited(plan, [each]) for each in mender.single_edits(plan)}
+def check_singles(world: World, repairer: Repairer, plan: tuple[Action | None, ...]) -> None:
+    singles = {edited(plan, [each]) for each in repairer.single_edits(plan)}
     assert all(map(world.succeeds, singles))
     for each in one_edit(plan, [*world.steps]):
         if world.succeeds(each) and each not in singles:
@@ -152,7 +152,7 @@ FAR = """(define (problem far) (:domain dock) (:objects a b c - place)
 
 @pytest.fixture
 def dock(tmp_path: Path) -> ActionSequencing:
-    """The scorer of a task in which an effect is about a constant."""
+    """Return the scorer of a task with an effect about a constant."""
     (tmp_path / "domain.pddl").write_text(DOCK)
     (tmp_path / "problem.pddl").write_text(FAR)
     suite = open_suite(f"pddl:{tmp_path / 'domain.pddl'},{tmp_path}", Ability.ACTION_SEQUENCING)
@@ -172,6 +172,6 @@ def test_an_effect_about_a_constant_repairs_a_plan(dock: ActionSequencing, plan:
     assert dock.closeness(plan) == 0.5
 
 
-def test_an_effect_about_a_constant_is_planned_with(dock: ActionSequencing) -> None:
+def test_a_plan_uses_an_effect_about_a_constant(dock: ActionSequencing) -> None:
     plan = find_plan(dock.task, Planner(dock.domain)).plan
     assert [action.operator for action in plan] == ["fly_home", "charge"]

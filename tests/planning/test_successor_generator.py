@@ -24,20 +24,20 @@ def walk(*actions: Action) -> PlanNode:
     return node
 
 
-def test_a_node_knows_its_way_and_the_action_goals_on_it() -> None:
+def test_a_node_has_its_path_and_the_action_goals_taken_on_it() -> None:
     plan = [action("LIFT", "red"), action("GO", "shed"), action("PRESS", "lamp"), action("DROP", "red")]
     node = walk(*plan)
     assert (node.plan(), node.depth, node.met) == (tuple(plan), 4, 2), "the first LIFT came before its turn"
     assert SUCCESSORS.successor(START, action("PRESS", "lamp")) is None
 
 
-def test_all_that_is_applicable_is_found() -> None:
+def test_all_applicable_actions_are_found() -> None:
     applicable = [action("GO", "shed"), action("LIFT", "red")]
     assert list(SUCCESSORS.applicable(START)) == applicable
     assert list(applicable_actions(toy.DOMAIN, toy.GO, START.state, [INDEX["hall"]])) == []
 
 
-def test_what_is_not_needed_is_left_out_with_what_hangs_on_it() -> None:
+def test_a_needless_action_is_left_out_with_the_actions_that_depend_on_it() -> None:
     end = walk(
         action("LIFT", "red"),
         action("DROP", "red"),

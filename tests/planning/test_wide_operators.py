@@ -1,4 +1,4 @@
-"""Operators with so many possible arguments that no list of actions ends: effort is counted and runs out."""
+"""Operators with too many possible arguments to list their actions: effort is counted and runs out."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ PRECONDITIONS = {
 
 
 def write(folder: Path, precondition: str) -> str:
-    """Write a domain and a problem, and return what benchmarks are found by."""
+    """Write a domain and a problem, and return the paths by which benchmarks find them."""
     (folder / "domain.pddl").write_text(
         "(define (domain wide) (:requirements :strips)"
         f" (:predicates (p ?x) (q ?x) (r ?x) (s ?x) (link ?x ?y) (w {PARAMETERS}))"
@@ -58,11 +58,11 @@ def write(folder: Path, precondition: str) -> str:
 
 @pytest.fixture(params=first_of(PRECONDITIONS))
 def wide(request: pytest.FixtureRequest, tmp_path: Path) -> Benchmark:
-    """A world with an operator of eight parameters, and 40 objects."""
+    """Return a world with 40 objects and an operator of eight parameters."""
     return find_benchmark(write(tmp_path, PRECONDITIONS[request.param]))
 
 
-def test_nothing_is_proved_of_too_many_actions(wide: Benchmark) -> None:
+def test_nothing_is_proved_with_too_many_actions(wide: Benchmark) -> None:
     task = wide.tasks(Source())["one"]
     possible = PossibleFacts(wide.domain, task.initial, task.relevant)
     assert not possible.is_complete
@@ -85,7 +85,7 @@ def test_a_planner_ends_at_its_limits(wide: Benchmark) -> None:
     assert found.end is SearchEnd.STATES
 
 
-def test_repairs_are_bounded_by_plans_that_are_found(wide: Benchmark, tmp_path: Path) -> None:
+def test_repairs_with_too_many_actions_are_bounded_by_found_plans(wide: Benchmark, tmp_path: Path) -> None:
     scorer = open_suite(wide, Ability.ACTION_SEQUENCING).scorer("one")
     assert isinstance(scorer, ActionSequencing)
     for text, at_most in (("(mk o2)\n(wide o1 o2 o3 o4 o5 o6 o7 o8)", 1), ("(mk o3)", 3)):
@@ -107,6 +107,6 @@ def test_possible_actions_are_listed_up_to_a_limit(wide: Benchmark) -> None:
 
 def test_subgoals_list_actions_up_to_a_limit(wide: Benchmark) -> None:
     task = wide.tasks(Source())["one"]
-    wanted = Repertoire(wide.domain).wanted([GroundAtom("r", (1,), True)], task.scene, task.relevant)
+    wanted = Repertoire(wide.domain).find_achievers([GroundAtom("r", (1,), True)], task.scene, task.relevant)
     assert len(wanted) == MAX_LISTED
     assert all(len({*action.arguments}) == 8 for action in wanted)

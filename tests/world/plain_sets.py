@@ -1,4 +1,4 @@
-"""A second, naive semantics of conditions and effects on plain sets of facts, to compare the engine with."""
+"""A second, naive evaluation of conditions and effects on plain sets of facts, to compare the engine with."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Bound = Mapping[str, int]
 
 
 def holds(state: State, facts: frozenset[Fact], formula: Formula, bound: Bound) -> bool:
-    """Whether a formula holds of a set of facts; ``state`` is what functions of the domain are given."""
+    """Whether a formula holds in a set of facts; ``state`` is passed to functions of the domain."""
     everything = range(len(state.scene.objects))
 
     def values(category: str | None) -> list[int]:
@@ -69,7 +69,7 @@ def holds(state: State, facts: frozenset[Fact], formula: Formula, bound: Bound) 
 def apply(
     state: State, before: frozenset[Fact], facts: frozenset[Fact], effect: Effect, bound: Bound
 ) -> frozenset[Fact]:
-    """The facts after an effect; conditions are read in ``before``."""
+    """Return the facts after an effect; conditions are evaluated in ``before``."""
     match effect:
         case Add(atom):
             return facts | {Fact(atom.predicate, tuple(_object(state, t, bound) for t in atom.arguments))}

@@ -72,7 +72,7 @@ facts = st.frozensets(
 
 
 @given(formulas, facts, st.tuples(*[st.integers(0, 5)] * 3))
-def test_compiled_conditions_mean_what_formulas_mean(
+def test_compiled_conditions_agree_with_the_naive_evaluation(
     formula: Formula, chosen: frozenset[Fact], values: tuple[int, int, int]
 ) -> None:
     state = toy.initial().scene.state(chosen)
@@ -90,7 +90,7 @@ def test_compiled_conditions_mean_what_formulas_mean(
         ([], 0, True),
     ],
 )
-def test_for_pairs_asks_for_a_pairing(
+def test_for_pairs_holds_if_a_pairing_exists(
     pairs: list[tuple[str, str]], count: int | None, expected: bool
 ) -> None:
     scene = toy.initial().scene
@@ -109,12 +109,12 @@ def test_for_pairs_asks_for_a_pairing(
         (Eventually(toy.holding(AGENT)), "Eventually is not a condition on one state"),
     ],
 )
-def test_what_is_not_a_condition_is_a_domain_error(formula: Formula, message: str) -> None:
+def test_compiling_a_wrong_condition_is_a_domain_error(formula: Formula, message: str) -> None:
     with pytest.raises(DomainError, match=message):
         toy.DOMAIN.holds(formula, toy.initial())
 
 
-def test_quantifiers_over_an_empty_scene() -> None:
+def test_quantifiers_have_their_usual_truth_on_an_empty_scene() -> None:
     state = Scene(toy.VOCABULARY, ()).state(())
     x = Variable("x")
     assert toy.DOMAIN.holds(ForAll(x, toy.holding(x)), state)
@@ -137,7 +137,9 @@ def test_a_scene_lists_its_categories() -> None:
         (Exists(Y, And((toy.holding(Y), Atom("looked_at", (Y,)), toy.at(X, Y)))), ["red"]),
     ],
 )
-def test_only_what_the_rest_of_a_formula_leaves_is_tried(formula: Formula, expected: list[str]) -> None:
+def test_only_objects_that_the_rest_of_a_formula_allows_are_tried(
+    formula: Formula, expected: list[str]
+) -> None:
     looked_at: list[str] = []
 
     def look(state: State, arguments: tuple[int, ...]) -> bool:
@@ -151,8 +153,8 @@ def test_only_what_the_rest_of_a_formula_leaves_is_tried(formula: Formula, expec
     assert looked_at == expected
 
 
-def test_what_is_looked_up_may_depend_on_any_number_of_objects() -> None:
-    """The last argument is looked up, from none, one or two others."""
+def test_a_lookup_may_depend_on_any_number_of_objects() -> None:
+    """The last argument is looked up from no, one or two other arguments."""
     lookups = (
         Lookup("first", 1, lambda state, known: 0b001, ()),
         Lookup("next", 2, lambda state, known: 0b010 << known[0], ()),
@@ -180,7 +182,7 @@ def _holds(formula: Formula, vocabulary: Vocabulary, scene: Scene) -> bool:
     return ConditionCompiler(vocabulary, frame).truth(formula)(scene.state(()), frame.bind(scene, ()))
 
 
-def test_formulas_are_read_with_their_free_variables() -> None:
+def test_formulas_are_evaluated_with_their_free_variables() -> None:
     formula = toy.beside(X) & ~Exists(Y, toy.at(Y, X) & toy.lit(Y))
     assert free_variables(formula) == frozenset("x")
     readings = FormulaEvaluator(toy.VOCABULARY)

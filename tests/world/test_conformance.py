@@ -26,7 +26,7 @@ def test_the_toy_domain_conforms() -> None:
 
 @pytest.fixture
 def domain() -> Domain:
-    """The rules of the paper; tests of other rules for the same world have a fixture of this name, too."""
+    """Return the domain by the paper's rules. Tests of other rules override this fixture."""
     return virtualhome.as_meant()
 
 
@@ -66,7 +66,7 @@ def test_a_step_is_additional_only_if_its_intended_effect_is_there(
     assert found == (set() if still_to_come is None else {expected})
 
 
-def test_what_cannot_be_seen_is_no_intended_effect() -> None:
+def test_an_invisible_change_is_not_an_intended_effect() -> None:
     vocabulary = Vocabulary((*toy.VOCABULARY.predicates, NOTED), toy.VOCABULARY.derived)
     press = Operator("PRESS", (X,), (additional(~TRUE, "never"),), (Add(NOTED(X)),))
     state = Scene(vocabulary, toy.initial().scene.objects, agent=0).state([])
@@ -80,7 +80,7 @@ def one_operator(operator: Operator, *derived: Computed) -> Domain:
     return Domain("bad", Vocabulary(toy.VOCABULARY.predicates, derived), (operator,))
 
 
-def test_what_breaks_a_law_of_execution_is_found() -> None:
+def test_a_broken_law_of_execution_is_reported() -> None:
     moody = missing(Atom("moody", (X,)), "it is not in the mood")
     turns = Computed("moody", 1, lambda *_: next(TURNS), ())
     domain = one_operator(Operator("TRY", (X,), (moody,), ()), turns)
@@ -88,15 +88,14 @@ def test_what_breaks_a_law_of_execution_is_found() -> None:
     assert check(domain, [state]) == ("TRY: the same action in the same state has two outcomes",)
 
 
-def test_a_state_of_another_vocabulary_is_found() -> None:
+def test_a_state_of_another_vocabulary_is_reported() -> None:
     vocabulary = Vocabulary((*toy.VOCABULARY.predicates, NOTED), toy.VOCABULARY.derived)
     other = Domain("bad", vocabulary, toy.DOMAIN.operators)
     assert check(other, [toy.initial()]) == ("bad: a state belongs to another vocabulary",)
 
 
 @pytest.mark.parametrize(("earlier", "outside"), [(-1, True), (0, False), (10_000, True)])
-def test_a_rule_that_points_outside_the_trajectory_is_found(earlier: int, outside: bool) -> None:
-    """The state at the start is within."""
+def test_a_history_rule_that_points_outside_the_trajectory_is_reported(earlier: int, outside: bool) -> None:
     rule = Domain("toy", toy.VOCABULARY, toy.DOMAIN.operators, history_rule=lambda *_: earlier)
     found = check(rule, [toy.initial()])
     assert any("outside the trajectory" in problem for problem in found) is outside

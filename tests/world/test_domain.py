@@ -1,4 +1,4 @@
-"""Operators that try several things, and the two rules that tell a wrong order."""
+"""Operators with several tries, and the two rules that recognize a wrong order."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def circle(name: str, other: str) -> Defined:
         (lambda: lamps(landmarks=Atom("new", (X,))), "landmarks: predicate new is not declared"),
     ],
 )
-def test_a_mistake_in_a_declaration_is_named_when_it_is_made(
+def test_a_wrong_declaration_raises_an_error_that_names_the_mistake(
     declare: Callable[[], object], problem: str
 ) -> None:
     with pytest.raises(DomainError) as error:
@@ -143,7 +143,7 @@ def facts(trajectory: Trajectory) -> str:
         ("muddy wet", ""),
     ],
 )
-def test_the_effects_of_all_tries_that_succeed_are_made(before: str, after: str) -> None:
+def test_an_action_has_the_effects_of_all_successful_tries(before: str, after: str) -> None:
     trajectory = run(before, "CLEAN")
     assert trajectory.failure is None
     assert facts(trajectory) == after
@@ -158,7 +158,7 @@ def test_the_effects_of_all_tries_that_succeed_are_made(before: str, after: str)
         ("dirty muddy", FaultKind.AFFORDANCE, "dry"),
     ],
 )
-def test_an_action_fails_if_all_its_tries_do_for_the_reasons_of_all(
+def test_an_action_whose_tries_all_fail_reports_all_their_reasons(
     before: str, kind: FaultKind, reason: str
 ) -> None:
     (step,) = run(before, "CLEAN").steps
@@ -166,7 +166,7 @@ def test_an_action_fails_if_all_its_tries_do_for_the_reasons_of_all(
     assert (step.fault.kind, step.fault.check.reason) == (kind, reason)
 
 
-def test_the_domain_says_which_kind_counts() -> None:
+def test_the_precedence_of_the_domain_chooses_the_kind_of_fault() -> None:
     order = (FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
     (step,) = run("dirty muddy", "CLEAN", domain=replace(DOMAIN, precedence=order)).steps
     assert step.fault is not None
@@ -182,19 +182,19 @@ def test_the_domain_says_which_kind_counts() -> None:
         ("dirty soap wet", []),
     ],
 )
-def test_what_is_tried_in_vain_is_left_undone(before: str, undone: list[str]) -> None:
+def test_the_failed_tries_of_an_action_are_found(before: str, undone: list[str]) -> None:
     trajectory = run(before, "CLEAN")
     operator, start = DOMAIN.compiled["CLEAN"], trajectory.states[0]
     left = operator.find_failed_tries(start, trajectory.final, operator.bind(start, ()))
     assert [each.check.reason for each in left] == undone
 
 
-def test_an_operator_whose_tries_are_not_made_does_the_rest() -> None:
+def test_an_operator_has_its_other_effects_if_no_try_is_made() -> None:
     operator = replace(CLEAN, checks=())
     assert facts(run("wet soap", "CLEAN", domain=DOMAIN.replace_operators(operator))) == "soap"
 
 
-def test_checks_of_tries_are_put_in_the_papers_order_too() -> None:
+def test_checks_of_tries_are_also_sorted_as_in_the_paper() -> None:
     mixed = (missing(SOAP(), "no soap"), additional(DIRTY(), "clean"), affordance(WET(), "dry"))
     operator = replace(CLEAN, tries=(Try(DIRTY(), mixed, ()),))
     (ordered,) = sort_checks(operator).tries
@@ -202,7 +202,7 @@ def test_checks_of_tries_are_put_in_the_papers_order_too() -> None:
 
 
 def wrong_order_of(domain: Domain, *sought: Formula) -> tuple[FaultKind, int | None]:
-    """What becomes of washing with soap that was there once, and then of what."""
+    """Return the outcomes of washing with soap that was there before, under both rules."""
     check = missing(SOAP() & WET(), "no water or no soap", sought or None)
     wash = Operator("WASH", (), (check,), ())
     domain = domain.replace_operators(wash)
@@ -211,7 +211,7 @@ def wrong_order_of(domain: Domain, *sought: Formula) -> tuple[FaultKind, int | N
     return fault.kind, fault.earlier
 
 
-def test_what_a_check_seeks_may_have_held_apart_or_must_have_sufficed() -> None:
+def test_the_history_rules_differ_on_conditions_that_held_at_different_times() -> None:
     apart = replace(DOMAIN, history_rule=conditions_held_before)
     assert wrong_order_of(apart, SOAP()) == (FaultKind.WRONG_ORDER, 1)
     assert wrong_order_of(apart, SOAP(), DIRTY()) == (FaultKind.WRONG_ORDER, 2)
@@ -227,7 +227,7 @@ def test_what_a_check_seeks_may_have_held_apart_or_must_have_sufficed() -> None:
         ("dirty", ("LOSE", "CLEAN"), (FaultKind.MISSING_STEP, None)),
     ],
 )
-def test_an_action_that_was_possible_before_is_in_the_wrong_order(
+def test_an_action_that_was_possible_in_an_earlier_state_is_in_the_wrong_order(
     before: str, names: tuple[str, ...], expected: tuple[FaultKind, int | None]
 ) -> None:
     fault = run(before, *names).steps[-1].fault
@@ -236,7 +236,7 @@ def test_an_action_that_was_possible_before_is_in_the_wrong_order(
 
 
 @pytest.mark.parametrize("rule", [conditions_held_before, was_possible_before])
-def test_a_step_that_fails_again_and_again_looks_at_every_state_once(rule: HistoryRule) -> None:
+def test_a_step_that_fails_repeatedly_tests_every_state_once(rule: HistoryRule) -> None:
     times = 0
 
     def never(state: State, arguments: tuple[int, ...]) -> bool:
@@ -248,16 +248,16 @@ def test_a_step_that_fails_again_and_again_looks_at_every_state_once(rule: Histo
     vocabulary = Vocabulary((WET, DIRTY, MUDDY, SOAP), (ready,))
     dry = Operator("DRY", (), (missing(ready(), "not ready"),), ())
     domain = Domain("bath", vocabulary, (TAKE, LOSE, dry), rule)
-    past = History(Scene(vocabulary, (WorldObject("it", "thing"),)).state(()))
+    history = History(Scene(vocabulary, (WorldObject("it", "thing"),)).state(()))
     for number in range(300):
-        after = attempt(domain, past, Action(("TAKE", "LOSE")[number % 2], ()))
+        after = attempt(domain, history, Action(("TAKE", "LOSE")[number % 2], ()))
         assert isinstance(after, State)
-        past = past.extended(after)
-        assert isinstance(attempt(domain, past, Action("DRY", ())), Fault)
+        history = history.extended(after)
+        assert isinstance(attempt(domain, history, Action("DRY", ())), Fault)
     assert times < 10 * 300
 
 
-def test_a_check_that_seeks_nothing_possible_is_never_in_the_wrong_order() -> None:
+def test_a_condition_that_never_held_gives_no_wrong_order() -> None:
     silent = replace(CLEAN.tries[0], checks=(missing(SOAP(), "no soap", (FALSE,)),))
     domain = DOMAIN.replace_operators(replace(CLEAN, tries=(silent,)))
     fault = run("dirty", "TAKE", "LOSE", "CLEAN", domain=domain).steps[-1].fault
@@ -265,7 +265,7 @@ def test_a_check_that_seeks_nothing_possible_is_never_in_the_wrong_order() -> No
     assert fault.kind is FaultKind.MISSING_STEP
 
 
-def test_a_domain_says_what_is_visible_and_known() -> None:
+def test_a_domain_declares_visible_objects_and_landmarks() -> None:
     state = toy.initial()
     everything = state.scene.everything
     assert toy.DOMAIN.find_visible(state, everything) == everything

@@ -52,7 +52,7 @@ def test_the_engine_equals_plain_sets_in_the_toy_domain(seed: int) -> None:
 
 @pytest.fixture
 def domain() -> Domain:
-    """The rules of the paper; tests of other rules for the same world have a fixture of this name, too."""
+    """Return the domain by the paper's rules. Tests of other rules override this fixture."""
     return virtualhome.as_meant()
 
 
@@ -75,8 +75,8 @@ def test_states_are_equal_exactly_if_their_facts_are() -> None:
         action = Action(rng.choice(("GO", "LIFT", "DROP", "PRESS")), (rng.randrange(6),))
         outcome = attempt(toy.DOMAIN, History(state), action)
         state = outcome if isinstance(outcome, State) else state
-        twin = seen.setdefault(frozenset(state.facts()), state)
-        assert (twin, hash(twin)) == (state, hash(state))
+        equal_state = seen.setdefault(frozenset(state.facts()), state)
+        assert (equal_state, hash(equal_state)) == (state, hash(state))
     assert len(set(seen.values())) == len(seen)
 
 

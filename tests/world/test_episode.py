@@ -17,20 +17,20 @@ from world.random_domains import Case, cases
 from world.test_execution import plan
 
 RUN = plan("LIFT red", "GO shed", "DROP red", "PRESS lamp")
-"""A plan in which every step needs the one before it, but the last."""
+"""A plan in which every step but the last needs the step before it."""
 
 
 def lucky(probability: float, *, seed: int = 0, notice: Notice = "detected") -> SlipSampler:
     return SlipSampler(probability, "task", seed=seed, notice=notice)
 
 
-def episode(luck: SlipSampler | None = None) -> Episode:
-    return Episode(toy.DOMAIN, toy.initial(), luck)
+def episode(sampler: SlipSampler | None = None) -> Episode:
+    return Episode(toy.DOMAIN, toy.initial(), sampler)
 
 
 @given(cases())
 @settings(deadline=None)
-def test_a_plan_without_slips_becomes_what_execute_makes_of_it(case: Case) -> None:
+def test_a_plan_without_slips_has_the_trajectory_of_execute(case: Case) -> None:
     played = Episode(case.domain, case.initial, SlipSampler(0, "task"))
     ended = played.run(case.plan)
     trajectory = execute(case.domain, case.initial, case.plan)
@@ -40,7 +40,7 @@ def test_a_plan_without_slips_becomes_what_execute_makes_of_it(case: Case) -> No
 
 @given(cases(), st.data())
 @settings(deadline=None)
-def test_what_episodes_find_out_serves_others_that_begin_alike(case: Case, data: st.DataObject) -> None:
+def test_episodes_with_equal_beginnings_share_known_outcomes(case: Case, data: st.DataObject) -> None:
     known: KnownOutcomes = {}
     for _ in range(4):
         ways = data.draw(st.lists(st.sampled_from(case.plan), max_size=6)) if case.plan else []
@@ -50,20 +50,20 @@ def test_what_episodes_find_out_serves_others_that_begin_alike(case: Case, data:
         assert (played.trajectory, ended) == (trajectory, trajectory.failure)
 
 
-def test_no_action_is_worked_out_twice_where_episodes_begin_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_episodes_with_equal_beginnings_compute_no_action_twice(monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[Action] = []
     known: KnownOutcomes = {}
     monkeypatch.setattr("eai.world.episode.attempt", lambda *given: tried.append(given[2]) or attempt(*given))
     for steps in (RUN, RUN, RUN[:2]):
         Episode(toy.DOMAIN, toy.initial(), known_outcomes=known).run(steps)
     assert tried == list(RUN)
-    Episode(toy.DOMAIN, toy.initial(), known_outcomes=known).run(RUN[1:])  # another way
+    Episode(toy.DOMAIN, toy.initial(), known_outcomes=known).run(RUN[1:])  # a plan with another beginning
     assert tried == [*RUN, *RUN[1:3]]
 
 
 @given(cases(), st.floats(0, 1))
 @settings(deadline=None)
-def test_what_was_executed_leads_to_the_same_states_by_itself(case: Case, probability: float) -> None:
+def test_the_executed_actions_alone_lead_to_the_same_states(case: Case, probability: float) -> None:
     played = Episode(case.domain, case.initial, lucky(probability))
     for action in case.plan:
         played.act(action)
@@ -74,7 +74,7 @@ def test_what_was_executed_leads_to_the_same_states_by_itself(case: Case, probab
     assert [step.action for step in trajectory.steps] == list(case.plan)
 
 
-def test_each_outcome_is_told() -> None:
+def test_each_action_returns_its_outcome() -> None:
     acted = episode()
     (lift, go, *_), (press,) = RUN, plan("PRESS lamp")
     fault = acted.act(press)
@@ -94,7 +94,7 @@ def test_after_a_fault_the_next_action_is_tried_in_the_same_state() -> None:
     assert acted.run(RUN) is None
 
 
-def test_a_wrong_order_looks_back_over_the_whole_episode() -> None:
+def test_a_wrong_order_is_searched_for_in_the_whole_episode() -> None:
     acted = episode()
     assert acted.run(plan("GO shed", "LIFT blue", "LIFT blue")) is not None
     assert acted.run(plan("GO hall")) is None
@@ -106,10 +106,10 @@ def test_a_wrong_order_looks_back_over_the_whole_episode() -> None:
 @pytest.mark.parametrize(
     ("start", "states", "earlier"),
     [
-        (0, 4, 2),  # all of it
-        (1, 3, 1),  # a step before was executed
-        (3, 2, 0),  # of three steps before two were
-        (4, 1, -1),  # it was in order before this part began
+        (0, 4, 2),  # the whole episode
+        (1, 3, 1),  # one step before the part was executed
+        (3, 2, 0),  # two of three steps before the part were executed
+        (4, 1, -1),  # the state that counts is before the part
     ],
 )
 def test_a_part_of_an_episode_is_a_trajectory_of_its_own(start: int, states: int, earlier: int) -> None:
@@ -131,7 +131,7 @@ def test_an_additional_step_ends_no_plan() -> None:
     assert acted.trajectory.additional_steps == 1
 
 
-def test_a_plan_ends_early_where_it_is_asked_to() -> None:
+def test_a_plan_ends_early_if_its_condition_holds() -> None:
     acted = episode()
     lit = acted.state.scene.index["lamp"]
     assert acted.run([*RUN, *RUN], until=lambda now: now.state.has("lit", lit)) is None
@@ -155,7 +155,7 @@ def test_a_detected_slip_ends_the_plan() -> None:
     assert len(acted.trajectory.steps) == 1
 
 
-def test_after_a_silent_slip_the_plan_goes_on_and_fails_where_it_depends_on_it() -> None:
+def test_after_a_silent_slip_the_plan_continues_and_a_dependent_step_fails() -> None:
     acted = episode(lucky(1, notice="silent"))
     fault = acted.run(RUN)
     assert isinstance(fault, Fault)
@@ -163,7 +163,7 @@ def test_after_a_silent_slip_the_plan_goes_on_and_fails_where_it_depends_on_it()
     assert [step.slipped for step in acted.trajectory.steps] == [True, True, False]
 
 
-def test_an_impossible_action_draws_no_luck() -> None:
+def test_an_impossible_action_draws_no_random_number() -> None:
     plain, stumbling = episode(lucky(0.5, seed=3)), episode(lucky(0.5, seed=3))
     outcomes = []
     for action in RUN * 5:
@@ -172,16 +172,16 @@ def test_an_impossible_action_draws_no_luck() -> None:
     assert [type(a) for a, _ in outcomes] == [type(b) for _, b in outcomes]
 
 
-def test_equal_seeds_slip_alike_and_others_do_not() -> None:
+def test_equal_seeds_give_equal_slips() -> None:
     def draws(task_id: str = "a", seed: int = 0, epoch: int = 0) -> list[bool]:
-        luck = SlipSampler(0.5, task_id, seed=seed, epoch=epoch)
-        return [luck.slips() for _ in range(100)]
+        sampler = SlipSampler(0.5, task_id, seed=seed, epoch=epoch)
+        return [sampler.slips() for _ in range(100)]
 
     assert draws() == draws()
     assert draws() not in [draws(seed=1), draws("b"), draws(epoch=1)]
 
 
-def test_fewer_slips_are_some_of_more_slips() -> None:
+def test_a_lower_probability_gives_a_subset_of_the_slips() -> None:
     few, many = lucky(0.1), lucky(0.3)
     assert all(b or not a for a, b in [(few.slips(), many.slips()) for _ in range(200)])
 
@@ -193,6 +193,6 @@ def test_a_possible_action_slips_as_often_as_it_should() -> None:
     assert abs(succeeded - seeds * expected) < 4 * math.sqrt(seeds * expected * (1 - expected))
 
 
-def test_unknown_actions_are_a_programmers_error() -> None:
+def test_an_unknown_action_raises_a_key_error() -> None:
     with pytest.raises(KeyError):
         episode().act(Action("FLY", ()))

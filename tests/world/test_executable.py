@@ -14,7 +14,7 @@ def no_limit() -> bool:
 
 
 @given(cases())
-def test_no_check_fails_of_what_is_found_and_one_fails_of_all_else(case: Case) -> None:
+def test_exactly_the_arguments_without_a_failing_check_are_found(case: Case) -> None:
     objects = [2, 0, 1]
     for operator in case.domain.operators:
         compiled = case.domain.compiled[operator.name]
@@ -25,7 +25,7 @@ def test_no_check_fails_of_what_is_found_and_one_fails_of_all_else(case: Case) -
         ]
 
 
-def test_only_some_objects_are_asked_about() -> None:
+def test_arguments_are_searched_among_the_given_objects_only() -> None:
     start = toy.initial()
     hall, shed = (start.scene.index[name] for name in ("hall", "shed"))
     go = applicability(toy.GO, toy.DOMAIN.vocabulary)

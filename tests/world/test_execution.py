@@ -12,7 +12,7 @@ from world import toy
 
 
 def plan(*steps: str) -> list[Action]:
-    """Actions from ``LIFT red``."""
+    """Return the actions of texts such as ``LIFT red``."""
     index = toy.initial().scene.index
     split = [step.split() for step in steps]
     return [Action(name, tuple(index[o] for o in objects)) for name, *objects in split]
@@ -71,7 +71,7 @@ def test_an_empty_plan_changes_nothing() -> None:
     assert trajectory.failure is None
 
 
-def test_what_had_been_done_by_then_ends_with_the_state_after_it() -> None:
+def test_a_prefix_of_a_trajectory_ends_with_the_state_after_its_last_step() -> None:
     whole = execute(toy.DOMAIN, toy.initial(), plan("GO hall", "GO shed", "GO shed", "PRESS lamp"))
     assert len(whole.executed) == 2
     for executed in range(len(whole.executed) + 1):
@@ -104,17 +104,17 @@ SIGNATURE = Signature({"at": 2, "holding": 1, "lit": 1, "beside": 1}, {"GO": 1, 
         ("at(red)", False),
     ],
 )
-def test_formulas_are_asked_of_what_was_executed(text: str, expected: bool) -> None:
+def test_formulas_are_evaluated_on_the_executed_steps(text: str, expected: bool) -> None:
     assert holds(read_formula(text, SIGNATURE)[0], TIMELINE) is expected
 
 
-def test_the_evidence_is_in_terms_of_executed_steps() -> None:
+def test_evidence_counts_executed_steps_only() -> None:
     evidence = explain(parse("holding(red) then (at(red, shed) and lit(lamp))"), TIMELINE)
     assert (evidence.holds, evidence.positions) == (False, (1,))
     assert evidence.failed == (parse("lit(lamp)"),)
 
 
-def test_steps_that_were_not_executed_are_no_part_of_it() -> None:
+def test_skipped_and_failed_steps_are_not_part_of_the_trace() -> None:
     failed = to_trace(execute(toy.DOMAIN, START, (Action("DROP", (RED,)),)))
     assert failed.length == 1
     assert not holds(read_formula("DROP(red)", Signature({}, {"DROP": 1}))[0], failed)

@@ -8,17 +8,17 @@ ROBOT, HALL, SHED, RED, BLUE, LAMP = range(6)
 
 
 def lit(*numbers: int) -> History:
-    """A past of six states, in those of these numbers with the lamp on."""
+    """Return a history of six states, in some of which, given by number, the lamp is on."""
     scene = toy.initial().scene
-    past: History | None = None
+    history: History | None = None
     for number in range(6):
-        past = History(scene.state([("lit", (LAMP,))] if number in numbers else []), past)
-    assert past is not None
-    return past
+        history = History(scene.state([("lit", (LAMP,))] if number in numbers else []), history)
+    assert history is not None
+    return history
 
 
 class Look:
-    """Whether the lamp is on, and how often that was looked at."""
+    """Tests whether the lamp is on, and counts the tests."""
 
     def __init__(self) -> None:
         self.times = 0
@@ -28,37 +28,37 @@ class Look:
         return state.has("lit", LAMP)
 
 
-def test_a_past_has_its_states_in_order() -> None:
+def test_a_history_has_its_states_in_order() -> None:
     initial = toy.initial()
-    past = History(initial).extended(initial.scene.state([]))
-    assert (past.number, past.states) == (1, (initial, past.state))
-    assert past.before is not None
-    assert past.before.states == (initial,)
+    history = History(initial).extended(initial.scene.state([]))
+    assert (history.number, history.states) == (1, (initial, history.state))
+    assert history.before is not None
+    assert history.before.states == (initial,)
 
 
-def test_the_latest_state_counts() -> None:
+def test_the_last_matching_state_is_returned() -> None:
     assert lit(1, 3).last_where("?", Look()) == 3
     assert lit(5).last_where("?", Look()) == 5
     assert lit(0).last_where("?", Look()) == 0
     assert lit().last_where("?", Look()) is None
 
 
-def test_what_was_asked_before_is_looked_at_no_more() -> None:
+def test_an_answered_question_tests_no_state_again() -> None:
     for numbers, found in (((), None), ((0,), 0)):
-        past, look = lit(*numbers), Look()
-        assert past.last_where("?", look) == found
+        history, look = lit(*numbers), Look()
+        assert history.last_where("?", look) == found
         assert look.times == 6
-        ways = [past.extended(past.states[-1]) for _ in range(2)]  # that begin alike
+        ways = [history.extended(history.states[-1]) for _ in range(2)]  # with equal beginnings
         assert [way.last_where("?", look) for way in ways] == [found, found]
         assert look.times == 8
         assert ways[0].last_where("another", look) == found
         assert look.times == 15
 
 
-def test_a_very_long_past_is_given_up_like_a_short_one() -> None:
+def test_a_very_long_history_is_freed_without_recursion() -> None:
     state = toy.initial()
-    past = History(state)
+    history = History(state)
     for _ in range(200_000):
-        past = past.extended(state)
-    assert len(past.states) == 200_001
-    del past
+        history = history.extended(state)
+    assert len(history.states) == 200_001
+    del history

@@ -58,7 +58,7 @@ def states(draw: st.DrawFn) -> State:
     st.none() | st.lists(indices),
 )
 @example(SCENE.state([("between", (0, 1, 2)), ("between", (1, 2, 3))]), [0, 1, 2, 3], "between", False, [3])
-def test_all_facts_about_objects_are_listed_by_their_order(
+def test_all_facts_about_objects_are_listed_in_the_order_of_the_objects(
     state: State, objects: list[int], predicate: str, repeated: bool, about: list[int] | None
 ) -> None:
     domain, arity = Domain("listed", VOCABULARY, ()), VOCABULARY.arity(predicate) or 0
@@ -78,10 +78,12 @@ def test_all_facts_about_objects_are_listed_by_their_order(
     ("predicate", "sources"),
     [("lit", ("lit",)), ("linked", ("near",)), ("around", ("near",)), ("dark", ("lit",))],
 )
-def test_what_decides_a_predicate_is_known(predicate: str, sources: tuple[str, ...]) -> None:
+def test_a_listing_names_the_stored_predicates_that_decide_it(
+    predicate: str, sources: tuple[str, ...]
+) -> None:
     assert make_listing(VOCABULARY, predicate).sources == sources
 
 
-def test_what_is_not_declared_cannot_be_listed() -> None:
+def test_listing_an_undeclared_predicate_is_an_error() -> None:
     with pytest.raises(DomainError, match="predicate cold is not declared"):
         make_listing(VOCABULARY, "cold")

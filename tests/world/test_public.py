@@ -1,4 +1,4 @@
-"""`eai.world` hands on what a declaration of one's own needs."""
+"""`eai.world` exports the names that a declaration needs."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from eai.world.conformance import check
 from world import toy
 
 
-def test_every_public_name_is_there() -> None:
+def test_every_public_name_can_be_imported() -> None:
     assert [name for name in eai.world.__all__ if not hasattr(eai.world, name)] == []
     assert eai.world.check is check
 
 
-def test_the_toy_domain_needs_no_other_name() -> None:
+def test_the_toy_domain_uses_public_names_only() -> None:
     tree = ast.parse(Path(toy.__file__).read_text(encoding="utf-8"))
     imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
     assert [node.module for node in imports] == ["__future__", "eai.world"]

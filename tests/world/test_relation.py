@@ -18,7 +18,7 @@ changes = st.lists(
 
 
 def changed(relation: Relation, plain: set[tuple[int, int]], change: tuple[str, int, int]) -> Relation:
-    """Make one change to a copy of a relation, and to its plain twin."""
+    """Make one change to a copy of a relation, and to the set of pairs that it is compared with."""
     copy = relation.copy()
     match change:
         case "row", source, mask:
@@ -36,7 +36,9 @@ def changed(relation: Relation, plain: set[tuple[int, int]], change: tuple[str, 
 
 
 @given(pairs, changes)
-def test_it_is_a_set_of_pairs(start: frozenset[tuple[int, int]], script: list[tuple[str, int, int]]) -> None:
+def test_a_relation_behaves_like_a_set_of_pairs(
+    start: frozenset[tuple[int, int]], script: list[tuple[str, int, int]]
+) -> None:
     relation, plain = Relation(Matrix.from_pairs(SIZE, start)), set(start)
     for change in script:
         relation = changed(relation, plain, change)
@@ -51,7 +53,7 @@ def test_it_is_a_set_of_pairs(start: frozenset[tuple[int, int]], script: list[tu
 
 
 @given(pairs, changes, changes)
-def test_relations_are_equal_if_they_have_the_same_pairs_and_tell_what_they_differ_in(
+def test_equal_relations_have_the_same_pairs_and_others_list_their_differences(
     start: frozenset[tuple[int, int]], one: list[tuple[str, int, int]], other: list[tuple[str, int, int]]
 ) -> None:
     base = Matrix.from_pairs(SIZE, start)
@@ -80,7 +82,7 @@ def test_relations_on_different_matrices_are_never_equal() -> None:
     assert Relation(Matrix.from_pairs(SIZE, [])) != Relation(Matrix.from_pairs(SIZE, []))
 
 
-def test_relations_with_the_same_hash_are_told_apart() -> None:
+def test_relations_with_equal_hashes_are_distinguished() -> None:
     base = Matrix.from_pairs(SIZE, [])
     one, other = Relation(base).copy(), Relation(base).copy()
     one.flip(0, 2)
@@ -90,7 +92,7 @@ def test_relations_with_the_same_hash_are_told_apart() -> None:
 
 
 @given(pairs, changes)
-def test_a_change_leaves_the_old_relation_alone(
+def test_changing_a_copy_does_not_change_the_original(
     start: frozenset[tuple[int, int]], script: list[tuple[str, int, int]]
 ) -> None:
     relation = Relation(Matrix.from_pairs(SIZE, start))

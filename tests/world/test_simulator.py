@@ -1,4 +1,4 @@
-"""Worlds of another make behind a declaration: who carries actions out, and which laws that keeps to."""
+"""Domains with a simulator of their own: execution by the simulator, and the laws that it must keep."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from world import toy
 from world.test_execution import plan
 
 STUCK = Fault(FaultKind.MISSING_STEP, missing(toy.lit(toy.X), "it is too dark for {x}"))
-"""A fault that no declaration knows."""
+"""A fault that is not part of the declaration."""
 
 
 class Simulated:
-    """The toy world, carried out by a function of the state, the action and the declared state."""
+    """The toy world, executed by a function of the state, the action and the declared state."""
 
     def __init__(
         self,
@@ -56,7 +56,7 @@ DARK = world(lambda before, action, after: STUCK if action.operator == "LIFT" el
 LAMP_LIGHTS = world(lambda before, action, after: with_facts(after, ["lit(lamp)"]))
 
 
-def test_a_simulator_refuses_what_the_declaration_permits_and_diagnoses_nothing_else() -> None:
+def test_a_simulator_may_fail_possible_actions_and_never_gets_impossible_ones() -> None:
     episode = Episode(DARK, toy.initial())
     assert episode.run(plan("PRESS lamp")) != STUCK
     assert episode.run(plan("LIFT red")) == STUCK
@@ -69,13 +69,13 @@ def test_an_action_that_slips_does_not_reach_the_simulator() -> None:
     assert episode.act(*plan("LIFT red")) == Slip()
 
 
-def test_an_episode_has_the_states_that_its_simulator_tells() -> None:
+def test_an_episode_has_the_states_that_its_simulator_returns() -> None:
     episode = Episode(LAMP_LIGHTS, toy.initial())
     assert episode.run(plan("GO shed")) is None
     assert episode.state.has("lit", episode.state.scene.index["lamp"])
 
 
-def test_where_a_simulator_departs_from_the_declaration_episodes_share_no_more() -> None:
+def test_episodes_stop_sharing_outcomes_if_the_simulator_departs_from_the_declaration() -> None:
     known: KnownOutcomes = {}
     initial, steps = toy.initial(), plan("GO shed", "PRESS lamp")
     Episode(toy.DOMAIN, initial, known_outcomes=known).run(steps)
@@ -84,7 +84,7 @@ def test_where_a_simulator_departs_from_the_declaration_episodes_share_no_more()
     assert beside.trajectory == alone.trajectory
 
 
-def test_plans_are_scored_in_the_simulator_and_not_mended() -> None:
+def test_plans_for_a_simulator_are_scored_but_not_repaired() -> None:
     answer = '[{"action": "LIFT", "object": "red"}]'
     scorer = ActionSequencing(TASK, DARK, JsonPlans())
     assessment = scorer.assess(answer)
@@ -121,12 +121,12 @@ NUMBERS = count()
         ),
     ],
 )
-def test_what_breaks_a_law_of_simulators_is_found(domain: Domain, defect: str | None) -> None:
+def test_a_broken_law_of_simulators_is_reported(domain: Domain, defect: str | None) -> None:
     found = {*check(domain, [toy.initial()])}
     assert found == set() if defect is None else defect in found
 
 
-def test_a_state_beside_the_outcome_is_found() -> None:
+def test_a_simulator_whose_state_differs_from_its_outcome_is_reported() -> None:
     class Late(Simulated):
         def act(self, action: Action, declared: State) -> State | Fault:
             return declared
@@ -135,12 +135,12 @@ def test_a_state_beside_the_outcome_is_found() -> None:
     assert "GO: the simulator's state differs from the outcome that it returned" in found
 
 
-def test_what_is_not_measured_follows_the_declaration() -> None:
+def test_predicates_that_are_not_measured_must_follow_the_declaration() -> None:
     found = check(LAMP_LIGHTS, [toy.initial()], measured=("at", "holding"))
     assert any("the simulator changes lit, which must follow the declaration" in each for each in found)
     moved = world(lambda before, action, after: with_facts(after, ["at(lamp, hall)"]))
     assert check(moved, [toy.initial()], measured=("at",)) == ()
 
 
-def test_declared_worlds_are_begun_by_default() -> None:
+def test_an_episode_follows_the_declaration_by_default() -> None:
     assert toy.DOMAIN.begin is begin_as_declared

@@ -14,7 +14,7 @@ VOCABULARY = Vocabulary((AT, OPEN, DARK), (Defined("shut", (X,), ~OPEN(X)),))
 SCENE = Scene(VOCABULARY, {"robot": "robot", "dock": "place", "bay-2": "place"}, agent="robot")
 
 
-def test_objects_come_by_category_in_the_order_of_the_scene() -> None:
+def test_objects_of_a_category_come_in_the_order_of_the_scene() -> None:
     things = (WorldObject("b", "cup"), WorldObject("box", "box"), WorldObject("a", "cup"))
     scene = Scene(Vocabulary(()), things)
     assert scene.names_of_category("cup") == ("b", "a")
@@ -22,8 +22,8 @@ def test_objects_come_by_category_in_the_order_of_the_scene() -> None:
     assert scene.names_of_category("car") == ()
 
 
-def test_facts_are_said_by_index_by_name_or_as_text() -> None:
-    """A name with a sign that formulas do not have is spelt with underscores there."""
+def test_facts_may_be_stated_by_index_by_name_or_as_text() -> None:
+    """A character that formulas do not allow in names becomes an underscore in texts."""
     expected = [("open", (2,)), ("dark", ()), ("at", (0, 1))]
     for facts in (
         [("at", (0, 1)), ("open", (2,)), ("dark", ())],
@@ -58,7 +58,7 @@ def test_facts_are_said_by_index_by_name_or_as_text() -> None:
         ("shut(dock)", "shut is derived from other facts: state those facts instead"),
     ],
 )
-def test_a_mistake_in_a_fact_is_named(fact: object, problem: str) -> None:
+def test_a_wrong_fact_raises_an_error_that_names_the_mistake(fact: object, problem: str) -> None:
     with pytest.raises(InputError) as error:
         SCENE.state([fact])  # type: ignore[list-item]
     assert str(error.value) == problem
@@ -73,13 +73,15 @@ def test_a_mistake_in_a_fact_is_named(fact: object, problem: str) -> None:
         ([("robot", "robot")], None, "objects: expected WorldObject, found tuple"),
     ],
 )
-def test_a_mistake_in_a_scene_is_named(objects: object, agent: int | str | None, problem: str) -> None:
+def test_a_wrong_scene_raises_an_error_that_names_the_mistake(
+    objects: object, agent: int | str | None, problem: str
+) -> None:
     with pytest.raises(InputError) as error:
         Scene(VOCABULARY, objects, agent)  # type: ignore[arg-type]
     assert str(error.value) == problem
 
 
-def test_other_facts_make_a_state_of_the_same_episode() -> None:
+def test_replacing_the_facts_gives_a_state_of_the_same_episode() -> None:
     between = Predicate("between", 3)
     vocabulary = Vocabulary((AT, OPEN, DARK, between))
     scene = Scene(vocabulary, {"robot": "robot", "dock": "place", "bay": "place"}, agent="robot")

@@ -1,4 +1,4 @@
-"""What is compiled once is used from any number of threads, each with bindings of its own."""
+"""Compiled domains are used from many threads, each with its own bindings."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ WAIT = Operator("WAIT", (X,), tuple(missing(condition, "not yet") for condition 
 
 @pytest.fixture
 def restless() -> Iterator[None]:
-    """Threads take turns as often as can be."""
+    """Let threads take turns as often as possible."""
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-5)
     yield
@@ -47,7 +47,7 @@ def plans(seed: int) -> list[list[Action]]:
 
 
 def outcomes(domain: Domain, readings: FormulaEvaluator, initial: State, seed: int) -> list[object]:
-    """What becomes of some plans and what their last states say, as values without states."""
+    """Return the outcomes of some plans, and readings of their last states, as comparable values."""
     found: list[object] = []
     for plan in plans(seed):
         trajectory = execute(domain, initial, plan)
@@ -60,7 +60,7 @@ def outcomes(domain: Domain, readings: FormulaEvaluator, initial: State, seed: i
 
 @pytest.mark.usefixtures("restless")
 def test_a_domain_may_be_used_from_any_number_of_threads() -> None:
-    fresh = toy.DOMAIN.replace_operators(WAIT)  # compiled by whoever comes first
+    fresh = toy.DOMAIN.replace_operators(WAIT)  # the first thread compiles it
     readings, initial = FormulaEvaluator(fresh.vocabulary), toy.initial()
     with ThreadPoolExecutor(8) as pool:
         together = list(pool.map(lambda seed: outcomes(fresh, readings, initial, seed), range(16)))

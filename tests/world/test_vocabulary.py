@@ -39,7 +39,7 @@ def test_a_declaration_that_contradicts_itself_is_an_error(
         declare()
 
 
-def test_of_a_predicate_nothing_is_taken_for_granted() -> None:
+def test_a_predicate_is_visible_and_changeable_by_default() -> None:
     assert (P.static, P.visible, P.single) == (False, True, False)
 
 

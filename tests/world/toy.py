@@ -1,4 +1,4 @@
-"""A third domain, small enough to see whole: a robot, boxes and a lamp."""
+"""A small domain for tests: a robot, boxes and a lamp."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ DOMAIN = Domain("toy", VOCABULARY, (GO, LIFT, DROP, PRESS))
 
 
 def initial() -> State:
-    """The robot and a box in the hall, a box and the lamp in the shed."""
+    """Return the state with the robot and a box in the hall, and a box and the lamp in the shed."""
     names = {"robot": "robot", "hall": "place", "shed": "place", "red": "box", "blue": "box", "lamp": "lamp"}
     scene = Scene(VOCABULARY, (WorldObject(n, c) for n, c in names.items()), agent=0)
     places = {"robot": "hall", "red": "hall", "blue": "shed", "lamp": "shed"}

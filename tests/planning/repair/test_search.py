@@ -1,4 +1,4 @@
-"""Repairs: fewest edits, held against all edited plans there are in small cases."""
+"""Repairs with fewest edits, compared with all edited plans in small cases."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from suites import answer_book
 from sweeps import examples, swept
 
 HOUSEHOLDS = ("virtualhome", "behavior")
-FAR = 3
-"""The distance from which on all are alike to brute force."""
+MAX_BRUTE_FORCE_EDITS = 3
+"""Number of edits from which on brute force does not distinguish distances."""
 
 
 planner = cache(Planner)
-"""The planner of a domain."""
+"""The cached planner of a domain."""
 
 
 @cache
 def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
-    """Plans of few steps that succeed, each with the scorer of its task."""
+    """Yield short plans that succeed, each with the scorer of its task."""
     suite, book = eai.open(name, "action_sequencing"), answer_book(name, Ability.ACTION_SEQUENCING)
     found = []
     for task_id in suite.task_ids:
@@ -57,7 +57,6 @@ def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
 
 
 def succeeds(domain: Domain, task: Task, plan: PlanSteps) -> bool:
-    """Whether a plan succeeds, by the engine that scores it."""
     if None in plan:
         return False
     trajectory = execute(domain, task.initial, [step for step in plan if step is not None])
@@ -77,17 +76,17 @@ def one_edit(
 
 def by_brute_force(domain: Domain, task: Task, plan: PlanSteps, actions: Sequence[Action]) -> int:
     plans, seen = {tuple(plan)}, {tuple(plan)}
-    for distance in range(FAR):
+    for distance in range(MAX_BRUTE_FORCE_EDITS):
         if any(succeeds(domain, task, each) for each in plans):
             return distance
-        if distance < FAR - 1:
+        if distance < MAX_BRUTE_FORCE_EDITS - 1:
             plans = {edited for each in plans for edited in one_edit(each, actions)} - seen
             seen |= plans
-    return FAR
+    return MAX_BRUTE_FORCE_EDITS
 
 
 def edited(plan: PlanSteps, edits: Sequence[PlanEdit]) -> tuple[Action | None, ...]:
-    """A plan with some edits made."""
+    """Apply some edits to a plan."""
     steps: list[Action | None] = []
     for i, step in enumerate((*plan, None)):
         steps += [e.action for e in edits if e.removed is None and e.step == i]
@@ -97,7 +96,7 @@ def edited(plan: PlanSteps, edits: Sequence[PlanEdit]) -> tuple[Action | None, .
 
 
 def draw(name: str, random: Random) -> tuple[ActionSequencing, tuple[Action | None, ...], list[Action]]:
-    """A plan with planted faults, and the few actions that edits may use."""
+    """Return a plan with some faults, and the few actions that edits may insert."""
     scorer, plan = random.choice(good_plans(name))
     states = [*execute(scorer.domain, scorer.task.initial, plan).states]
     pool = [
@@ -114,46 +113,46 @@ def draw(name: str, random: Random) -> tuple[ActionSequencing, tuple[Action | No
 
 
 def restricted(scorer: ActionSequencing, plan: PlanSteps, actions: Sequence[Action]) -> Repairer:
-    """What mends with a few actions only."""
+    """Return a repairer that inserts the given actions only."""
     task = scorer.task
     named = [i for step in (*plan, *actions) if step is not None for i in step.arguments]
-    mender = Repairer(
+    repairer = Repairer(
         planner(scorer.domain),
         task.initial,
         planning_goal(task),
         tuple(dict.fromkeys([*task.relevant, *named])),
     )
-    mender.conflict_changes.actions_of = lambda name: tuple([a for a in actions if a.operator == name])  # type: ignore[method-assign]
-    return mender
+    repairer.conflict_changes.actions_of = lambda name: tuple([a for a in actions if a.operator == name])  # type: ignore[method-assign]
+    return repairer
 
 
 @pytest.mark.parametrize(
     ("name", "number"), [*product(HOUSEHOLDS, [60]), *swept(*product(HOUSEHOLDS, [1000]))]
 )
-def test_fewest_edits_are_those_of_brute_force(name: str, number: int) -> None:
+def test_the_fewest_edits_agree_with_brute_force(name: str, number: int) -> None:
     random, seen = Random(38), set()
     cases = (draw(name, random) for _ in count())
     for scorer, plan, actions in islice((case for case in cases if len(case[1]) <= 5), number):
-        mender = restricted(scorer, plan, actions)
-        at_least, _ = mender.repair(plan, Effort(30_000))
+        repairer = restricted(scorer, plan, actions)
+        at_least, _ = repairer.repair(plan, Effort(30_000))
         expected = by_brute_force(scorer.domain, scorer.task, plan, actions)
-        assert min(at_least, FAR) == expected, (scorer.task.id, plan, actions)
+        assert min(at_least, MAX_BRUTE_FORCE_EDITS) == expected, (scorer.task.id, plan, actions)
         seen.add(expected)
         if expected == 1:
-            told = {edited(plan, [each]) for each in mender.single_edits(plan)}
+            single_edits = {edited(plan, [each]) for each in repairer.single_edits(plan)}
             for each in one_edit(plan, actions):
-                if succeeds(scorer.domain, scorer.task, each) and each not in told:
+                if succeeds(scorer.domain, scorer.task, each) and each not in single_edits:
                     shorter = {(*each[:i], *each[i + 1 :]) for i in range(len(each))}
-                    assert shorter & told, "only a step that is skipped stands for one that is gone"
+                    assert shorter & single_edits, "only a step that is skipped stands for one that is gone"
     assert {0, 1, 2} <= seen
 
 
 @pytest.mark.parametrize("name", HOUSEHOLDS)
-def test_what_is_told_succeeds_and_bounds_tighten_with_effort(name: str) -> None:
+def test_a_reported_repair_succeeds_and_bounds_tighten_with_effort(name: str) -> None:
     random = Random(9)
     for _ in range(examples(30)):
         scorer, plan, _ = draw(name, random)
-        mender = Repairer(
+        repairer = Repairer(
             planner(scorer.domain),
             scorer.task.initial,
             planning_goal(scorer.task),
@@ -162,7 +161,7 @@ def test_what_is_told_succeeds_and_bounds_tighten_with_effort(name: str) -> None
         at_least, at_most = 0, float("inf")
         for limit in (1, 100, 1_000, 10_000):
             before = at_least
-            at_least, edits = mender.repair(plan, Effort(limit))
+            at_least, edits = repairer.repair(plan, Effort(limit))
             assert before <= at_least <= at_most
             assert edits is not None or at_most == float("inf")
             if edits is not None:
@@ -171,12 +170,12 @@ def test_what_is_told_succeeds_and_bounds_tighten_with_effort(name: str) -> None
                 assert succeeds(scorer.domain, scorer.task, edited(plan, edits))
         assert at_most < float("inf")
         if at_least == at_most == 1:
-            singles = [*mender.single_edits(plan)]
+            singles = [*repairer.single_edits(plan)]
             assert singles
             assert all(succeeds(scorer.domain, scorer.task, edited(plan, [each])) for each in singles)
 
 
-def test_a_plan_from_the_start_is_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_plan_from_the_initial_state_is_searched_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
     scorer, _ = good_plans("virtualhome")[0]
     task, calls = scorer.task, []
     plan = Planner.plan
@@ -186,8 +185,8 @@ def test_a_plan_from_the_start_is_looked_for_once(monkeypatch: pytest.MonkeyPatc
         return plan(*given)
 
     monkeypatch.setattr(Planner, "plan", counted)
-    mender = Repairer(planner(scorer.domain), task.initial, planning_goal(task), task.relevant)
-    mender.repair((), Effort(1))
+    repairer = Repairer(planner(scorer.domain), task.initial, planning_goal(task), task.relevant)
+    repairer.repair((), Effort(1))
     assert len(calls) == 2, "from where the plan leads, and from the start"
-    mender.repair((), Effort(1))
+    repairer.repair((), Effort(1))
     assert len(calls) == 3
