@@ -1,0 +1,44 @@
+"""A benchmark as a third party declares it."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, fields, replace
+
+import pytest
+
+import eai
+from studies.lamps import DOMAIN, lamp_task
+
+
+def lamps(data: eai.DataSet | None = None) -> eai.Benchmark:
+    return eai.Benchmark("lamps", DOMAIN, eai.given(lamp_task()), data=data or eai.DataSet())
+
+
+def test_a_benchmark_needs_a_name_a_domain_and_tasks() -> None:
+    needed = [f.name for f in fields(eai.Benchmark) if (f.default, f.default_factory) == (MISSING, MISSING)]
+    assert needed == ["name", "domain", "open_tasks"]
+    assert len(fields(eai.Benchmark)) == 6
+
+
+def test_tables_call_a_benchmark_by_its_name_unless_its_data_set_has_a_title() -> None:
+    assert lamps().title == "lamps"
+    assert lamps(eai.DataSet("Lamps of the lab")).title == "Lamps of the lab"
+    assert replace(lamps(), name="lights").title == "lights"
+
+
+def test_a_data_set_may_ask_an_ability_of_some_tasks_or_of_its_own() -> None:
+    ability, source = eai.Ability("action_sequencing"), eai.Source()
+    assert list(lamps().tasks_for(ability, source)) == [lamp_task().id]
+    assert not lamps(eai.DataSet(asks={ability: lambda task: False})).tasks_for(ability, source)
+    own = lamps(eai.DataSet(own_tasks={ability: eai.given(replace(lamp_task(), id="own"))}))
+    assert list(own.tasks_for(ability, source)) == ["own"]
+    assert list(own.tasks_for(eai.Ability("goal_interpretation"), source)) == [lamp_task().id]
+
+
+def test_a_file_with_tasks_of_one_ability_alone_names_the_ability_to_give() -> None:
+    ability = eai.Ability("action_sequencing")
+    only = replace(lamps(eai.DataSet(own_tasks={ability: eai.given()})), open_tasks=eai.given())
+    with pytest.raises(
+        eai.InputError, match="give --ability action_sequencing, as goal_interpretation is not"
+    ):
+        only.tasks_for(eai.Ability("goal_interpretation"), eai.Source())
