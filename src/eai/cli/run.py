@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -132,7 +132,7 @@ def run(
     spec = flags.specification(context, file, model_arg or (), settings or ())
     if not spec.model.name:
         raise InputError("expected --model NAME, or a file with the names of models")
-    target, scoring = spec.tasks.adaptive, spec.scoring
+    scoring = spec.scoring
     wanted = spec.variation.abilities(spec.tasks.ability)
     flags.check_models(spec.model.name, wanted)
     terms = options.planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
@@ -144,9 +144,10 @@ def run(
                 wanted if spec.tasks.ability else console.asked_by_default(find_benchmark(name), wanted)
             )
         ]
-        if target is not None:
-            runs = load_offer("adaptive_runs", "--adaptive")
-            suites = runs.calibrated(suites, spec.tasks.ability, spec.tasks.calibration)
+        obtain, about = None, spec.tasks
+        if about.adaptive is not None:
+            open_runs = load_offer("adaptive_runs", "--adaptive")
+            suites, obtain = open_runs(suites, about.ability, about.calibration)
         library = Library(spec.prompts.set, spec.prompts.folder, source)
         order = _Order(spec, library, out, quiet or as_json)
         chosen = []
@@ -164,8 +165,8 @@ def run(
     for suite, asked in chosen:
         of_suite = [
             _obtain_and_score(order, endpoint, asked, suite, first, studied=True)
-            if target is None
-            else _obtain_adaptively(order, endpoint, asked, suite)
+            if obtain is None
+            else _obtain_adaptively(order, endpoint, asked, suite, obtain)
             for endpoint in endpoints
             if can_answer(endpoint.model, suite.ability)
         ]
@@ -313,13 +314,12 @@ def _effort(outcome: SuiteResult) -> str:
 
 
 def _obtain_adaptively(
-    order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite
+    order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, obtain: Any
 ) -> SuiteResult:
     """Ask tasks in rounds until the ability is known well enough, and say how well it is known."""
-    ask, tasks = partial(_obtain_and_score, order, endpoint, suite=suite), order.spec.tasks
-    obtain = load_offer("adaptive_runs", "--adaptive").obtain
+    ask = partial(_obtain_and_score, order, endpoint, suite=suite)
     result: SuiteResult
-    result, remark = obtain(ask, prompts, suite, tasks.adaptive, tasks.calibration)
+    result, remark = obtain(ask, prompts, suite, order.spec.tasks.adaptive)
     if not order.quiet:
         console.say(remark)
     return result

@@ -19,7 +19,7 @@ from eai.base.store import Store
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.adaptive import runs as runs_module
 from eai.extensions.adaptive.difficulties import item_difficulties
-from eai.extensions.adaptive.runs import calibrated, obtain
+from eai.extensions.adaptive.runs import open_runs
 from eai.results.record import Record
 from eai.tasks.source import Source
 from results.verdicts import SUCCEEDED, record
@@ -54,7 +54,8 @@ def test_what_does_not_count_is_asked_once_and_says_nothing(
         records = [replace(each, **changes) if each.task_id == odd else each for each in records]
         return Result(tmp_path, suite, records, {} if excluded else {"timeout": [odd]})
 
-    obtain(ask, cast(Any, dict.fromkeys(suite.task_ids)), suite, 0.6, None)
+    _, obtain = open_runs([suite], (), None)
+    obtain(ask, cast(Any, dict.fromkeys(suite.task_ids)), suite, 0.6)
     assert odd in rounds[0]
     sizes = [len(asked) for asked in rounds]
     assert sizes == [5 * number for number in range(1, len(rounds) + 1)]
@@ -86,14 +87,14 @@ def answer_of(suite: Suite, task_id: str) -> str:
 
 def test_runs_of_several_models_tell_how_difficult_tasks_are(runs: Path, tmp_path: Path) -> None:
     suite = open_suite("agents.switches:SWITCHES", ACTING)
-    assert calibrated([suite], [ACTING], runs) == [suite]
-    known, _, models = runs_module._difficulties(suite, runs)
+    assert open_runs([suite], [ACTING], runs)[0] == [suite]
+    known, _, models = runs_module._estimate_difficulties(suite, runs)
     assert models == f"the 3 models in {runs}"
     easy, hard = known["both"], known["half"]
     assert [*known] == [task_id for task_id in suite.task_ids if task_id != "none"]
     assert easy == known["greet"] < hard
     rmtree(runs / "fair")
     with pytest.raises(InputError, match="whole runs of 3 models in switches acting, strict; found 2"):
-        calibrated([suite], [ACTING], runs)
+        open_runs([suite], [ACTING], runs)
     with pytest.raises(InputError, match="acting have no known difficulties; --with tasks"):
-        calibrated([suite], [ACTING], None)
+        open_runs([suite], [ACTING], None)

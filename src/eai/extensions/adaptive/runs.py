@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
+from typing import TypeAlias
 
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.verdict import PlanVerdict
@@ -29,8 +31,14 @@ TASKS_PER_ROUND = 5
 _FILE = "adaptive.json"
 
 
-def calibrated(suites: Sequence[Suite], named: Sequence[Ability], folder: Path | None) -> list[Suite]:
-    """Return the suites whose tasks have known difficulties.
+_Difficulties: TypeAlias = tuple[Mapping[str, float], float, str]
+"""Difficulties by task, the variance of a model's ability, and a phrase: see `_estimate_difficulties`."""
+
+
+def open_runs(
+    suites: Sequence[Suite], named: Sequence[Ability], folder: Path | None
+) -> tuple[list[Suite], Callable[..., tuple[SuiteResult, str]]]:
+    """Return the suites whose tasks have known difficulties, and `obtain` for their tasks.
 
     Args:
         suites: the suites that the user asks for.
@@ -42,16 +50,21 @@ def calibrated(suites: Sequence[Suite], named: Sequence[Ability], folder: Path |
     """
     if folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
         raise InputError(f"--adaptive: difficulties are known under {DEFAULT_PROTOCOL.value} alone")
-    known = [suite for suite in suites if suite.has_plans and _difficulties(suite, folder)[0]]
+    difficulties = {
+        (suite.domain, suite.ability): estimate
+        for suite in suites
+        if suite.has_plans and (estimate := _estimate_difficulties(suite, folder))[0]
+    }
+    known = [suite for suite in suites if (suite.domain, suite.ability) in difficulties]
     unknown = [suite for suite in suites if suite not in known]
     if unknown and (named or not known):
         asked = f"{unknown[0].domain} {unknown[0].ability.value}"
         hint = "; --with tasks.calibration=DIR takes them from runs of several models"
         raise InputError(f"--adaptive: the tasks of {asked} have no known difficulties{hint}")
-    return known
+    return known, partial(obtain, difficulties)
 
 
-def _difficulties(suite: Suite, folder: Path | None) -> tuple[Mapping[str, float], float, str]:
+def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     """Return the difficulties of a suite's tasks: the published ones, or by whole runs in a folder.
 
     Returns:
@@ -83,11 +96,11 @@ def _difficulties(suite: Suite, folder: Path | None) -> tuple[Mapping[str, float
 
 
 def obtain(
+    estimates: Mapping[tuple[str, Ability], _Difficulties],
     ask: Callable[[Mapping[str, Prompt]], SuiteResult],
     prompts: Mapping[str, Prompt],
     suite: Suite,
     target: float,
-    folder: Path | None,
 ) -> tuple[SuiteResult, str]:
     """Ask the most informative tasks, until the standard error of the ability is at most the target.
 
@@ -95,16 +108,16 @@ def obtain(
     interrupted run resumes. It ends early if a task cannot be answered, and if no task is left.
 
     Args:
+        estimates: the difficulties of tasks by domain and ability.
         ask: asks questions by task, and scores the answers.
         prompts: the questions of all tasks that may be asked.
         suite: the suite.
         target: the standard error, in logits.
-        folder: as in `calibrated`.
 
     Returns:
         the result of the last round, and a remark on the ability.
     """
-    known, variance, models = _difficulties(suite, folder)
+    known, variance, models = estimates[suite.domain, suite.ability]
     difficulties = {task_id: known[task_id] for task_id in prompts if task_id in known}
     tasks = suite.benchmark.tasks(suite.source)
     names = {task_id: tasks[task_id].title for task_id in difficulties}
