@@ -3,7 +3,7 @@
 Who plans needs to know what actions do, not what they are called. In a twin the declared names of predicates,
 operators and kinds of objects are permuted, each among those that are used alike; the world, the tasks and
 their verdicts are those of the benchmark. Prompts say what each word means, and tell the exact rules, which
-plain prompts do not. A twin is compared with the same prompts in the true words (`with_rules`).
+plain prompts do not. A twin is compared with the same prompts in the true words (`open_with_rules`).
 """
 
 from __future__ import annotations
@@ -249,25 +249,16 @@ class _TwinSubgoals(SubgoalNotation):
         return self._plain.join(parts)
 
 
-def obfuscated(benchmark: Benchmark) -> Benchmark:
-    """The twin of a benchmark: its plans and subgoals are asked for in other words; nothing else is."""
+def open_obfuscated(name: str) -> Benchmark:
+    """Open the twin of a benchmark: its plans and subgoals are asked for in other words; nothing else is."""
+    benchmark = find_benchmark(name)
     public = benchmark.data.open_public or benchmark.open_tasks
     return _with_exact_rules(benchmark, _cipher(benchmark, public(USUAL).values()), OBFUSCATED)
 
 
-def with_rules(benchmark: Benchmark) -> Benchmark:
-    """A benchmark in its own words, with the exact rules that the prompts of its twin tell."""
-    return _with_exact_rules(benchmark, {}, WITH_RULES)
-
-
-def open_obfuscated(name: str) -> Benchmark:
-    """Open the twin of a benchmark whose words mean other things."""
-    return obfuscated(find_benchmark(name))
-
-
 def open_with_rules(name: str) -> Benchmark:
-    """Open a benchmark in its own words, with the rules of its twin."""
-    return with_rules(find_benchmark(name))
+    """Open a benchmark in its own words, with the exact rules that the prompts of its twin tell."""
+    return _with_exact_rules(find_benchmark(name), {}, WITH_RULES)
 
 
 def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: str) -> Benchmark:
