@@ -28,8 +28,8 @@ from numpy.typing import NDArray
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
-from eai.benchmarks import short_tests
 from eai.extensions.adaptive import difficulties as adaptive
+from eai.extensions.adaptive import short_tests
 from eai.extensions.adaptive.rasch import fit_rasch, variance_between
 from eai.extensions.adaptive.study import Scores, scores_of
 from eai.results.lines import group_by_suite
@@ -37,7 +37,7 @@ from eai.results.rate import Rate
 from eai.studies.records import Records
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "eai"
-TESTS = SOURCE / "benchmarks" / short_tests.FILE
+TESTS = SOURCE / "extensions" / "adaptive" / short_tests.FILE
 DIFFICULTIES = SOURCE / "extensions" / "adaptive" / adaptive.FILE
 
 Matrix: TypeAlias = NDArray[np.float64]

@@ -12,7 +12,6 @@ from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.store import Store
-from eai.benchmarks.short_tests import short_test
 from processes import Outcome, eai
 from run.server import Reply, serve
 from suites import answer_book, official_prompts
@@ -241,15 +240,6 @@ def test_named_tasks_are_run_in_the_suites_that_have_them(data_store: Store, tmp
     ]
     unknown = eai("run", "--model", "eai/oracle", "--tasks", "27_2,0_0", "--out", tmp_path)
     assert unknown.err == "eai: --tasks: '0_0' is not a task of any suite\n"
-
-
-def test_the_short_test_of_a_suite_is_run_by_its_name(data_store: Store, tmp_path: Path) -> None:
-    named = (*NAMED, "--tasks", "short", "--limit", 3, "--json", "--out", tmp_path)
-    run = eai("run", "--model", "eai/oracle", *named)
-    assert run.status == 0, run.err
-    lines = (tmp_path / "virtualhome/action_sequencing/eai_oracle/records.jsonl").read_text().splitlines()
-    asked = [json.loads(line)["task_id"] for line in lines]
-    assert asked == list(short_test(*SUITE)[:3])
 
 
 def test_an_out_that_is_no_folder_is_said_before_anything_is_asked(tmp_path: Path) -> None:

@@ -15,7 +15,6 @@ from eai.base.files import write_whole
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.short_tests import SHORT, short_test
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import counted, tell
 from eai.cli.options import flag, listed, opened_source
@@ -25,6 +24,9 @@ OfSet = Annotated[PromptSet, flag("--set", help="The data set's prompts, or ours
 TaskIds = Annotated[str, flag(help="Only these tasks, in this order: ids separated by commas.")]
 Sample = Annotated[int | None, flag(help="So many of them, drawn at random.", min=1)]
 SampleSeed = Annotated[int, flag(help="Which ones --sample draws.")]
+
+SHORT = "short"
+"""The name of the short test of a suite, in the place of task ids."""
 
 PAGE = ".html"
 """The ending of a file that is a page for people."""
@@ -145,7 +147,7 @@ def tasks_of(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[lis
 
 
 def _short(suite: Suite) -> Sequence[str]:
-    found = short_test(suite.domain, suite.ability)
+    found: Sequence[str] = load_offer("short_tests", f"--tasks {SHORT}")(suite.domain, suite.ability)
     if not found:
         raise InputError(f"--tasks {SHORT}: {suite.domain} {suite.ability.value} has no short test")
     return found

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from cli.test_run import NAMED, SUITE
 from eai.base.store import Store
+from eai.extensions.adaptive.short_tests import short_test
 from processes import eai
 from protocols import PROTOCOLS
 from sweeps import sweep
@@ -61,3 +63,12 @@ def test_what_has_no_difficulties_is_not_asked_adaptively(
     run = eai("run", "--model", "eai/oracle", *named, *options)
     assert run.status == 2
     assert f"adaptive: {message}" in " ".join(run.err.split())
+
+
+def test_the_short_test_of_a_suite_is_run_by_its_name(data_store: Store, tmp_path: Path) -> None:
+    named = (*NAMED, "--tasks", "short", "--limit", 3, "--json", "--out", tmp_path)
+    run = eai("run", "--model", "eai/oracle", *named)
+    assert run.status == 0, run.err
+    lines = (tmp_path / "virtualhome/action_sequencing/eai_oracle/records.jsonl").read_text().splitlines()
+    asked = [json.loads(line)["task_id"] for line in lines]
+    assert asked == list(short_test(*SUITE)[:3])

@@ -10,8 +10,8 @@ from by_path import module_at
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.short_tests import short_test
 from eai.benchmarks.suite import open_suite
+from eai.extensions.adaptive.short_tests import short_test
 from eai.extensions.adaptive.study import Scores, scores_of
 from eai.tasks.source import Source
 from oracle import MODELS

@@ -12,8 +12,6 @@ from importlib import resources
 from eai.abilities.protocol import Ability
 
 FILE = "short_tests.json"
-SHORT = "short"
-"""Name of short tests on the command line."""
 
 
 def short_test(domain: str, ability: Ability) -> tuple[str, ...]:
@@ -23,6 +21,6 @@ def short_test(domain: str, ability: Ability) -> tuple[str, ...]:
 
 @cache
 def _task_ids() -> dict[str, list[str]]:
-    text = (resources.files("eai.benchmarks") / FILE).read_text(encoding="utf-8")
+    text = (resources.files("eai.extensions.adaptive") / FILE).read_text(encoding="utf-8")
     by_suite: dict[str, list[str]] = json.loads(text)
     return by_suite
