@@ -1,4 +1,4 @@
-"""Generated tasks in other words: what is asked of them, and what answers to them say."""
+"""Generated tasks with swapped names: their abilities, and the names in answers."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def scored(suite: Suite, task_id: str, text: str) -> Record:
 
 
 def told(course: Course, agent: str) -> list[set[str]]:
-    """What each picture says."""
+    """The facts in each picture."""
     return [{str(each) for tile in scene for each in told_by(tile, agent)} for scene in course]
 
 
@@ -79,7 +79,7 @@ def test_a_world_that_goes_on_begins_where_the_attempt_before_ended() -> None:
     assert "holds(robot, cup_1)" in start
     assert len(rest) == 2
     begins_anew = replace(goes_on, experiment=experiment(1, "restart"))
-    assert course_of(begins_anew, suite) == ()  # what nobody took cannot be put down
+    assert course_of(begins_anew, suite) == ()  # the agent cannot put down an object that it has not taken
 
 
 def test_nothing_is_shown_of_other_data_and_of_what_has_no_plan() -> None:

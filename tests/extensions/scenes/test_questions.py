@@ -1,4 +1,4 @@
-"""Questions with pictures: what is asked, what a server is sent, and what becomes of the answers."""
+"""Questions with pictures: the prompts, the requests to a server, and the answers."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ pytest.importorskip("matplotlib")
 
 
 def test_a_model_sees_for_another_one(data_store: Store, tmp_path: Path) -> None:
-    """Twice: what was seen is in the journal, and is not asked for again."""
+    """The second run reads the scene graph from the journal."""
     predicted = with_options(
         "scene=predicted", "scene_model=eai/captioner", "scene_args.rate=0.5", "clutter=some"
     )
@@ -58,7 +58,7 @@ def test_a_model_sees_for_another_one(data_store: Store, tmp_path: Path) -> None
 
 
 def must_ask_with_pictures(scene: str, folder: Path) -> None:
-    """Fail unless gold answers stay right: pictures change what is asked, not what is scored."""
+    """Fail unless gold answers stay right: pictures change the question, and not its scoring."""
     asked = ("eai/oracle", "--ability", "goal_interpretation", *with_options(f"scene={scene}"))
     assert run_eai(*HOW, *asked, "--out", folder).status == 0
     (line,) = lines_of(

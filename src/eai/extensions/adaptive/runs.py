@@ -1,4 +1,4 @@
-"""Adaptive runs: the most informative tasks are asked, until a model's ability is known well enough."""
+"""Adaptive runs: ask the most informative tasks until the standard error of a model's ability is small."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from eai.results.totals import Totals
 from eai.tasks.prompts.prompt import Prompt
 
 TASKS_PER_ROUND = 5
-"""Number of tasks that are asked at a time. Single tasks would need hardly fewer in all."""
+"""Number of tasks in a round. Rounds of one task would need hardly fewer tasks in total."""
 
 _FILE = "adaptive.json"
 

@@ -1,9 +1,9 @@
-"""Obfuscated twins: a benchmark whose words mean other things, the same throughout.
+"""Obfuscated twins: benchmarks in which predicates, operators and categories have swapped names.
 
-Who plans needs to know what actions do, not what they are called. In a twin the declared names of predicates,
-operators and kinds of objects are permuted, each among those that are used alike; the world, the tasks and
-their verdicts are those of the benchmark. Prompts say what each word means, and tell the exact rules, which
-plain prompts do not. A twin is compared with the same prompts in the true words (`open_with_rules`).
+A planner needs the rules of actions, not their names. A twin permutes the names of predicates, operators and
+categories of objects, each among names with the same use. World, tasks and verdicts stay the same. Unlike
+plain prompts, the prompts of a twin define each word and state the exact rules. `open_with_rules` opens the
+benchmark for comparison: it has the same prompts with the true names.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ _KEPT = frozenset(
 """The words of the syntaxes, which stay."""
 
 UNCHANGING = "Facts that no action changes:"
-"""Heading of the facts that prompts of a twin state and plain prompts put into words."""
+"""Heading of the facts that prompts of a twin list, while plain prompts put them into words."""
 
 
 def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
-    """The words that the twin of a benchmark has for others, one to one: the same on every machine."""
+    """Return the new name of each renamed word. The permutation is equal on every machine."""
     wording, arity = benchmark.wording(Ability.ACTION_SEQUENCING), benchmark.domain.vocabulary.arity
     used = [(name, ("predicate", arity(name))) for name in (*wording.predicates, *wording.static)]
     used += [(operator.name, ("operator", operator.arity)) for operator in benchmark.domain.operators]
@@ -93,7 +93,7 @@ def _replaced(token: str, words: Mapping[str, str]) -> str:
 
 
 def _kinds(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
-    """The categories but the agent's, each with what the names of its objects are without their numbers."""
+    """Return the categories except the agent's, each with the names of its objects without numbers."""
     found: dict[str, dict[str, None]] = {}
     owner: dict[str, str] = {}
     agents = set()
@@ -110,11 +110,11 @@ def _kinds(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
 
 @dataclass(frozen=True)
 class _TwinWording(Wording):
-    """A wording in the words of a twin, which tells exact rules.
+    """A wording in the words of a twin, with exact rules.
 
     Attributes:
-        words: what is written for each word that changes.
-        english: what predicates mean.
+        words: the new name of each renamed word.
+        english: the meanings of predicates.
     """
 
     words: Mapping[str, str] = field(default_factory=dict)
@@ -122,7 +122,7 @@ class _TwinWording(Wording):
 
     @cached_property
     def _exact(self) -> Rules:
-        """The rules of all actions, without remarks in words and with what is hidden."""
+        """The rules of all actions, with hidden facts, and without remarks in English."""
         vocabulary = self.domain.vocabulary
         predicates = vocabulary.predicates
         shown = [each if is_property(each) else replace(each, visible=True) for each in predicates]
@@ -250,14 +250,14 @@ class _TwinSubgoals(SubgoalNotation):
 
 
 def open_obfuscated(name: str) -> Benchmark:
-    """Open the twin of a benchmark: its plans and subgoals are asked for in other words; nothing else is."""
+    """Open the twin of a benchmark, which asks only for plans and subgoals, in swapped names."""
     benchmark = find_benchmark(name)
     public = benchmark.data.open_public or benchmark.open_tasks
     return _with_exact_rules(benchmark, _cipher(benchmark, public(USUAL).values()), OBFUSCATED)
 
 
 def open_with_rules(name: str) -> Benchmark:
-    """Open a benchmark in its own words, with the exact rules that the prompts of its twin tell."""
+    """Open a benchmark in its own words, with the exact rules of its twin's prompts."""
     return _with_exact_rules(find_benchmark(name), {}, WITH_RULES)
 
 

@@ -1,6 +1,6 @@
-"""The course of an answer in pictures: what the scene looks like at the start and after each of its steps.
+"""Show an answer in pictures: the scene at the start and after each step.
 
-Records hold no states. The steps that a record says were carried out are carried out again.
+Records hold no states. The executed steps of a record are executed again.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from eai.world.state import Scene, State
 
 @runtime_checkable
 class _Executes(Structure):
-    """A scorer that carries out what answers say."""
+    """A scorer that executes answers."""
 
     domain: Domain
     task: Task
 
 
 def courses(source: Source) -> Callable[[Record], Course]:
-    """Return a function that gives the course of a record; each suite is opened once."""
+    """Return a function from a record to its tiles after each step. Each suite is opened once."""
 
     @cache
     def suite_of(domain: str, ability: Ability, protocol: Protocol, *, errata: bool) -> Suite:
@@ -56,7 +56,7 @@ def courses(source: Source) -> Callable[[Record], Course]:
 
 
 def course_of(record: Record, suite: Suite) -> Course:
-    """The course of a record's answer; nothing where the data is not that of the record, or has no plan."""
+    """Return the tiles at the start and after each step, or nothing if `states_of` returns None."""
     found = states_of(record, suite)
     if found is None:
         return ()
@@ -68,9 +68,10 @@ def course_of(record: Record, suite: Suite) -> Course:
 
 
 def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
-    """The task of a record, and the states at the start and after each step of its answer.
+    """Return the task of a record, and the states at the start and after each step of its answer.
 
-    None where the data is not that of the record, or the answer has no plan.
+    Returns:
+        the task and the states, or None if the data differ from those of the record, or if there is no plan.
     """
     if suite.data_sha256 != record.data_sha256 or record.task_id not in suite.task_ids:
         return None
@@ -83,7 +84,7 @@ def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
 
 
 def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) -> list[State] | None:
-    """The state at the start and after each step; None where a step that was carried out is not possible."""
+    """Return the state at the start and after each step, or None if an executed step is not possible."""
     episode = Episode(domain, initial)
     states = [episode.state]
     for step in steps:
@@ -102,13 +103,12 @@ def _tiles(task: Task, words: SceneWords, state: State, shown: Sequence[int]) ->
 
 
 def _action(step: StepReport, scene: Scene) -> Action:
-    """The action that a report tells of."""
     named = step.call.arguments or ()
     return Action(step.call.name, tuple([scene.index[name] for name in named if name in scene.index]))
 
 
 def _before(record: Record) -> list[StepReport]:
-    """The steps of earlier attempts where the world continues."""
+    """Return the steps of earlier attempts, if the world continues."""
     options = AttemptOptions.from_experiment(record.experiment)
     if options is None or options.world != "continue":
         return []

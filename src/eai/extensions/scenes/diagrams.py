@@ -20,11 +20,11 @@ from eai.world.state import State
 PNG = "image/png"
 
 MOST_HEIGHT = 1536
-"""How high a picture is at most, in pixels, unless a task takes more; models shrink higher ones."""
+"""Maximum height of a picture in pixels, if the objects of the task fit. Models shrink higher pictures."""
 
 
 def picture_words(benchmark: Benchmark) -> SceneWords:
-    """How pictures say what is so: as observations do, so that they show hands too."""
+    """Return the words of pictures, which are those of observations: pictures show hands, too."""
     return SceneWords(benchmark.observed_wording())
 
 
@@ -35,14 +35,14 @@ def picture_of(
     state: State | None = None,
     objects: Sequence[int] | None = None,
 ) -> tuple[Drawing, SceneGraph]:
-    """The picture of a task's scene, and all that can be seen in it.
+    """Return the picture of a task's scene, and the scene graph of all visible facts.
 
     Args:
         task: the task.
-        words: what things are called.
-        clutter: how much else is shown.
-        state: a state of the scene; the initial one if None.
-        objects: what to show, by index; what a prompt speaks of if None.
+        words: the names of objects and relations.
+        clutter: the amount of unrelated objects.
+        state: a state of the scene; the initial state if None.
+        objects: indexes of the objects to show; the objects of a prompt if None.
     """
     shown = subjects(task) if objects is None else objects
     others = others_in_view(task, words, shown, clutter)
@@ -60,7 +60,7 @@ def picture_of(
 def drawn_images(
     benchmark: Benchmark, tasks: Mapping[str, Task], clutter: Clutter
 ) -> dict[str, tuple[Image, ...]]:
-    """A schematic picture of the initial state of each task, as PNG.
+    """Return a diagram of the initial state of each task, as PNG.
 
     Raises:
         EaiError: the library that draws them is not installed.
@@ -70,7 +70,7 @@ def drawn_images(
 
 
 def drawn_image(task: Task, words: SceneWords, clutter: Clutter = "none") -> tuple[str, bytes]:
-    """A schematic picture of the initial state of a task, with its media type.
+    """Return the media type and the bytes of a diagram of the initial state of a task.
 
     Raises:
         EaiError: the library that draws them is not installed.
@@ -79,7 +79,7 @@ def drawn_image(task: Task, words: SceneWords, clutter: Clutter = "none") -> tup
 
 
 def pixels(task: Task, benchmark: Benchmark, state: State, objects: Sequence[int]) -> Any:
-    """The picture of some objects in a state of a task, as an array of numpy's: height, width, 3 colours.
+    """Return the diagram of some objects in a state as an array of numpy: height, width, 3 colours.
 
     Raises:
         EaiError: the library that draws them is not installed.

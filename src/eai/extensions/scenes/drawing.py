@@ -1,7 +1,7 @@
-"""Drawings of tiles, as SVG and PNG; equal tiles give equal bytes.
+"""Draw tiles as SVG and PNG. Equal tiles give equal bytes.
 
-Boxes within one box never overlap, and texts stay in their box. All text is in one monospaced font, whose
-widths are known without measuring.
+Boxes within a box never overlap, and texts stay in their box. One monospaced font gives the width of every
+text without measuring.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ WIDTH = 1024
 NAME_SIZE, TEXT_SIZE = 14, 12
 _PAD, _GAP, _LEAD = 8, 8, 17
 _TEXT_COLUMNS = 34
-"""How wide the lines of a tile are, in characters, unless its name is wider."""
+"""Width of the lines of a tile in characters, unless its name or its zones are wider."""
 
 _INK = "#1a1a1a"
 _FILLS: Mapping[Owner, str] = {"agent": "#fff3d6", "object": "#ffffff", "other": "#f0f0f0"}
@@ -56,7 +56,7 @@ class _Rectangle:
 
 @dataclass(frozen=True, slots=True)
 class _Text:
-    """A line of text whose top left corner is at a place."""
+    """A line of text, from its top left corner."""
 
     x: int
     y: int
@@ -71,7 +71,7 @@ _Shape = _Rectangle | _Text
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """Shapes in a rectangle, from its top left corner, the later ones on top."""
+    """Shapes in a rectangle, from its top left corner. Later shapes cover earlier shapes."""
 
     width: int
     height: int
@@ -108,10 +108,10 @@ def _element(shape: _Shape) -> str:
 
 
 def png(drawing: Drawing) -> bytes:
-    """The drawing as PNG.
+    """Return the drawing as PNG.
 
     Raises:
-        EaiError: matplotlib, from which the font is, or Pillow, which comes with it, is not installed.
+        EaiError: matplotlib, which has the font and brings Pillow, is not installed.
     """
     file = io.BytesIO()
     image_of(drawing).save(file, "PNG", optimize=False)
@@ -119,10 +119,10 @@ def png(drawing: Drawing) -> bytes:
 
 
 def image_of(drawing: Drawing) -> Image:
-    """The drawing as an image of Pillow's, in RGB.
+    """Return the drawing as an RGB image of Pillow.
 
     Raises:
-        EaiError: as of `png`.
+        EaiError: see `png`.
     """
     with require_extra("plots", "pictures as PNG need"):
         import matplotlib as mpl
@@ -147,7 +147,7 @@ def image_of(drawing: Drawing) -> Image:
 
 
 def draw(tiles: Sequence[Tile]) -> Drawing:
-    """The picture of tiles, with a legend below: `WIDTH` wide, as high as it takes."""
+    """Draw tiles with a legend below them. The drawing is `WIDTH` wide and as high as the tiles need."""
     inner = WIDTH - 2 * _GAP
     boxes = [_box(tile, inner) for tile in tiles]
     scene, legend = _packed(boxes, inner), _legend(inner)
@@ -156,7 +156,7 @@ def draw(tiles: Sequence[Tile]) -> Drawing:
 
 
 def _box(tile: Tile, most: int) -> Drawing:
-    """The tile at its place at the top left corner, no wider than there is room."""
+    """Draw a tile at the top left corner, at most as wide as the given number of pixels."""
     inner = most - 2 * _PAD
     zones = _flow([_zone(label, within, inner) for label, within in tile.zones.items()], inner)
     named, letter = text_width(tile.name, NAME_SIZE), text_width(" ", TEXT_SIZE)
@@ -181,7 +181,7 @@ def _box(tile: Tile, most: int) -> Drawing:
 
 
 def _zone(label: str, within: Sequence[Tile], most: int) -> Drawing:
-    """The tiles in one relation to the thing whose tile they lie in."""
+    """Draw the tiles of one zone: the objects in one relation to the object around them."""
     top = _PAD + TEXT_SIZE + 5
     content = _packed([_box(tile, most - 2 * _PAD) for tile in within], most - 2 * _PAD)
     shapes: list[_Shape] = [
@@ -200,12 +200,12 @@ def _mark(text: str) -> Drawing:
 
 
 def _packed(boxes: Sequence[Drawing], most: int) -> Drawing:
-    """Boxes row by row, the highest first, so that little is left empty."""
+    """Arrange boxes row by row. The highest boxes come first, which leaves little space empty."""
     return _flow(sorted(boxes, key=lambda box: -box.height), most)
 
 
 def _flow(boxes: Sequence[Drawing], most: int, gap: int = _GAP) -> Drawing:
-    """Boxes side by side, row by row; one that is too wide for its row begins the next."""
+    """Arrange boxes side by side. A box that is too wide for its row begins the next row."""
     shapes: list[_Shape] = []
     x = y = width = row = 0
     for box in boxes:
@@ -218,7 +218,6 @@ def _flow(boxes: Sequence[Drawing], most: int, gap: int = _GAP) -> Drawing:
 
 
 def _legend(most: int) -> Drawing:
-    """The legend of a picture."""
     samples = [
         (_swatch("object"), "object"),
         (_swatch("agent"), "the one who acts"),

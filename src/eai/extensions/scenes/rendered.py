@@ -1,4 +1,4 @@
-"""The door to scenes with bodies, which take an extra: it says in a line what is not installed."""
+"""Functions of scenes with bodies, which need an extra: an error in one line names a missing extra."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Tiles: what a picture shows of each object, nested as the objects are.
+"""Lay out the objects of a scene graph as nested tiles.
 
-A tile lies in the zone of one relation: ``inside`` in the tile of the box that the thing is inside. All else
-that holds of it is written in it, so that a picture says all that there is to perceive, and says it once.
+The tile of a cup in a box lies in the zone ``inside`` of the tile of the box. All other facts about the cup
+are written in its own tile. A picture therefore shows each perceptible fact exactly once.
 """
 
 from __future__ import annotations
@@ -13,22 +13,22 @@ from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords
 from eai.studies.report.explorer import Tile
 
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
-"""Between a relation and the other object: it holds in both directions, or in one."""
+"""Arrows between a relation and its second object: the relation holds in both directions, or in one."""
 
 HANDS = "(hands)"
-"""The name of the tile that has the hands where no object of the scene acts."""
+"""Name of the tile with the hands if no object of the scene acts."""
 
 
 def tiles_of(
     graph: SceneGraph, words: SceneWords, agent: str | None, others: Sequence[str] = ()
 ) -> list[Tile]:
-    """The outermost tiles of a scene graph, the one who acts first.
+    """Return the outermost tiles of a scene graph. The tile of the agent comes first.
 
     Args:
-        graph: what to show.
-        words: how scene graphs say what is so.
-        agent: the name of the acting object, if there is one.
-        others: the names of objects that the task is not about.
+        graph: the scene graph.
+        words: the words of scene graphs.
+        agent: the name of the acting object, or None if no object acts.
+        others: the names of objects that do not occur in the task.
     """
     hands, doer = [words.spelling(name) for name in words.held], agent or HANDS
     tiles: dict[str, Tile] = {}
@@ -52,7 +52,7 @@ def tiles_of(
 def _placed(
     graph: SceneGraph, words: SceneWords, agent: str | None, hands: Sequence[str]
 ) -> dict[str, NamedFact]:
-    """For each object in another one, or in a hand, the fact that says so: of several the innermost."""
+    """Return the fact that puts an object into another object or a hand, by object: the innermost fact."""
     names = {words.spelling(name) for name in words.supports}
     below = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
     depths = {name: _depth(name, below, frozenset()) for name in graph.names}
@@ -70,14 +70,14 @@ def _placed(
 
 
 def _depth(name: str, below: dict[str, list[NamedFact]], above: frozenset[str]) -> int:
-    """How many supports are below an object, one on the other."""
+    """Return the number of supports below an object, from the object to the floor."""
     if name in above:
         return 0
     return max([1 + _depth(f.arguments[1], below, above | {name}) for f in below.get(name, ())], default=0)
 
 
 def _lines(facts: Sequence[NamedFact]) -> Iterator[tuple[str, str]]:
-    """Relations as lines of the tiles of their first objects; of one that holds both ways, of the first."""
+    """Yield relations as lines of tiles: the first object's tile and the text of the line."""
     known = set(facts)
     seconds_of: dict[tuple[str, str, str], list[str]] = {}
     for fact in facts:
