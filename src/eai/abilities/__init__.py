@@ -1,1 +1,1 @@
-"""The paper's four abilities, one folder each, and what they share: verdicts, notations, explanations."""
+"""The paper's four abilities, one folder each, and their common verdicts, notations and explanations."""

@@ -17,7 +17,7 @@ MAX_WORDS = 1000
 """Maximum number of words in all choices of a schema (OpenAI's limit, the smallest one that is published)."""
 
 LONG_CHOICE_WORDS = 250
-"""Number of words above which a choice is long."""
+"""A choice with more words than this number is long."""
 MAX_LONG_CHOICE_CHARACTERS = 15_000
 """Maximum number of characters of all words of a long choice."""
 

@@ -2,10 +2,9 @@
 
 Each character is read, repaired by a named repair, or classified as prose.
 
-`read_json` serves all abilities and benchmarks. An `AnswerForm` describes the expected value, and texts that
-look like a part of it. If text outside the value looks like a part, the answer is unreadable, since the value
-is then not the whole answer. An unclosed bracket makes it unreadable, too: the answer was cut off. The
-repairs are:
+`read_json` serves all abilities and benchmarks. An `AnswerForm` describes the expected value and signs of its
+parts. Text outside the value with such a sign makes the answer unreadable, since the value is then
+incomplete. An unclosed bracket makes it unreadable, too: the answer was cut off. The repairs are:
 
 * ``reasoning``, ``special_tokens``: reasoning (`eai.abilities.reasoning`) or control tokens are removed;
 * ``code_fence``, ``prose``: the value stands in a code fence, or between other words;

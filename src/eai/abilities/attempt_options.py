@@ -1,4 +1,4 @@
-"""Options of attempts at a task: how many there are, in what world, and with which feedback."""
+"""Options of attempts at a task: their number, their world, and the feedback on failures."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ AttemptStart: TypeAlias = Literal["restart", "continue"]
 FeedbackLevel: TypeAlias = Literal["none", "kind", "explained", "state"]
 """The feedback that a model gets on its earlier attempts.
 
-``none``: no feedback; the model is asked the first question again (resampling). ``kind``: its answer, the
-kind of its error with an explanation of the kind, and the missed goals. ``explained``: the failed check in
-words as well. ``state``: no word on the failure; the question describes the present state of the world.
+``none``: no feedback; the model gets the first question again (resampling). ``kind``: its answer, the kind of
+its error with an explanation of the kind, and the missed goals. ``explained``: the failed check in words as
+well. ``state``: no word on the failure; the question describes the present state of the world.
 """
 
 FeedbackForm: TypeAlias = Literal["prompt", "chat"]

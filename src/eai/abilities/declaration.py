@@ -1,4 +1,4 @@
-"""Declarations of abilities: how a model is asked, how answers are judged, and how verdicts are counted.
+"""Declarations of abilities: their questions, their scorers, and the metrics and columns of their verdicts.
 
 Each ability is one value, an `AbilityDeclaration`. A distribution registers it by an entry point of the group
 ``eai.abilities`` that has the ability's name. The four abilities of the paper are registered in this way,
@@ -122,7 +122,7 @@ SchemaMaker: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
 
 @dataclass(frozen=True, slots=True)
 class Interaction:
-    """How a model is asked: one question and one answer for each task. All members are pure functions.
+    """The exchange with a model: one question and one answer for each task. All members are pure functions.
 
     If a model answers several times, the answer that most answers agree with may count. Prose around JSON,
     white space and the order of keys are then ignored, unless the last attributes say otherwise.
@@ -161,7 +161,7 @@ class Interaction:
 
 @dataclass(frozen=True, slots=True)
 class MultiTurnInteraction(Interaction):
-    """How a model is asked if its answers are episodes: a first question, then commands in turns.
+    """The exchange with a model whose answers are episodes: a first question, then commands in turns.
 
     Attributes:
         read_experiment: reads the harness and the rules of the game from an episode. It returns None for an
@@ -173,11 +173,11 @@ class MultiTurnInteraction(Interaction):
 
 @dataclass(frozen=True, slots=True)
 class AbilityDeclaration(Generic[V]):
-    """The declaration of an ability: how a model is asked, and how records and tables show verdicts.
+    """The declaration of an ability: the exchange with a model, and the use of verdicts in tables.
 
     Attributes:
         ability: name of the ability.
-        interaction: how a model is asked; a `MultiTurnInteraction` if answers are episodes.
+        interaction: the exchange with a model; a `MultiTurnInteraction` if answers are episodes.
         title: name for readers.
         short_title: name in narrow places.
         verdict: class of the verdicts. Its `credit` is what `eai.Reward` pays for.
@@ -191,9 +191,9 @@ class AbilityDeclaration(Generic[V]):
         replacements: metrics that replace a metric of the paper in rankings and averages if they are known,
             by the paper's metric.
         yes_no_metrics: metrics to which each answer contributes yes or no.
-        combine_epochs: combines the verdicts on several answers to a task into one whose shares are means.
-            None if the answer that most answers agree with counts for all.
-        missing_metrics: returns the metrics that the whole run lacks, judging by one of its verdicts.
+        combine_epochs: combines the verdicts on several answers to a task into a verdict with their mean
+            metrics. None if the answer that most answers agree with counts for all.
+        missing_metrics: takes any verdict of a run and returns the metrics that no answer of the run has.
         is_same_task: whether two verdicts on tasks of one id are on one task; by default always.
     """
 

@@ -92,12 +92,12 @@ def name_label(kind: str, name: str) -> str:
 class Experiment:
     """The choices that distinguish a run from plain questions in a world where every action works.
 
-    All records of a run have the same experiment. A plain run has none.
+    All records of a run have the same experiment; the experiment of a plain run is None.
 
     Attributes:
         study: the choices of the run, by the name of their study.
         harness: name of the program in which a model acts; None for a plain question, or if it is unknown.
-        effort: the reasoning effort that is asked for; None for the provider's default.
+        effort: the requested reasoning effort; None for the provider's default.
         rules: the rules of the game of its episodes that differ from the standard rules; None for the
             standard rules.
 
@@ -120,7 +120,7 @@ class Experiment:
 
     @property
     def is_plain(self) -> bool:
-        """Whether the run has no choices besides harness and effort, so that it is ranked with plain runs."""
+        """Whether harness and effort are the only choices, so that the run is ranked with plain runs."""
         return not self.study and self.rules is None
 
     def combine(self, other: Experiment) -> Experiment:
@@ -139,7 +139,7 @@ class Experiment:
         return self.replace_choices(replace(other, study=study))
 
     def replace_choices(self, other: Experiment) -> Experiment:
-        """Return this experiment with the choices of another one, which replace its own."""
+        """Return this experiment with the choices of another experiment. The other's values win."""
         study = {**self.study}
         for name, choice in other.study.items():
             study[name] = (

@@ -109,8 +109,8 @@ class PartReport:
         part: the part as text.
         met_after: number of the step after which the part was first met, counted in the list of all steps; 0
             for the start, None if the part was not met.
-        missing: formulas of the first unmet part that never held. This is the whole part if its pieces held
-            only at different times.
+        missing: formulas of the first unmet part that never held; the complete part if its pieces held only
+            at different times.
         met_at: number of the action that met a part about an action, counted in the list of all steps.
     """
 
@@ -168,7 +168,7 @@ def find_names(goal: str) -> tuple[str, ...]:
 _FactWords: TypeAlias = tuple[str, ...]
 
 MAX_NEAR_MISSES = 2
-"""Maximum number of near misses that are shown for one goal."""
+"""Maximum number of near misses for one goal."""
 
 
 def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
@@ -176,8 +176,8 @@ def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
 
     A near miss became true and stayed true. It is one of the following: another relation of the same objects
     in the same order; a state of the same object that ended the wanted state; or the wanted relation of the
-    first object to another object. A relation that holds in both directions only says that two objects are
-    close, so it is no near miss.
+    first object to another object. A relation that holds in both directions is no near miss: it only means
+    that two objects are close.
     """
     missed = [goal.goal for goal in explanation.goals if not goal.satisfied]
     made, ended = _find_changes(explanation.steps if missed else ())

@@ -1,4 +1,4 @@
-"""The names of abilities and protocols. A suite has one of each; the protocol says how answers are scored."""
+"""The names of abilities and protocols. A suite has one of each; the protocol is the set of scoring rules."""
 
 from __future__ import annotations
 
@@ -107,8 +107,8 @@ def find_protocols() -> Mapping[str, EntryPoint]:
 class Ability(_RegisteredName):
     """The name of an ability.
 
-    An `AbilityDeclaration` (`eai.abilities.declaration`) is registered under the name. It says how a model is
-    asked, and how answers are read, judged and counted.
+    An `AbilityDeclaration` (`eai.abilities.declaration`) is registered under the name. It has the question,
+    the scorer and the metrics of the ability.
     """
 
     __slots__ = ()

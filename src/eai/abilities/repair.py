@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 EditKind: TypeAlias = Literal["insert", "delete", "object", "hand", "action", "step"]
 """Kind of an edit.
 
-The kind of a replacement says what changes: an object, the hand, the action, or the whole step.
+A replacement has the kind of the change: an object, the hand, the action, or the complete step.
 
 ``action`` keeps the last object. ``step`` is also the kind of a replaced part in an answer without steps.
 """
@@ -64,13 +64,14 @@ class Repair:
         why_null: why nothing is known: ``unreadable``, ``unsolvable`` (no plan succeeds), ``over_time`` (the
             task has a goal over time), ``order`` (in the domain a fault of a step depends on more than the
             state).
-        edits: one of the smallest known repairs, in order; it has ``at_most`` edits.
+        edits: the edits of a smallest repair, in order; their number is ``at_most``.
         ties: number of single edits that make the answer succeed, if the distance is one.
-        kinds: kinds of these single edits.
+        kinds: kinds of the single edits.
         blame: common property of the single edits: ``step`` (all delete, replace or insert before one step),
             ``interval`` (all insert one action, at different places), or ``several``; None at another
             distance.
-        blamed: the step that all single edits are about, from 0, or the first step of the interval.
+        blamed: number of the step that all single edits concern, from 0, or of the first step of the
+            interval.
         effort: approximate number of steps that the search tried.
     """
 

@@ -85,7 +85,7 @@ class _Focus:
         They are about relevant objects only.
 
         If a relation between two objects holds in both directions, both must be in goals or handled by the
-        action. An object that is taken away was next to many others.
+        action. An object that moves away was next to many objects.
         """
         meant = frozenset({*self.goals, *handled})
         together = frozenset(facts)

@@ -24,7 +24,7 @@ class Trial:
     """A task that is tried until an answer succeeds or no attempts are left.
 
     All attempts share one sequence of random slips, so outcomes depend on the answers and the arguments only.
-    The scorer holds the true task, even if an agent is shown another one.
+    The scorer holds the true task. An agent may see another task.
 
     Args:
         scorer: the scorer of the task.

@@ -70,9 +70,9 @@ RAISED = "raised"
 
 
 class SpanKind(str, Enum):
-    """How a part of an answer's text was treated.
+    """The treatment of a part of an answer's text.
 
-    `READ` marks a part that was read as it is, `REPAIRED` a part that was read after a named repair. `PROSE`
+    `READ` marks a part that was read unchanged, `REPAIRED` a part that was read after a named repair. `PROSE`
     and `REASONING` do not belong to the answer. `UNREAD` marks the part that makes the answer unreadable.
     """
 
@@ -347,10 +347,7 @@ class PlanVerdict(Verdict):
         return +faults
 
     def credit(self, at_start: Sequence[bool]) -> Credit | None:
-        """Return the credit for the executed plan.
-
-        An answer without a plan gets credit if it rightly has none.
-        """
+        """Return the credit for the executed plan. An answer that rightly gives no plan gets full credit."""
         if self.refused is not None:
             return Credit(float(self.success or 0), bool(self.success), ended=False, faults={})
         ended = not self.executable

@@ -1,4 +1,4 @@
-"""Declaration of action sequencing: how a model is asked, and how plans are judged and counted."""
+"""Declaration of action sequencing: its questions, its scorer, its metrics and its columns."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ class ActionSequencing(PlanScorer):
         self._tried = 0
 
     def assess(self, text: str) -> Assessment:
-        """Return the verdict on a plan that is executed from the initial state, where every action works."""
+        """Return the verdict on a plan that runs from the initial state. No action slips."""
         found = self.assess_execution(text, self._execute)
         mend = partial(self._repair, text, found.verdict)
         return found._replace(analyze_failure=mend) if self._is_plain else found
@@ -282,7 +282,7 @@ class ActionSequencing(PlanScorer):
         return (*repair_notes(repairs), *excluded)
 
     def _reached(self, course: Execution) -> tuple[bool, ...]:
-        """For each goal, in order, return whether an executed plan reaches it."""
+        """Return a truth value for each goal, in order: whether the executed plan reaches the goal."""
         return self.goals.reached(
             self._final(course), course.taken_actions, course.whole_trajectory or course.trajectory
         )
@@ -291,7 +291,7 @@ class ActionSequencing(PlanScorer):
         return course.trajectory.final
 
     def _reached_without_running(self, carry_out: PlanExecutor) -> tuple[bool, ...]:
-        """For each goal, in order, return whether an answer that cannot be executed reaches it."""
+        """Return a truth value for each goal, in order, for an answer that cannot be executed."""
         return self.goals.none_reached
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
@@ -300,6 +300,6 @@ class ActionSequencing(PlanScorer):
 
 
 def _is_plain(step: WrittenStep) -> bool:
-    """Whether a step names its objects by texts or tuples of texts, so that equal steps look the same."""
+    """Whether a step names its objects by texts or tuples of texts."""
     parts = [part for name in step.objects for part in (name if isinstance(name, tuple) else (name,))]
     return all(isinstance(part, str) for part in parts)

@@ -1,4 +1,4 @@
-"""Declaration of goal interpretation: how a model is asked, and how answers are counted."""
+"""Declaration of goal interpretation: its questions, its scorer, its metrics and its columns."""
 
 from __future__ import annotations
 

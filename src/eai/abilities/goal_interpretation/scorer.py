@@ -4,8 +4,8 @@ Ill-formed goals and goals with unknown names are left out first. They are count
 right nor wrong (paper, appendix "Goal Interpretation: State Goal, Relation Goal and Action Goal"). The other
 goals are compared with the goals of the task. A task's goal can have several options; the answer is compared
 with the option that it meets best. If several objects share one name, goals are matched up to renaming: a
-goal that is stated twice matches two goals of the same form. Statements beyond the number of objects that
-they can mean are repetitions and do not count. An unreadable answer misses all goals of its task.
+repeated goal matches two goals of the same form. Statements beyond the number of objects that they can mean
+are repetitions and do not count. An unreadable answer misses all goals of its task.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from eai.world.fault import FaultKind
 from eai.world.relation import bits, first_bits
 
 _MAX_ENTRY_CHARACTERS = 100
-"""Maximum number of characters that are shown of an ill-formed entry."""
+"""Maximum number of characters of an ill-formed entry in a message."""
 
 
 class _SortedGoals(NamedTuple):
     """The goals of an answer, sorted by whether they can be compared.
 
     Attributes:
-        known: well-formed goals without an unknown name, and how often each is stated.
+        known: well-formed goals without an unknown name, each with the number of its statements.
         unknown: other well-formed goals, each with its first unknown name.
         ill_formed: ill-formed goals, each once.
     """
@@ -69,10 +69,10 @@ class _GoldGoals:
         self.goals = alternatives
         self.best = [best_overlap(goal.options, self._number_of) for goal in alternatives]
 
-    def chosen(self, said: int) -> list[int]:
-        """Of each goal the option that shares most with what is said; 0 where there is none."""
-        found = [best(said) for best in self.best]
-        return [0 if option is None else option.conditions for option in found]
+    def choose_options(self, stated: int) -> list[int]:
+        """Return for each goal the option with most stated conditions, as a mask; 0 if it has no option."""
+        options = [best(stated) for best in self.best]
+        return [0 if option is None else option.conditions for option in options]
 
     def conditions(self, mask: int) -> tuple[WrittenGoal, ...]:
         """Return the statements of a set of conditions."""
@@ -214,7 +214,7 @@ class GoalInterpretation(Scorer):
         return self._sort_goals(goals).known
 
     def _describe_partial_goals(self, goals: WrittenGoals) -> Iterator[str]:
-        """Yield the missed conditions of each goal of which other conditions are stated."""
+        """Yield the missed conditions of each goal that the answer states in part."""
         left = self._sort_goals(goals).known
         for option in self._choose_options(left):
             missed = [str(condition) for condition in self.gold.conditions(option) if condition not in left]
@@ -243,7 +243,7 @@ class GoalInterpretation(Scorer):
     def _choose_options(self, said: Iterable[WrittenGoal]) -> list[int]:
         """Return for each goal the option that an answer meets best."""
         mask_of = self.gold.mask_of
-        return self.gold.chosen(reduce(or_, [mask_of.get(goal, 0) for goal in said], 0))
+        return self.gold.choose_options(reduce(or_, [mask_of.get(goal, 0) for goal in said], 0))
 
 
 def ill_formed_texts(entries: Iterable[IllFormed]) -> Iterator[str]:

@@ -19,7 +19,7 @@ class GoalVerdict(Verdict):
         counts: numbers of goals found, wrong and missed, by kind, and in total under ``all``. Ill-formed
             goals and goals with unknown names are not counted as wrong (the reference counts some of them).
         predicted: number of goals that the answer states, including goals that are not counted.
-        ill_formed: number of these goals that lack a part.
+        ill_formed: number of ill-formed goals among them.
         hallucinated: for each goal with an unknown name, the first such name.
         unknown_predicates: predicates that do not exist.
         matched: right goals as texts, each as often as it counts.

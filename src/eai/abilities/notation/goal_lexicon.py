@@ -163,8 +163,8 @@ def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotat
 class _AnswerMeaning:
     """The meaning of the words of an answer in a task.
 
-    A name that several objects share means the last of them, as in a plan that names no numbers. If a goal is
-    stated again, it means the object before, as goal interpretation counts it.
+    A name of several objects means the last of them, as in a plan without numbers. A repeated goal means the
+    object before, as in the counts of goal interpretation.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
@@ -200,7 +200,7 @@ class _AnswerMeaning:
         """Return the objects that a goal means. An unknown name is kept."""
         named = [[name] if name in variables else self._named.get(name, [name]) for name in said.names]
         first = tuple([things[0] for things in named])
-        if len(first) > 2:  # of so many no other reading is tried
+        if len(first) > 2:  # three or more objects: only the first reading is tried
             return first
         meant = [chosen for chosen in product(*named) if len({*chosen}) == len(chosen)] or [first]
         self._times[said] += 1

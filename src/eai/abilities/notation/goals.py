@@ -169,7 +169,7 @@ _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""",
 
 
 def _section_name(key: str) -> str:
-    """Return the name of a section as prompts spell it, or an unknown key as it is."""
+    """Return the name of a section in the spelling of prompts. Unknown keys are returned unchanged."""
     return _SECTION_OF.get(_NO_WORD.sub(" ", key).strip().lower(), key)
 
 
@@ -249,7 +249,7 @@ class Alternatives:
 
     Attributes:
         kind: kind of the goal, for explanations.
-        text: the goal, for explanations; None for the option that an answer is compared with.
+        text: the goal, for explanations; None if explanations show the option that an answer meets best.
         options: conditions on the objects of the scene, by their names in the scene.
     """
 
@@ -306,7 +306,7 @@ class GoalNotation(ABC):
         return tuple([thing.name for thing in task.scene.objects])
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
-        """Return the JSON schema of an answer for providers that can enforce it, or None if it is not known.
+        """Return the JSON schema of an answer for providers that enforce schemas, or None for no schema.
 
         Args:
             domain: the domain of predicates and actions.

@@ -58,7 +58,7 @@ def read_lines(
         text: the answer.
         step_of: returns the step of a line, or None.
         actions: names of actions.
-        looks_like_step: whether a line that is not a step may be meant as one.
+        looks_like_step: whether an unreadable line looks like a step.
     """
     thoughts = thoughts_in(text)
     spans = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in thoughts]

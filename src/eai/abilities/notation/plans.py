@@ -1,4 +1,4 @@
-"""Notations of plans: how a benchmark's answers write plans, and what the names in them mean.
+"""Notations of plans: the form of plans in a benchmark's answers, and the meaning of their names.
 
 The names in a written plan need not mean anything. `resolve` translates it into ground actions. An
 `Execution` is the outcome of a plan in a world that may have a history, and in which actions may slip.
@@ -119,8 +119,8 @@ class PlanNotation(ABC):
 
         Args:
             text: the answer.
-            actions: names of actions in answers, by which a step outside the plan is noticed; empty if they
-                are not known.
+            actions: names of actions in answers, which reveal steps outside the plan; empty if they are not
+                known.
         """
 
     def operator(self, word: str) -> str:
@@ -156,7 +156,7 @@ class PlanNotation(ABC):
         return ()
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
-        """Return the JSON schema of an answer for providers that can enforce it, or None if it is not known.
+        """Return the JSON schema of an answer for providers that enforce schemas, or None for no schema.
 
         Args:
             domain: the domain of the actions.
@@ -231,7 +231,7 @@ class PddlPlans(JsonPlans):
         return super().read(text, actions) if plan is None else plan
 
     def looks_like_step(self, line: str) -> bool:
-        """Whether a line that cannot be read looks like a step, even if no action has its first word."""
+        """Return True for an unreadable line that may be a step, although no action has its first word."""
         return False
 
     def step(self, line: str) -> WrittenStep | None:
@@ -282,7 +282,7 @@ def _plan_form(actions: frozenset[str]) -> AnswerForm[StepList]:
 
 
 def _objects_schema(number: int, words: Sequence[str] | None) -> Schema:
-    """So many objects as one text."""
+    """Return the schema of a text that names a number of objects."""
     if number == 0:
         return text_schema([""])
     if number == 1 or words is None:

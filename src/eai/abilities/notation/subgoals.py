@@ -1,7 +1,4 @@
-"""Notations of subgoals: how they are read and written, and what they mean.
-
-A benchmark may replace the default.
-"""
+"""Notations of subgoals: reading, writing and meaning. A benchmark may replace the default."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Build programs for the search from subgoals, in any domain.
 
-A subgoal is a formula of the whole language. A condition on one moment is achieved as a whole and then
-tested, with each of its alternatives: each part of an ``or``, each object of an ``exists``. A ``forall``
-requires all objects of its class. The name of a class stands for any of the task's objects of that class. An
-action is executed.
+A subgoal is a formula of the whole language. A condition on one state is achieved as a unit and then tested.
+All alternatives are tried: each part of an ``or``, each object of an ``exists``. A ``forall`` requires all
+objects of its class. The name of a class stands for any of the task's objects of that class. An action is
+executed.
 
 A short formula can ask for millions of literals, because quantifiers and alternatives multiply. So literals
 are counted before anything is expanded, and a subgoal with too many is rejected, on every machine in the same
@@ -76,9 +76,9 @@ class _QuantifierRange:
         return tuple(bits(self._scene.category(variable.category)))
 
     def usable_objects(self, variable: f.Variable) -> Sequence[int]:
-        """Return the task's objects of a variable's class, or all of the scene if the task has none.
+        """Return the task's objects of a variable's class, which ``exists`` tries.
 
-        ``exists`` tries them.
+        If the task has no such object, return all of the scene.
         """
         mask = self._scene.category(variable.category)
         return [i for i in self._relevant if mask >> i & 1] or tuple(bits(mask))
@@ -184,7 +184,7 @@ _NOT_DONE = _FailureReason("not_brought_about", "nothing that is done for it bri
 class _Requirement:
     """A condition that must hold.
 
-    Requirements are compared by identity, so that what all alternatives share is not hashed for each of them.
+    Requirements are compared by identity, so that a requirement of many alternatives is not hashed for each.
 
     Attributes:
         holds: tests the condition.
@@ -352,7 +352,7 @@ class _ProgramBuilder:
         return quantify(f.Exists, [f.Variable(each.name, each.name) for each in names], subgoal)
 
     def subgoal(self, formula: f.Formula, number: int, then: int) -> int:
-        """Add instructions for a part of a subgoal, and return the number of the first one.
+        """Add instructions for a part of a subgoal, and return the number of the first instruction.
 
         Negations must stand at the leaves of the formula.
 
@@ -400,10 +400,10 @@ class _ProgramBuilder:
         return self._fork([self.subgoal(each, number, then) for each in reversed(parts)], number)
 
     def _add_condition(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
-        """Add a condition on one moment, which one of its alternatives makes true before it is tested.
+        """Add a condition on one state: achieve an alternative, then test the condition.
 
-        If it holds already, by any alternative, nothing is done. If the subgoal says nothing else
-        (``is_all``), it may then be an additional step.
+        If it holds already, by any alternative, nothing is done. If the condition is the complete subgoal
+        (``is_all``), the subgoal may be an additional step.
         """
         observed = self._drop_unobserved(formula)
         self._extent.count_alternative_literals(observed)
@@ -479,7 +479,7 @@ def _require(required: _Requirement, number: int, then: int) -> Require:
 
 
 def _speaks_of_states(formula: f.Formula) -> bool:
-    """Whether a formula is about one moment and mentions no action."""
+    """Whether a formula is about one state and mentions no action."""
     return is_state_formula(formula) and not any(isinstance(part, f.Occurs) for part in walk(formula))
 
 

@@ -1,4 +1,4 @@
-"""Declaration of subgoal decomposition: how a model is asked, and how answers are counted."""
+"""Declaration of subgoal decomposition: its questions, its scorer, its metrics and its columns."""
 
 from __future__ import annotations
 

@@ -3,10 +3,10 @@
 A subgoal gets at most `MAX_ACTIONS` actions. An action that changes the world makes a part of the subgoal
 true. Three other kinds of actions (`Role`) may prepare it: *movement*, *taking* an object of the subgoal into
 a hand, and, if nothing else helps, *releasing* an object. So a distant goal of the task cannot be a subgoal.
-The shortest plan is taken. If several plans have this length, the search over the whole answer tries all of
-them. Effort is limited by a number of applied actions, never by time. Operators and objects are tried in
-their order. (Paper, section "Ability Module 2: Subgoal Decomposition": a breadth-first search with a bounded
-number of actions for each subgoal.)
+The shortest plan is taken. If several plans have this length, the search over the answer tries each. Effort
+is limited by a number of applied actions, never by time. Operators and objects are tried in their order.
+(Paper, section "Ability Module 2: Subgoal Decomposition": a breadth-first search with a bounded number of
+actions for each subgoal.)
 """
 
 from __future__ import annotations
@@ -202,7 +202,7 @@ class Refinement:
     def _split_movement(
         self, wanted: Mapping[Action, int], need: _SearchNeeds
     ) -> tuple[list[CandidateAction], list[CandidateAction]]:
-        """Split the wanted actions into movement that is wanted for its destination, and all others."""
+        """Split the wanted actions into movement for the sake of its destination, and other actions."""
         leading = need.wider is not None
         moves = {a: p for a, p in wanted.items() if leading and self._role(a) is Role.MOVEMENT}
         changes = {action: parts for action, parts in wanted.items() if action not in moves}

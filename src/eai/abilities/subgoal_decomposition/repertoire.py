@@ -55,7 +55,7 @@ MAX_LISTED = 100_000
 
 
 class _CheckKind(Enum):
-    """Kinds of checks of an operator, by what can change their truth.
+    """Kinds of checks of an operator, by the actions that can change their truth.
 
     `FIXED`: no action can. `COMMON`: some action can, but the truth is the same for all objects and all
     positions of the agent. `REST`: all other checks.
@@ -151,7 +151,7 @@ class Repertoire:
         return [o for o in self._domain.operators if not self._writes[o.name].isdisjoint(sources)]
 
     def find_touched(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
-        """Return for each operator that can change some literals, by name, the mask of these literals."""
+        """Return the mask of literals that each operator can change, by the operator's name."""
         touched: dict[str, int] = {}
         for i, literal in enumerate(literals):
             for operator in self.find_writers(literal.predicate):
@@ -239,8 +239,8 @@ class Repertoire:
     def _find_supporters(self, names: frozenset[str]) -> tuple[Sequence[Operator], Sequence[str]]:
         """Return the operators that establish the conditions of others, directly or through further ones.
 
-        The first result has operators that take or release objects, the second the names of those that move
-        the agent.
+        The first result has operators that take or release objects. The second has the names of operators
+        that move the agent.
         """
         operators = self._domain.operators
         asking = [operator for operator in operators if operator.name in names]
@@ -370,7 +370,7 @@ class CandidateAction(NamedTuple):
 
     @property
     def is_achiever(self) -> bool:
-        """Whether the action changes the world, so that it is taken only for a part of the goal."""
+        """Whether the action changes the world. It then serves a part of the goal and nothing else."""
         return self.info.role is Role.CHANGE
 
     def is_possible(self, state: State) -> bool:

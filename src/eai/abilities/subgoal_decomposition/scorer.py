@@ -203,12 +203,12 @@ class SubgoalDecomposition(Scorer):
         return (outcome.reported, *outcome.ended)
 
     def _reached(self, branch: Branch) -> tuple[bool, ...]:
-        """For each goal, in order, return whether a branch reaches it."""
+        """Return a truth value for each goal, in order: whether the branch reaches the goal."""
         course = branch.trajectory if self.goals.watches else None
         return self.goals.reached(branch.state, executed(branch), course)
 
     def _reached_without_running(self) -> tuple[bool, ...]:
-        """For each goal, in order, return whether an answer that is not executed reaches it."""
+        """Return a truth value for each goal, in order, for an answer that is not executed."""
         return self.goals.none_reached
 
     def _explain(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> Explanation:

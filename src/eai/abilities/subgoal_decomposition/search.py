@@ -8,9 +8,9 @@ turn its last error from a missing step into a wrong order, and no branch is pre
 
 The goal is a sequence of state formulas, ``f1 then f2 then ...`` (as are all goals of the data set). The
 first part is met at the earliest position at which it holds, each further part at the earliest later
-position. An action belongs to the position of the state in which it is taken; the last position has none. So
-the search needs to know only the number of parts met so far. This computes `eai.logic.semantics` for such
-sequences step by step (a test compares the two).
+position. An action belongs to the position of the state in which it is taken; the last position has no
+action. So the search needs to know only the number of parts met so far. This computes `eai.logic.semantics`
+for such sequences step by step (a test compares the two).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from eai.world.state import Scene, State
 
 
 class _GoalPart:
-    """One part of a goal: a formula about a state and the action taken in it."""
+    """One part of a goal: a formula about a state and the action that is applied to the state."""
 
     __slots__ = ("_actions", "_formula", "_scene", "_test")
 
@@ -58,7 +58,7 @@ class _GoalPart:
         self._test = cache(self._compile)
 
     def holds(self, state: State, action: Action | None) -> bool:
-        """Whether the part holds at a position."""
+        """Whether the formula holds at a position: a state, and the action that is applied to the state."""
         if action is None or action.operator not in self._actions:
             return self._test(None)(state)
         return self._test(action.operator)(state, action.arguments)
@@ -115,7 +115,7 @@ class GoalProgress:
         self.actions = frozenset([e.action for part in parts for e in walk(part) if isinstance(e, f.Occurs)])
 
     def advance(self, met: int, state: State, action: Action) -> int:
-        """Return the number of parts met after a position, given the number before it."""
+        """Return the number of parts met after a position. ``met`` is the number before the position."""
         if met < len(self._parts) and self._parts[met].holds(state, action):
             return met + 1
         return met
@@ -132,7 +132,7 @@ _MIN_BRANCHES_TO_MERGE = 5
 
 
 class _TriedSteps(NamedTuple):
-    """A step and the steps before it, which all branches with the same beginning share."""
+    """A step with a link to the earlier steps. Branches with the same beginning use the same objects."""
 
     step: Step
     before: _TriedSteps | None
@@ -247,8 +247,8 @@ class ExplorationLimits:
 
     Attributes:
         attempts: maximum number of tried actions, over all branches.
-        branches: maximum number of branches with which a subgoal is begun; the first ones are followed. All
-            branches that execute the last subgoal are tested for the goal.
+        branches: maximum number of branches that begin a subgoal; the first ones are followed. All branches
+            that execute the last subgoal are tested for the goal.
         effort: maximum number of actions applied to states to find plans, over all branches.
     """
 

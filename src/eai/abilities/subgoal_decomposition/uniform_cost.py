@@ -223,7 +223,7 @@ class _UniformCostSearch:
         self._found.setdefault((node.state, kept), node)
 
     def _holds(self, state: State) -> bool:
-        """Whether the whole goal holds. The cost grows with the length of its formula."""
+        """Whether the goal holds. The cost grows with the length of its formula."""
         self.effort.used += self.goal.effort
         return self.goal.holds(state)
 
@@ -308,10 +308,10 @@ _NearestAttempt: TypeAlias = tuple[_AttemptRank, _TriedAction | None]
 def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
     """Return the failed plan that comes nearest to the goal of searches without a plan.
 
-    The plan ends with the failing action. Of the actions that would meet most parts it is the one with the
-    fewest failing checks, then the shortest plan; or another action that would establish its failing checks.
-    If no action fails but the plan is too long, there is no plan. If all parts can be reached, but not
-    together, the plan is the shortest one that meets most parts.
+    The plan ends with the failing action. It would meet most parts, with the fewest failing checks and then
+    the shortest plan. An action that would establish the failing checks may replace it. If no action fails
+    but the plan is too long, there is no plan. If all parts can be reached, but not together, the plan is the
+    shortest one that meets most parts.
     """
     failing = [_FailedSearch(search) for search in searches]
     most_met = max([each.most_met for each in failing])

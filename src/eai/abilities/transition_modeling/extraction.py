@@ -2,7 +2,8 @@ r"""Read the operators of an answer. The answer is read as a whole or not at all
 
 An answer is JSON with a text under ``output``, or PDDL alone. Wrong parentheses or keywords make it
 unreadable. An operator is read if its parts are whole lists, even if PDDL does not allow their content; such
-a part is reported as a defect and is wrong. The repairs, besides those of `eai.abilities.answer_text`, are:
+a part is reported as a defect and is wrong. The repairs are the following and those of
+`eai.abilities.answer_text`:
 
 * ``no_json``: the PDDL stands alone, or in JSON with a syntax error;
 * ``escapes``: ``\n`` and similar escapes are used for line breaks;
@@ -72,7 +73,7 @@ class ResultCache(Generic[K, V]):
             return known[0]
         result = find()
         with self._adding:
-            if key not in self._known:  # no other thread has just found it, too
+            if key not in self._known:  # another thread may have added the key
                 self._known[key] = result, size
                 self.size += size
             while self.size > self._limit:

@@ -172,7 +172,7 @@ class MatchingRules(ABC):
 
 
 _ReadOperator: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
-"""An operator as far as it can be read, and the defects of the rest."""
+"""The readable parts of an operator, or None, and the defects of its other parts."""
 
 
 _OperatorComparison: TypeAlias = tuple[OperatorReport, OperatorMatch]
@@ -300,7 +300,6 @@ def _compare_operator(task: TransitionTask, name: str, read: _ReadOperator | Non
 
 
 def _check_operator(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...]:
-    """The offences of an operator, whatever the gold one."""
     return check_action(action, Declarations.of(task.domain.header))
 
 
@@ -328,7 +327,6 @@ def _sum_literals(compared: Sequence[_OperatorComparison]) -> dict[str, Confusio
 def _make_planning_task(
     task: TransitionTask, actions: tuple[PddlAction, ...], refusals: tuple[PddlFinding, ...]
 ) -> PlanningTask | PlannerResult:
-    """The planning task, or what is wrong with the answer's operators."""
     if refusals:
         return refusal(refusals[0])
     return PlanningTask(replace(task.domain.header, actions=actions), task.problem)

@@ -50,7 +50,7 @@ def count_by_category(
 
 
 class TransitionModeling(Scorer):
-    """The scorer of one task. With a given planner, all results are pure functions of the answer.
+    """The scorer of one task. Its results are pure functions of the answer, for one planner.
 
     Args:
         task: the task.
@@ -65,10 +65,7 @@ class TransitionModeling(Scorer):
         )
 
     def assess(self, text: str) -> Assessment:
-        """Return the verdict on an answer with its explanation.
-
-        The steps are those of the plan that was found.
-        """
+        """Return the verdict on an answer with its explanation, which lists the planner's steps."""
         judgement = self._rules.judge(self.task, text)
         return Assessment(self._verdict(judgement), partial(_explain, judgement))
 
@@ -186,7 +183,10 @@ def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iter
 
 
 def _describe_unbound(report: OperatorReport, side: str) -> str:
-    """Return a remark on variables that are no parameters. With them a clause may look like a gold clause."""
+    """Return a remark on variables that are not parameters.
+
+    A clause with such a variable may resemble a gold clause.
+    """
     place = f"{side} of {report.name}"
     kind = Offence.UNBOUND_VARIABLE
     names = [f"?{each.name}" for each in report.offences if each.offence is kind and each.place == place]
