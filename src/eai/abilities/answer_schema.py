@@ -56,14 +56,14 @@ def is_accepted(schema: Schema) -> bool:
     )
 
 
-def _choices(part: Json) -> Iterator[Sequence[Json]]:
+def _choices(schema: Json) -> Iterator[Sequence[Json]]:
     """Yield the words of each choice in a schema."""
-    if isinstance(part, Mapping):
-        words = part.get("enum")
+    if isinstance(schema, Mapping):
+        words = schema.get("enum")
         if isinstance(words, list):
             yield words
-        for each in part.values():
-            yield from _choices(each)
-    elif isinstance(part, list):
-        for each in part:
-            yield from _choices(each)
+        for member in schema.values():
+            yield from _choices(member)
+    elif isinstance(schema, list):
+        for member in schema:
+            yield from _choices(member)

@@ -25,9 +25,9 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Generic, NamedTuple, Protocol, TypeAlias, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
-from eai.abilities.reasoning import thoughts_in, without
+from eai.abilities.reasoning import blank_out, thoughts_in
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 
 MAX_LENGTH = 1_000_000
@@ -234,7 +234,7 @@ class _AnswerText(Generic[T]):
         self.strays: list[_Stretch] = []
         self.thoughts = thoughts_in(text)
         self.removed: tuple[str, ...] = ("reasoning",) if self.thoughts else ()
-        self.text = without(self.thoughts, text)
+        self.text = blank_out(self.thoughts, text)
         if "<|" in self.text and _SPECIAL_TOKENS.search(self.text):
             self.text = _SPECIAL_TOKENS.sub(lambda token: " " * len(token[0]), self.text)
             self.removed = (*self.removed, "special_tokens")
@@ -331,11 +331,12 @@ class _AnswerText(Generic[T]):
                 groups[-1].append(value)
             else:
                 groups.append([value])
-        certain = [group for group in groups if any(self.form.is_certain(each.meaning) for each in group)]
+        certain = [
+            group for group in groups if any(self.form.is_certain(neighbour.meaning) for neighbour in group)
+        ]
         return [value for group in certain or groups for value in group]
 
     def _line_of_answer(self, values: Sequence[_ReadValue[T]]) -> _Stretch | None:
-        """Find a line outside the values that looks like a part of the answer."""
         for start, end in _find_gaps(values, len(self.text)):
             for line in re.finditer(r"[^\n]+", self.text[start:end]):
                 if not line[0].isspace() and self.form.is_line_of_answer(line[0]):
@@ -346,8 +347,8 @@ class _AnswerText(Generic[T]):
         inside = self.text[stretch.start : stretch.end]
         words = " ".join(inside.split())
         quoted = words if len(words) <= _MAX_QUOTED else f"{words[: _MAX_QUOTED - 3]}..."
-        place = _line_and_column(self.text, stretch.start + len(inside) - len(inside.lstrip()))
-        reason = f"{place}: {quoted!r} looks like a part of the answer and stands outside"
+        position = _line_and_column(self.text, stretch.start + len(inside) - len(inside.lstrip()))
+        reason = f"{position}: {quoted!r} looks like a part of the answer and stands outside"
         return Unreadable(
             f"there is no whole {self.form.description}: {reason}", spans=self._make_spans([], unread=stretch)
         )
@@ -395,10 +396,10 @@ def _find_gaps(taken: Iterable[_TextRange], length: int) -> Iterator[tuple[int, 
         length: length of the text.
     """
     position = 0
-    for part in sorted(taken, key=lambda part: part.start):
-        if position < part.start:
-            yield position, part.start
-        position = max(position, part.end)
+    for text_range in sorted(taken, key=lambda text_range: text_range.start):
+        if position < text_range.start:
+            yield position, text_range.start
+        position = max(position, text_range.end)
     if position < length:
         yield position, length
 
@@ -413,7 +414,6 @@ def _line_and_column(text: str, position: int) -> str:
 
 
 def _find_stretches(text: str) -> Iterator[_Stretch]:
-    """Yield the outermost bracketed stretches of a text. A stretch with a problem is the last one."""
     position = 0
     while bracket := _BRACKET.search(text, position):
         start = bracket.start()
@@ -429,7 +429,6 @@ def _find_stretches(text: str) -> Iterator[_Stretch]:
 
 
 def _stretch_at(text: str, start: int) -> _Stretch:
-    """Return the stretch of the bracket that opens at a position."""
     opened: list[int] = []
     for token in _INSIDE.finditer(text, start):
         word = token[0]
@@ -446,10 +445,6 @@ def _stretch_at(text: str, start: int) -> _Stretch:
                 return _Stretch(start, token.end())
     reason = "this bracket is not closed, as if the answer were cut off"
     return _Stretch(start, len(text), _JsonProblem(reason, opened[0]))
-
-
-_Meaning: TypeAlias = tuple[T, tuple[str, ...]]
-"""The meaning of a value, and the names of the repairs inside it."""
 
 
 def _unwrap(value: object, form: AnswerForm[T], depth: int = 3) -> tuple[T, tuple[str, ...]] | None:
@@ -522,11 +517,11 @@ def _try_repairs(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _remove_comments(text: str) -> str:
-    return _STRING_OR_COMMENT.sub(lambda part: part["string"] or "", text)
+    return _STRING_OR_COMMENT.sub(lambda match: match["string"] or "", text)
 
 
 def _remove_trailing_commas(text: str) -> str:
-    return _STRING_OR_COMMA.sub(lambda part: part["string"] or "", text)
+    return _STRING_OR_COMMA.sub(lambda match: match["string"] or "", text)
 
 
 def _decode_json(text: str, decoder: json.JSONDecoder) -> _DecodedJson | _JsonProblem:
@@ -546,7 +541,6 @@ def _decode_json(text: str, decoder: json.JSONDecoder) -> _DecodedJson | _JsonPr
 
 
 def _describe_json_error(error: json.JSONDecodeError) -> str:
-    """Return the message of a JSON error in the style of the other messages."""
     message = error.msg.removeprefix("Expecting ").removeprefix("Illegal ")
     return (
         f"expected {message}" if error.msg.startswith("Expecting") else error.msg[:1].lower() + error.msg[1:]

@@ -38,8 +38,8 @@ class Usage:
         """Return the sum. A number that both lack stays None."""
         sums: dict[str, Any] = {}
         for name in self.__slots__:
-            known = [each for each in (getattr(self, name), getattr(other, name)) if each is not None]
-            sums[name] = sum(known) if known else None
+            numbers = [number for number in (getattr(self, name), getattr(other, name)) if number is not None]
+            sums[name] = sum(numbers) if numbers else None
         return Usage(**sums)
 
 

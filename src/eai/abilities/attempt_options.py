@@ -81,7 +81,11 @@ class AttemptOptions:
         if choice is None:
             return None
         return cls(
-            **{each.name: choice.options[each.name] for each in fields(cls) if each.name in choice.options}
+            **{
+                option.name: choice.options[option.name]
+                for option in fields(cls)
+                if option.name in choice.options
+            }
         )
 
     @property

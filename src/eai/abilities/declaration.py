@@ -381,11 +381,11 @@ def count_additional_steps(verdict: PlanVerdict) -> int:
 def goal_shares(verdict: PlanVerdict) -> Shares:
     """Return the contributions of one answer to the rates of goals; empty shares if its goals are unknown."""
     goals = verdict.goals if verdict.counted is None else verdict.counted.goals
-    known: tuple[Share, ...] = (EMPTY_SHARE,) * len(KINDS) if goals is None else goals
-    whole = Share(sum(share.numerator for share in known), sum(share.denominator for share in known))
+    shares: tuple[Share, ...] = (EMPTY_SHARE,) * len(KINDS) if goals is None else goals
+    whole = Share(sum(share.numerator for share in shares), sum(share.denominator for share in shares))
     partial = verdict.partial
     met = EMPTY_SHARE if partial is None else share_of_one(partial.numerator / partial.denominator)
-    return {**dict(zip(GOAL_METRICS, (*known, whole), strict=True)), PARTIAL: met}
+    return {**dict(zip(GOAL_METRICS, (*shares, whole), strict=True)), PARTIAL: met}
 
 
 def plan_outcome(verdict: PlanVerdict) -> AnswerOutcome:

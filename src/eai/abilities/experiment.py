@@ -150,7 +150,7 @@ class Experiment:
     @property
     def agent_settings(self) -> dict[str, str]:
         """The harness, the effort and the rules by name, without those that are None."""
-        values = {each.name: getattr(self, each.name) for each in fields(self)[1:]}
+        values = {setting.name: getattr(self, setting.name) for setting in fields(self)[1:]}
         return {name: value for name, value in values.items() if value is not None}
 
     def drop_study(self, study: str) -> Experiment | None:

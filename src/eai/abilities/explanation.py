@@ -181,7 +181,7 @@ def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
     """
     missed = [goal.goal for goal in explanation.goals if not goal.satisfied]
     made, ended = _find_changes(explanation.steps if missed else ())
-    found = {}
+    near_misses = {}
     for goal in missed:
         wanted = _parts(goal)
         if wanted is not None:
@@ -190,8 +190,8 @@ def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
                 key=lambda fact: fact[1:] != wanted[1:],
             )
             if near:
-                found[goal] = tuple(_text(fact) for fact in near[:MAX_NEAR_MISSES])
-    return found
+                near_misses[goal] = tuple(_text(fact) for fact in near[:MAX_NEAR_MISSES])
+    return near_misses
 
 
 def _find_changes(

@@ -85,11 +85,11 @@ class QuestionWriter:
 
         Only the last reply describes the present state.
         """
-        said = [self._write_reply(number, trial) for number in range(1, len(trial.attempts) + 1)]
+        replies = [self._write_reply(number, trial) for number in range(1, len(trial.attempts) + 1)]
         if trial.options.world == "continue":
-            said[-1] = "\n\n".join([part for part in (said[-1], self._describe_world(trial)) if part])
-        answers = [each.response for each in trial.attempts]
-        return replace(prompt, turns=tuple(zip(answers, said, strict=True)))
+            replies[-1] = "\n\n".join([text for text in (replies[-1], self._describe_world(trial)) if text])
+        answers = [attempt.response for attempt in trial.attempts]
+        return replace(prompt, turns=tuple(zip(answers, replies, strict=True)))
 
     def _write_reply(self, number: int, trial: Trial) -> str:
         chosen = trial.options
@@ -103,10 +103,10 @@ class QuestionWriter:
             self._fill(
                 "attempt",
                 number=str(number),
-                answer=each.response.strip() or self._text("nothing_written"),
+                answer=attempt.response.strip() or self._text("nothing_written"),
                 reasons=self._write_reasons(number, trial),
             )
-            for number, each in enumerate(trial.attempts, 1)
+            for number, attempt in enumerate(trial.attempts, 1)
         ]
         world = trial.options.world
         return self._fill(
@@ -152,7 +152,6 @@ class QuestionWriter:
         return self._fill("explained", meaning=meaning, reason=error.detail)
 
     def _describe_step(self, kind: FaultKind, number: int, step: StepReport, *, explains: bool) -> str:
-        """Return the feedback on a step that was not executed."""
         meaning = self._fill(kind.value, step=str(number + 1), action=step.action)
         if not explains or not step.reason:
             return meaning
@@ -183,6 +182,5 @@ class QuestionWriter:
 
 
 def _tells_present_world(trial: Trial) -> bool:
-    """Whether the next question describes the present state of the world."""
     chosen = trial.options
     return bool(trial.attempts) and chosen.world == "continue" and chosen.feedback != "none"

@@ -55,9 +55,9 @@ class PlanRepairer:
     def _step(self, step: WrittenStep) -> Action | None:
         operator = self._notation.operator(step.action)
         objects = [self._object(name) for name in step.objects]
-        known = [index for index in objects if index is not None]
-        fits = len(known) == len(objects) == self.domain.arities.get(operator)
-        return Action(operator, tuple(known)) if fits else None
+        indices = [index for index in objects if index is not None]
+        fits = len(indices) == len(objects) == self.domain.arities.get(operator)
+        return Action(operator, tuple(indices)) if fits else None
 
     def repair(self, plan: WrittenPlan, verdict: PlanVerdict, limit: int) -> Repair:
         """Return the smallest repair of a plan that a bounded search finds.
@@ -136,17 +136,16 @@ class PlanRepairer:
     def _describe_single_edits(
         self, plan: WrittenPlan, steps: PlanSteps, mender: Repairer, shown: int | None, effort: int
     ) -> Repair:
-        """Return the repair of a plan that one edit repairs."""
         names = [o.name for o in self.domain.operators]
-        known = self._mentioned_objects(steps)
-        found = [*mender.single_edits(steps)]
-        needless = {edit.removed for edit in found if edit.action is None}
+        mentioned = self._mentioned_objects(steps)
+        single_edits = [*mender.single_edits(steps)]
+        needless = {edit.removed for edit in single_edits if edit.action is None}
         failed = steps[shown] if shown is not None and shown < len(steps) else None
         failing = set() if failed is None else {*failed.arguments}
 
         def key(edit: PlanEdit) -> tuple[object, ...]:
             action = edit.action
-            new = () if action is None else tuple(set(action.arguments) - known)
+            new = () if action is None else tuple(set(action.arguments) - mentioned)
             kind = self._classify(edit, plan, steps)
             rank = names.index(action.operator) if action is not None else -1
             arguments = () if action is None else action.arguments
@@ -168,7 +167,7 @@ class PlanRepairer:
                 arguments,
             )
 
-        singles = sorted(found, key=key)
+        singles = sorted(single_edits, key=key)
         told = [self._to_edit(edit, plan, steps) for edit in singles]
         kinds = {edit.kind for edit in told}
         blame, blamed = find_blame(told)
@@ -184,11 +183,10 @@ class PlanRepairer:
         )
 
     def _mentioned_objects(self, steps: PlanSteps) -> set[int]:
-        """Return the objects of an answer and of the goals."""
         index = self.task.scene.index
         named = [name for goal in self.task.goals for name in object_names(goal.formula)]
-        found = {index[name] for name in named if name in index}
-        return found | {i for step in steps if step is not None for i in step.arguments}
+        in_goals = {index[name] for name in named if name in index}
+        return in_goals | {i for step in steps if step is not None for i in step.arguments}
 
     def _classify(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> EditKind:
         if edit.action is None:

@@ -29,8 +29,8 @@ class _RegisteredName(str):
 
     def __new__(cls, name: str) -> Self:
         """Return the one value of a name. The name need not be registered."""
-        found = _NAMES.setdefault((cls, name), super().__new__(cls, name))
-        return cast(Self, found)
+        value = _NAMES.setdefault((cls, name), super().__new__(cls, name))
+        return cast(Self, value)
 
     @property
     def value(self) -> str:
@@ -61,8 +61,8 @@ class _RegisteredName(str):
         @cache
         def read(name: str) -> _RegisteredName:
             if name not in cls.list_names():
-                known = " or ".join(map(repr, map(str, cls.list_names())))
-                raise PydanticCustomError("enum", "Input should be {expected}", {"expected": known})
+                names = " or ".join(map(repr, map(str, cls.list_names())))
+                raise PydanticCustomError("enum", "Input should be {expected}", {"expected": names})
             return cls(name)
 
         return core_schema.no_info_after_validator_function(read, core_schema.str_schema())
@@ -168,5 +168,5 @@ def ability_rank(ability: Ability) -> int:
 
     Abilities that are not installed come last.
     """
-    known = list(find_abilities())
-    return known.index(ability) if ability in known else len(known)
+    abilities = list(find_abilities())
+    return abilities.index(ability) if ability in abilities else len(abilities)

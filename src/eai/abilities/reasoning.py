@@ -92,7 +92,7 @@ def _end_of_template(text: str) -> int:
     return end
 
 
-def without(thoughts: Iterable[_Thought], text: str) -> str:
+def blank_out(thoughts: Iterable[_Thought], text: str) -> str:
     """Return a text of the same length in which reasoning is blank, so that positions stay."""
     pieces, position = [], 0
     for thought in thoughts:

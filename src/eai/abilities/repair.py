@@ -47,10 +47,10 @@ class Edit:
     @property
     def text(self) -> str:
         """The edit in words, with steps counted from 1."""
-        place = "" if self.step is None else f" {'before ' * (not self.was)}step {self.step + 1}"
+        position = "" if self.step is None else f" {'before ' * (not self.was)}step {self.step + 1}"
         if not self.was:
-            return f"insert {self.action}{place}"
-        where = f"{place}: " if place else " "
+            return f"insert {self.action}{position}"
+        where = f"{position}: " if position else " "
         return f"delete{where}{self.was}" if not self.action else f"replace{where}{self.was} by {self.action}"
 
 

@@ -125,7 +125,9 @@ def _describe_undone(domain: Domain, action: Action, before: State, after: State
     if not operator.tries:
         return ""
     names = argument_names(action, domain, before.scene)
-    objects: dict[f.Term, f.Term] = {f.Variable(name): f.Constant(thing) for name, thing in names.items()}
+    objects: dict[f.Term, f.Term] = {
+        f.Variable(name): f.Constant(object_name) for name, object_name in names.items()
+    }
     undone = operator.find_failed_tries(before, after, operator.bind(before, action.arguments))
     return "; ".join(
         f"{print_ltl(substitute(condition, objects))} remains: {_fault_text(check, domain, action, before)}"
@@ -210,15 +212,14 @@ def _find_names(formula: f.Formula) -> tuple[str, ...]:
 
 
 def _describe_violation(formula: f.Formula, course: Trajectory) -> str:
-    """Describe the violated part of a goal over time, and the moment of the violation."""
-    found = find_violation(formula, to_trace(course))
-    what = formula_text(rename_variables(found.part))
-    if found.position is None:
-        follows = isinstance(formula, f.Then) and found.part != formula.parts[0]
+    violation = find_violation(formula, to_trace(course))
+    what = formula_text(rename_variables(violation.part))
+    if violation.position is None:
+        follows = isinstance(formula, f.Then) and violation.part != formula.parts[0]
         return f"never after what comes first: {what}" if follows else f"never: {what}"
-    if found.position == 0:
+    if violation.position == 0:
         return f"at the start not {what}"
-    action = action_text(course.executed[found.position - 1], course.final.scene)
+    action = action_text(course.executed[violation.position - 1], course.final.scene)
     return f"violated after {action}: {what}"
 
 
@@ -237,7 +238,9 @@ def part_reports(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartRe
         if position is None:
             reports.append(PartReport(print_ltl(part), None, blamed.pop() if blamed else ()))
             continue
-        acted = any(isinstance(each, f.Occurs) for each in walk(part)) and position + 1 < len(numbers)
+        acted = any(isinstance(formula_part, f.Occurs) for formula_part in walk(part)) and position + 1 < len(
+            numbers
+        )
         at = numbers[position + 1] if acted else None
         reports.append(PartReport(print_ltl(part), numbers[position], met_at=at))
     return tuple(reports)

@@ -174,8 +174,8 @@ class _QuestionGoals:
 
     @classmethod
     def from_tasks(cls, task: Task, stated: Task) -> _QuestionGoals:
-        known = [goal for goal in stated.goals if _can_be_tested(goal, task)]
-        true_world = replace(task, goals=tuple(known), hazards=(), untold=False)
+        testable = [goal for goal in stated.goals if _can_be_tested(goal, task)]
+        true_world = replace(task, goals=tuple(testable), hazards=(), untold=False)
         return cls(stated.goals, true_world, GoalTest(true_world))
 
     def report(self, episode: Episode) -> list[GoalReport]:

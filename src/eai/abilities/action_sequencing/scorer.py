@@ -71,9 +71,9 @@ class ActionSequencing(PlanScorer):
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict on a plan that runs from the initial state. No action slips."""
-        found = self.assess_execution(text, self._execute)
-        mend = partial(self._repair, text, found.verdict)
-        return found._replace(analyze_failure=mend) if self._is_plain else found
+        assessment = self.assess_execution(text, self._execute)
+        mend = partial(self._repair, text, assessment.verdict)
+        return assessment._replace(analyze_failure=mend) if self._is_plain else assessment
 
     @property
     def _is_plain(self) -> bool:
@@ -99,7 +99,6 @@ class ActionSequencing(PlanScorer):
         )
 
     def _repair(self, text: str, verdict: Verdict, limit: int) -> Verdict:
-        """Return the verdict on a plan, with the fewest edits that make it succeed."""
         if verdict.excluded is not None or not isinstance(verdict, PlanVerdict):
             return verdict
         if verdict.declines and verdict.success:
@@ -154,7 +153,7 @@ class ActionSequencing(PlanScorer):
 
     @cached_property
     def _holds_at_start(self) -> bool:
-        return all(self._reached(self._execute(())))
+        return all(self._test_goals(self._execute(())))
 
     def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         """Return the plan as ground actions, or its first grammar error.
@@ -208,7 +207,7 @@ class ActionSequencing(PlanScorer):
         return Assessment(verdict, explain)
 
     def _rejection(self, error: ErrorReport, plan: WrittenPlan, carry_out: PlanExecutor) -> PlanVerdict:
-        reached = self._reached_without_running(carry_out)
+        reached = self._test_goals_unexecuted(carry_out)
         return self._verdict(reached, plan, success=False, error=error)
 
     def _execute(self, actions: tuple[Action, ...]) -> Execution:
@@ -226,7 +225,7 @@ class ActionSequencing(PlanScorer):
         return Assessment(verdict, partial(self._explain, verdict, course))
 
     def _judge(self, course: Execution, plan: WrittenPlan) -> PlanVerdict:
-        reached = self._reached(course)
+        reached = self._test_goals(course)
         trajectory, failure = course.trajectory, course.trajectory.failure
         error = None
         number = len(trajectory.steps) - 1
@@ -281,7 +280,7 @@ class ActionSequencing(PlanScorer):
         excluded = () if self.excluded is None else (f"excluded: {self.excluded}",)
         return (*repair_notes(repairs), *excluded)
 
-    def _reached(self, course: Execution) -> tuple[bool, ...]:
+    def _test_goals(self, course: Execution) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order: whether the executed plan reaches the goal."""
         return self.goals.reached(
             self._final(course), course.taken_actions, course.whole_trajectory or course.trajectory
@@ -290,16 +289,14 @@ class ActionSequencing(PlanScorer):
     def _final(self, course: Execution) -> State:
         return course.trajectory.final
 
-    def _reached_without_running(self, carry_out: PlanExecutor) -> tuple[bool, ...]:
+    def _test_goals_unexecuted(self, carry_out: PlanExecutor) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order, for an answer that cannot be executed."""
         return self.goals.none_reached
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
-        """Whether an executed plan succeeds."""
         return error is None and all(reached)
 
 
 def _is_plain(step: WrittenStep) -> bool:
-    """Whether a step names its objects by texts or tuples of texts."""
     parts = [part for name in step.objects for part in (name if isinstance(name, tuple) else (name,))]
     return all(isinstance(part, str) for part in parts)

@@ -126,36 +126,36 @@ class GoalInterpretation(Scorer):
         """Return the verdict on the goals of an answer."""
         said, unknown, lacking = self._sort_goals(goals)
         ill_formed = len(lacking) + len(dict.fromkeys(goals.ill_formed))
-        wanted, found = reduce(or_, self._choose_options(said), 0), 0
+        wanted, matched = reduce(or_, self._choose_options(said), 0), 0
         wrong: list[str] = []
         kinds: list[str] = []
         for goal, times in said.items():
             meant = self.gold.mask_of.get(goal, 0) & wanted
-            asked = meant.bit_count()
+            wanted_number = meant.bit_count()
             if times > 1:
-                times = min(times, max(1, asked, self.lexicon.count_instances(goal)))
-            found |= meant if times >= asked else first_bits(meant, times)
-            if times > asked:
-                wrong += [str(goal)] * (times - asked)
-                kinds += [self.lexicon.classify(goal)] * (times - asked)
-        missing = wanted & ~found
+                times = min(times, max(1, wanted_number, self.lexicon.count_instances(goal)))
+            matched |= meant if times >= wanted_number else first_bits(meant, times)
+            if times > wanted_number:
+                wrong += [str(goal)] * (times - wanted_number)
+                kinds += [self.lexicon.classify(goal)] * (times - wanted_number)
+        missing = wanted & ~matched
         return GoalVerdict(
             counts={
                 **{
-                    kind: Confusion((found & of).bit_count(), kinds.count(kind), (missing & of).bit_count())
+                    kind: Confusion((matched & of).bit_count(), kinds.count(kind), (missing & of).bit_count())
                     for kind, of in self.gold.of_kind.items()
                 },
-                ALL: Confusion(found.bit_count(), len(wrong), missing.bit_count()),
+                ALL: Confusion(matched.bit_count(), len(wrong), missing.bit_count()),
             },
             repairs=goals.repairs,
             spans=goals.spans,
-            predicted=found.bit_count() + len(wrong) + len(unknown) + ill_formed,
+            predicted=matched.bit_count() + len(wrong) + len(unknown) + ill_formed,
             ill_formed=ill_formed,
             hallucinated=tuple([name for _, name in unknown]),
             unknown_predicates=tuple(
                 [goal.predicate for goal in goals.goals if not self.lexicon.has_predicate(goal)]
             ),
-            matched=self.gold.as_texts(found),
+            matched=self.gold.as_texts(matched),
             wrong=tuple(wrong),
             missing=self.gold.as_texts(missing),
         )
@@ -241,7 +241,6 @@ class GoalInterpretation(Scorer):
         return _SortedGoals(known, tuple(unknown), tuple(ill_formed))
 
     def _choose_options(self, said: Iterable[WrittenGoal]) -> list[int]:
-        """Return for each goal the option that an answer meets best."""
         mask_of = self.gold.mask_of
         return self.gold.choose_options(reduce(or_, [mask_of.get(goal, 0) for goal in said], 0))
 

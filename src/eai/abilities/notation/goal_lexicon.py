@@ -40,7 +40,9 @@ class GoalLexicon:
         self.actions = domain.arities.keys()
         names = notation.names(task)
         self.objects = Counter([names[index] for index in task.relevant])
-        self._name_of = {thing.name: name for thing, name in zip(task.scene.objects, names, strict=True)}
+        self._name_of = {
+            scene_object.name: name for scene_object, name in zip(task.scene.objects, names, strict=True)
+        }
         self._symmetric = notation.symmetric
         self._spelling = {predicate: word for (word, _), predicate in reversed(tuple(words.items()))}
         self._arity = dict(self.words)
@@ -173,7 +175,7 @@ class _AnswerMeaning:
         self._vocabulary, self._actions = domain.vocabulary, domain.arities
         names, things = notation.names(task), task.scene.objects
         self._named = group_pairs((names[index], things[index].name) for index in reversed(task.relevant))
-        self._known = {thing for things in self._named.values() for thing in things}
+        self._known = {scene_object for things in self._named.values() for scene_object in things}
         self._times: Counter[WrittenGoal] = Counter()
 
     def formula(self, said: WrittenGoal, variables: frozenset[str]) -> Formula | None:

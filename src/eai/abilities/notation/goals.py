@@ -49,14 +49,20 @@ def read_nested(
             return None if negated is None else f.Not(negated)
         case ["and" | "or" as word, [*_] as first, *others]:
             parts = [read(part) for part in unwrap_parts((first, *others))]
-            known = tuple([part for part in parts if part is not None])
-            return None if len(known) < len(parts) else f.And(known) if word == "and" else f.Or(known)
+            formulas = tuple([part for part in parts if part is not None])
+            return (
+                None if len(formulas) < len(parts) else f.And(formulas) if word == "and" else f.Or(formulas)
+            )
         case ["imply", premise, conclusion]:
             one, other = read(premise), read(conclusion)
             return None if one is None or other is None else f.Implies(one, other)
         case ["forall" | "exists" | "forn" | "forpairs" | "fornpairs" as word, *head, body]:
             count = _read_count(head.pop(0)) if word in ("forn", "fornpairs") and head else None
-            bound = [variable for each in head if (variable := _read_variable(each)) is not None]
+            bound = [
+                variable
+                for entry_variable in head
+                if (variable := _read_variable(entry_variable)) is not None
+            ]
             inner = read(body, *bound)
             return None if inner is None or len(bound) < len(head) else _quantify(word, count, bound, inner)
         case _:
@@ -160,8 +166,8 @@ def sections_form(
         is_part=holds_strings,
         is_line_of_answer=lambda line: _SECTION_LINE.match(line) is not None,
         flaw=flaw,
-        repairs_of=lambda found: found.repairs,
-        is_certain=lambda found: any(key in _SECTION_OF for key, _ in found.members),
+        repairs_of=lambda sections_read: sections_read.repairs,
+        is_certain=lambda sections_read: any(key in _SECTION_OF for key, _ in sections_read.members),
     )
 
 
@@ -297,13 +303,15 @@ class GoalNotation(ABC):
         If a predicate has two spellings, the goals of tasks use the first one.
         """
         vocabulary = domain.vocabulary
-        stored = [each for each in vocabulary.predicates if each.visible and not each.static]
-        words = {(each.name, each.arity): each.name for each in stored}
-        return words | {(each.name, each.arity): each.name for each in vocabulary.derived}
+        stored = [
+            predicate for predicate in vocabulary.predicates if predicate.visible and not predicate.static
+        ]
+        words = {(predicate.name, predicate.arity): predicate.name for predicate in stored}
+        return words | {(predicate.name, predicate.arity): predicate.name for predicate in vocabulary.derived}
 
     def names(self, task: Task) -> tuple[str, ...]:
         """Return the name of each object in the scene. Several objects may share a name."""
-        return tuple([thing.name for thing in task.scene.objects])
+        return tuple([scene_object.name for scene_object in task.scene.objects])
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
         """Return the JSON schema of an answer for providers that enforce schemas, or None for no schema.
@@ -411,8 +419,6 @@ class JsonGoals(GoalNotation):
         return self.word(value).lstrip("?") if isinstance(value, str) else value
 
     def _read_condition(self, kind: GoalKind | None, entry: object, meaning: GoalMeaning) -> Formula | None:
-        """Return the condition that an entry states, or None if the entry is not a condition."""
-
         def literal(part: object, variables: frozenset[str]) -> Formula | None:
             goal = self._read_goal(kind, part)
             return None if goal is None else meaning(goal, variables)
@@ -420,7 +426,6 @@ class JsonGoals(GoalNotation):
         return literal(entry, frozenset()) if kind is GoalKind.ACTION else read_nested(entry, literal)
 
     def _read_goal(self, kind: GoalKind | None, entry: object) -> WrittenGoal | None:
-        """Return the goal that an entry states, or None if the entry is ill-formed."""
         is_action = kind is GoalKind.ACTION
         if is_action and isinstance(entry, str):
             return WrittenGoal(self.word(entry), is_action=True)

@@ -135,7 +135,6 @@ def read_plan(text: str, form: AnswerForm[StepList]) -> WrittenPlan | Unreadable
 
 @lru_cache(64)
 def _compile_signs(actions: frozenset[str]) -> tuple[re.Pattern[str], re.Pattern[str] | None]:
-    """Return the patterns of a part of a plan and of the beginning of a line that is a step."""
     if not actions:
         return re.compile(_KEY), None
     names = "|".join(map(re.escape, sorted(actions, key=len, reverse=True)))
@@ -148,10 +147,10 @@ def _is_step_line(line: re.Pattern[str], text: str) -> bool:
     """Whether a line is the name of an action followed by its likely objects."""
     if re.search(_KEY, text):
         return True
-    found = line.match(text)
-    if found is None:
+    match = line.match(text)
+    if match is None:
         return False
-    rest = found["rest"].strip()
+    rest = match["rest"].strip()
     if rest[:1] in tuple("""([{:"'<`"""):
         return True
     return 0 < len(rest.split()) <= _MAX_WORDS and _ORDINARY.search(rest) is None
@@ -210,7 +209,7 @@ def read_keyed_steps(value: JsonObject, actions: Collection[str]) -> StepList | 
     steps: list[WrittenStep] = []
     repairs: tuple[str, ...] = ()
     for action, objects in value.members:
-        if isinstance(objects, list) and not any(isinstance(each, JsonObject) for each in objects):
+        if isinstance(objects, list) and not any(isinstance(item, JsonObject) for item in objects):
             steps.append(WrittenStep(action, tuple(objects)))
         elif isinstance(objects, str) and action in actions:
             steps.append(WrittenStep(action, strip_names(objects.split(",")) if objects.strip() else ()))

@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import NamedTuple
 
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
-from eai.abilities.reasoning import thoughts_in, without
+from eai.abilities.reasoning import blank_out, thoughts_in
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 
 _COMMENT = re.compile(r";[^\n]*")
@@ -63,7 +63,7 @@ def read_lines(
     thoughts = thoughts_in(text)
     spans = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in thoughts]
     repairs = dict.fromkeys(["reasoning"] if thoughts else [])
-    body = without(thoughts, text)
+    body = blank_out(thoughts, text)
     lines = list(_split_lines(body, step_of))
     steps = [line for line in lines if line.step is not None]
     if not steps:
@@ -85,7 +85,6 @@ def read_lines(
 
 
 def _split_lines(text: str, step_of: Callable[[str], WrittenStep | None]) -> Iterator[_PlanLine]:
-    """Yield the lines of a text that contain more than blanks, comments and fence marks."""
     position = block = 0
     for whole in text.splitlines(keepends=True):
         line = _COMMENT.sub("", whole).rstrip()

@@ -282,7 +282,6 @@ def _plan_form(actions: frozenset[str]) -> AnswerForm[StepList]:
 
 
 def _objects_schema(number: int, words: Sequence[str] | None) -> Schema:
-    """Return the schema of a text that names a number of objects."""
     if number == 0:
         return text_schema([""])
     if number == 1 or words is None:

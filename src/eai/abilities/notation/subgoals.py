@@ -111,13 +111,15 @@ class SubgoalNotation:
         if about or not named:
             changes = compare_states(before, after)
             for facts, truth in ((changes.added, True), (changes.removed, False)):
-                own: dict[
+                distinct: dict[
                     tuple[str, frozenset[int]], Fact
                 ] = {}  # of a fact and its mirror image one is enough
                 for fact in facts:
                     if not about or not about.isdisjoint(fact.arguments):
-                        own.setdefault((fact.predicate, frozenset(fact.arguments)), fact)
-                written = [self._write_change(fact, truth, before, after, lexicon) for fact in own.values()]
+                        distinct.setdefault((fact.predicate, frozenset(fact.arguments)), fact)
+                written = [
+                    self._write_change(fact, truth, before, after, lexicon) for fact in distinct.values()
+                ]
                 literals = tuple([literal for literal in written if literal is not None])
                 if literals:
                     return literals[0] if len(literals) == 1 else And(literals)

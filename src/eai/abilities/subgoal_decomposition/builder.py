@@ -132,7 +132,6 @@ class _QuantifierRange:
         return min(choices, MAX_LITERALS + 1)
 
     def _max_alternative_literals(self, formula: f.Formula) -> int:
-        """Return the maximum number of literals of one alternative."""
         match formula:
             case f.And(parts):
                 return sum(map(self._max_alternative_literals, parts))
@@ -266,7 +265,6 @@ class Programs:
         return builder.program[: start + 1]
 
     def _make_action_planner(self, action: Action) -> SubgoalPlanner:
-        """The instruction to take an action."""
         plans = self._refinement.make_action_planner(action, self.task.scene, self.task.relevant)
         return lru_cache(_MAX_CACHED_STATES)(plans)
 
@@ -281,14 +279,14 @@ class Programs:
             reason = f"{print_ltl(formula)} does not hold, and {why.words}"
             return Check(meaning, FaultKind.MISSING_STEP, reason, id=why.id)
 
-        def refused() -> Check | None:
+        def find_refusal() -> Check | None:
             sizes = [*map(len, alternatives)]
             if min(sizes, default=0) < 2 or sum(sizes) > _MAX_EXCLUSION_LITERALS:
                 return None
             return check(_EXCLUDED) if all(map(self._exclusion().excludes, alternatives)) else None
 
         effort = self.extent.count_literals(formula) // _LITERALS_PER_ACTION
-        return _Requirement(StateTest(meaning, self.task.scene), check(why), effort, cache(refused))
+        return _Requirement(StateTest(meaning, self.task.scene), check(why), effort, cache(find_refusal))
 
     def _make_needless_planner(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> SubgoalPlanner:
         """Return a planner of actions that fail as additional steps because an alternative holds already.
@@ -298,7 +296,7 @@ class Programs:
         effort = sum(map(len, alternatives)) // _LITERALS_PER_ACTION
 
         def plans(state: State) -> SubgoalPlans:
-            held = [self._refinement.find_needless(each, state) for each in alternatives]
+            held = [self._refinement.find_needless(alternative, state) for alternative in alternatives]
             fewest = min([plan for plan in held if plan is not None], key=len, default=())
             return SubgoalPlans((fewest,) if fewest else (), effort)
 
@@ -321,9 +319,9 @@ class Programs:
         )
 
         def plans(state: State) -> SubgoalPlans:
-            found = made()(state)
-            refused = required.refused() if found.has_failed else None
-            return found if refused is None else SubgoalPlans((), found.effort, refused)
+            result = made()(state)
+            refused = required.refused() if result.has_failed else None
+            return result if refused is None else SubgoalPlans((), result.effort, refused)
 
         return lru_cache(_MAX_CACHED_STATES)(plans)
 
@@ -349,7 +347,9 @@ class _ProgramBuilder:
         if not names:
             return subgoal
         subgoal = substitute(subgoal, {name: f.Variable(name.name) for name in names})
-        return quantify(f.Exists, [f.Variable(each.name, each.name) for each in names], subgoal)
+        return quantify(
+            f.Exists, [f.Variable(class_name.name, class_name.name) for class_name in names], subgoal
+        )
 
     def subgoal(self, formula: f.Formula, number: int, then: int) -> int:
         """Add instructions for a part of a subgoal, and return the number of the first instruction.
@@ -396,8 +396,7 @@ class _ProgramBuilder:
         return self._fork([before, after], number)
 
     def _add_alternatives(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
-        """Add several ways to continue, the first one first."""
-        return self._fork([self.subgoal(each, number, then) for each in reversed(parts)], number)
+        return self._fork([self.subgoal(part, number, then) for part in reversed(parts)], number)
 
     def _add_condition(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
         """Add a condition on one state: achieve an alternative, then test the condition.
@@ -413,10 +412,10 @@ class _ProgramBuilder:
         required = self._programs.required(observed, why, alternatives)
         tested = self._add(_require(required, number, then))
         entries = [
-            self._add(Perform(self._programs.plans(each, required), number, tested, MAX_ACTIONS))
-            if each
+            self._add(Perform(self._programs.plans(literals_of_one, required), number, tested, MAX_ACTIONS))
+            if literals_of_one
             else tested
-            for each in reversed(alternatives)
+            for literals_of_one in reversed(alternatives)
         ]
         to_do = self._fork(entries, number)
         if to_do == tested:
@@ -431,13 +430,13 @@ class _ProgramBuilder:
         match formula:
             case f.And(parts):
                 for chosen in product(*map(self._alternatives, parts)):
-                    yield tuple(dict.fromkeys([literal for each in chosen for literal in each]))
+                    yield tuple(dict.fromkeys([literal for instance in chosen for literal in instance]))
             case f.Or(parts):
                 for part in parts:
                     yield from self._alternatives(part)
             case f.Exists(variable, body):
-                for each in self._instances(variable, body, self._extent.usable_objects(variable)):
-                    yield from self._alternatives(each)
+                for instance in self._instances(variable, body, self._extent.usable_objects(variable)):
+                    yield from self._alternatives(instance)
             case f.ForAll(variable, body):
                 instances = self._instances(variable, body, self._extent.all_objects(variable))
                 yield from self._alternatives(f.And(tuple(instances)))
@@ -460,7 +459,6 @@ class _ProgramBuilder:
     def _instances(
         self, variable: f.Variable, body: f.Formula, indices: Iterable[int]
     ) -> Iterator[f.Formula]:
-        """Yield the body for each object, by its name in the answer."""
         for index in indices:
             yield substitute(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 

@@ -113,7 +113,10 @@ class Refinement:
             distinguished: operators whose use matters to the goal.
             test_effort: cost of a test of the subgoal, in applied actions.
         """
-        tests = [(1 << i, self._repertoire.make_test(each, scene)) for i, each in enumerate(literals)]
+        tests = [
+            (1 << i, self._repertoire.make_test(subgoal_literal, scene))
+            for i, subgoal_literal in enumerate(literals)
+        ]
         everything = (1 << len(literals)) - 1
         touched = self._repertoire.find_touched(literals)
         wanted = self._repertoire.find_achievers(literals, scene)
@@ -124,11 +127,11 @@ class Refinement:
             return self._repertoire.find_achievers(literals, scene, objects, fitting)
 
         def met(state: State, touched: int, before: int) -> int:
-            found = before & ~touched
+            holding = before & ~touched
             for part, test in tests:
                 if touched & part and test(state):
-                    found |= part
-            return found
+                    holding |= part
+            return holding
 
         def plans(state: State) -> SubgoalPlans:
             goal = SearchGoal(met(state, everything, 0), met, everything, holds, distinguished, test_effort)
@@ -141,16 +144,16 @@ class Refinement:
 
         For each literal this is the first such action. Returns None if one of the literals does not hold.
         """
-        if not all(self._repertoire.make_test(each, state.scene)(state) for each in literals):
+        if not all(self._repertoire.make_test(literal, state.scene)(state) for literal in literals):
             return None
-        found: list[Action] = []
+        needless: list[Action] = []
         covered = 0
         for action, parts in self._repertoire.find_achievers(literals, state.scene).items():
             releases = self._role(action) is Role.RELEASES
             if not releases and parts & ~covered and self._is_needless(action, state):
-                found.append(action)
+                needless.append(action)
                 covered |= parts
-        return tuple(found)
+        return tuple(needless)
 
     def make_action_planner(self, action: Action, scene: Scene, objects: Sequence[int]) -> SubgoalPlanner:
         """Return a planner for an action: the shortest plan that ends with it, or only the failing action."""
@@ -220,7 +223,6 @@ class Refinement:
         }
 
     def _moves(self, operators: Iterable[str], places: Sequence[int]) -> dict[Action, int]:
-        """Return the movement to some objects, as helpers that are for no part."""
         return {
             Action(name, arguments): 0
             for name in operators
@@ -234,8 +236,8 @@ class Refinement:
         for action, parts in actions.items():
             ground = need.grounds.get(action)
             if ground is None:
-                known = self._repertoire.operators[action.operator]
-                ground = need.grounds[action] = CandidateAction.create(action, known, need.state)
+                info = self._repertoire.operators[action.operator]
+                ground = need.grounds[action] = CandidateAction.create(action, info, need.state)
             touched = need.touched.get(action.operator, 0) | parts
             grounds.append(ground.assign_parts(parts, touched))
         return grounds

@@ -140,9 +140,8 @@ class Repertoire:
         )
 
     def _find_tools(self, operator: Operator) -> set[Variable]:
-        """Return the parameters that no effect mentions."""
         return {*operator.parameters}.difference(
-            *[each.atom.arguments for each in self._effects[operator.name]]
+            *[effect.atom.arguments for effect in self._effects[operator.name]]
         )
 
     def _find_writers(self, predicate: str) -> Sequence[Operator]:
@@ -197,22 +196,21 @@ class Repertoire:
     def _actions_for(
         self, literal: GroundAtom, scene: Scene, others: Sequence[int], fitting: State | None
     ) -> Iterable[Action]:
-        """Return the actions that may make a literal true."""
         named = list_objects([literal.arguments], scene)
         objects = list_objects([named, others], scene)
         agent = UNBOUND if scene.agent is None else scene.agent
         values = (agent, *named)
         shape = literal._replace(arguments=tuple([values.index(i) for i in literal.arguments]))
-        found: dict[Action, None] = {}
+        actions: dict[Action, None] = {}
         for operator, numbers in self._cached_patterns(shape):
             given = [None if number is None else values[number] for number in numbers]
             if fitting is None:
                 ways = [*islice(_fill_arguments(given, objects), MAX_LISTED)]
             else:
                 ways = self._find_fitting(operator, given, objects, fitting)
-            found |= {Action(operator, arguments): None for arguments in ways if agent not in arguments}
-        moving = [action for action in found if self.operators[action.operator].role is Role.MOVEMENT]
-        return moving if moving and agent in literal.arguments else found
+            actions |= {Action(operator, arguments): None for arguments in ways if agent not in arguments}
+        moving = [action for action in actions if self.operators[action.operator].role is Role.MOVEMENT]
+        return moving if moving and agent in literal.arguments else actions
 
     def _find_fitting(
         self, operator: str, given: Sequence[int | None], objects: Sequence[int], state: State
@@ -222,19 +220,18 @@ class Repertoire:
         scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
         usable = mask_of(objects)
         partial, effort = taken.partial(state.scene, scope, fixed=True), Effort(Limits().bindings)
-        found = complete_bindings(state, partial, usable, effort)
-        return [taken.arguments(binding) for binding in islice(found, _MAX_FITTING_ACTIONS)]
+        bindings = complete_bindings(state, partial, usable, effort)
+        return [taken.arguments(binding) for binding in islice(bindings, _MAX_FITTING_ACTIONS)]
 
     def _find_patterns(self, shape: GroundAtom) -> Sequence[_OperatorPattern]:
-        """Return the patterns of operators that may make a literal of numbered objects true."""
         changes = changes_for(shape, self._domain.vocabulary, _number_named)
-        found: dict[_OperatorPattern, None] = {}
+        patterns: dict[_OperatorPattern, None] = {}
         for operator in self.find_writers(shape.predicate):
             for effect, change in product(self._effects[operator.name], changes):
                 scope = _match_effect(effect, change)
                 if scope is not None:
-                    found[operator.name, tuple([scope.get(p.name) for p in operator.parameters])] = None
-        return tuple(found)
+                    patterns[operator.name, tuple([scope.get(p.name) for p in operator.parameters])] = None
+        return tuple(patterns)
 
     def _find_supporters(self, names: frozenset[str]) -> tuple[Sequence[Operator], Sequence[str]]:
         """Return the operators that establish the conditions of others, directly or through further ones.
@@ -251,21 +248,21 @@ class Repertoire:
 
     def _inspect(self, operator: Operator) -> _OperatorInfo:
         compiled = self._domain.compiled[operator.name]
-        tried = [condition for each in operator.tries for condition in each.conditions]
-        asked = [*([check.condition] for check in operator.checks), tried]
-        moved = [not self._moved.isdisjoint(self._sources(formulas)) for formulas in asked]
+        tried = [condition for attempt in operator.tries for condition in attempt.conditions]
+        conditions = [*([check.condition] for check in operator.checks), tried]
+        moved = [not self._moved.isdisjoint(self._sources(formulas)) for formulas in conditions]
         needed = [check.fault is not FaultKind.ADDITIONAL_STEP for check in operator.checks]
-        mended = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
+        fixable = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
         kinds = [self._classify(check, can) for check, can in zip(operator.checks, moved, strict=False)]
         checks = list(zip(compiled.checks, kinds, strict=True))
         fixed, common, rest = [conjunction([c.holds for c, k in checks if k is kind]) for kind in _CheckKind]
         rest = compiled.is_possible if operator.tries else rest
-        kept = zip(compiled.checks, kinds, mended, strict=False)
+        checks_with_kind = zip(compiled.checks, kinds, fixable, strict=False)
         unmoved = conjunction(
-            [check.holds for check, kind, can in kept if kind is _CheckKind.REST and not can]
+            [check.holds for check, kind, can in checks_with_kind if kind is _CheckKind.REST and not can]
         )
         return _OperatorInfo(
-            compiled, role_of(operator), tuple(moved), tuple(mended), fixed, common, rest, unmoved
+            compiled, role_of(operator), tuple(moved), tuple(fixable), fixed, common, rest, unmoved
         )
 
     def _classify(self, check: Check, moved: bool) -> _CheckKind:
@@ -280,16 +277,19 @@ class Repertoire:
         asks: Mapping[str, frozenset[str]],
     ) -> list[Operator]:
         """Return the candidates that change conditions of the operators or of other such candidates."""
-        found: list[Operator] = []
+        supporting: list[Operator] = []
         asking = list(operators)
         while asking:
-            asked = frozenset[str]().union(*[asks[operator.name] for operator in asking])
-            asking = [o for o in candidates if o not in found and not self._writes[o.name].isdisjoint(asked)]
-            found += asking
-        return [operator for operator in candidates if operator in found]
+            conditions = frozenset[str]().union(*[asks[operator.name] for operator in asking])
+            asking = [
+                o
+                for o in candidates
+                if o not in supporting and not self._writes[o.name].isdisjoint(conditions)
+            ]
+            supporting += asking
+        return [operator for operator in candidates if operator in supporting]
 
     def _sources(self, formulas: Iterable[Formula]) -> frozenset[str]:
-        """Return the stored predicates that formulas depend on."""
         return frozenset(find_stored_predicates(predicates_of(*formulas), self._domain.vocabulary))
 
 
@@ -301,13 +301,13 @@ def _fill_arguments(given: Sequence[int | None], objects: Sequence[int]) -> Iter
     first, *rest = given
     for index in objects if first is None else (first,):
         if index not in rest:
-            others = [each for each in objects if each != index]
+            others = [other for other in objects if other != index]
             yield from ((index, *after) for after in _fill_arguments(rest, others))
 
 
 def list_objects(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...]:
     """Return the objects in some arguments, each once, without the agent."""
-    return tuple(dict.fromkeys([i for each in arguments for i in each if i != scene.agent]))
+    return tuple(dict.fromkeys([i for indices in arguments for i in indices if i != scene.agent]))
 
 
 def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
@@ -324,15 +324,16 @@ def _number_named(constant: Constant) -> int | None:
 
 def _drop_duplicates(operators: Iterable[Operator]) -> list[Operator]:
     """Return the operators without those that equal an earlier one in checks and effects."""
-    kept: dict[object, Operator] = {}
+    operators_by_content: dict[object, Operator] = {}
     for operator in operators:
-        kept.setdefault((operator.parameters, operator.checks, operator.effects, operator.tries), operator)
-    return list(kept.values())
+        operators_by_content.setdefault(
+            (operator.parameters, operator.checks, operator.effects, operator.tries), operator
+        )
+    return list(operators_by_content.values())
 
 
 def _deciding_conditions(operator: Operator) -> Iterator[Formula]:
-    """Yield the conditions of all checks of an operator."""
-    for checks in (operator.checks, *(each.checks for each in operator.tries)):
+    for checks in (operator.checks, *(attempt.checks for attempt in operator.tries)):
         yield from [check.condition for check in checks]
 
 
@@ -383,10 +384,10 @@ class CandidateAction(NamedTuple):
 
     def is_possible_now(self, state: State) -> bool:
         """Whether the other checks hold. The fixed and the common checks must hold."""
-        found = self.possible.get(state)
-        if found is None:
-            found = self.possible[state] = self.info.rest_checks_hold(state, self.binding)
-        return found
+        is_possible = self.possible.get(state)
+        if is_possible is None:
+            is_possible = self.possible[state] = self.info.rest_checks_hold(state, self.binding)
+        return is_possible
 
     def can_movement_enable(self, state: State) -> bool:
         """Whether movement can establish all failing checks. The fixed and the common checks must hold."""
@@ -396,10 +397,10 @@ class CandidateAction(NamedTuple):
 
     def compute_result(self, state: State) -> State:
         """Return the state after the action, even if its checks fail."""
-        found = self.results.get(state)
-        if found is None:
-            found = self.results[state] = self.info.operator.apply(state, self.binding)
-        return found
+        result = self.results.get(state)
+        if result is None:
+            result = self.results[state] = self.info.operator.apply(state, self.binding)
+        return result
 
     def find_failing(self, state: State) -> list[int]:
         """Return the numbers of the failing checks.
@@ -407,18 +408,18 @@ class CandidateAction(NamedTuple):
         The number after the last check stands for the things that it tries.
         """
         checks = self.info.operator.checks
-        found = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]
-        return found if found or self.is_possible(state) else [len(checks)]
+        numbers = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]
+        return numbers if numbers or self.is_possible(state) else [len(checks)]
 
     def count_unmovable_failures(self, state: State, enough: int) -> int:
         """Return the number of failing checks that movement cannot change, counted up to ``enough``."""
-        found = 0
+        count = 0
         for check, moved in zip(self.info.operator.checks, self.info.movable, strict=False):
             if not moved and not check.holds(state, self.binding):
-                found += 1
-                if found == enough:
+                count += 1
+                if count == enough:
                     break
-        return found
+        return count
 
     def is_hopeless(self, failing: Sequence[int]) -> bool:
         """Whether a failing check requires objects of another kind."""

@@ -119,12 +119,10 @@ class SubgoalDecomposition(Scorer):
         return Assessment(self._judge(compiled, outcome), partial(self._explain, compiled, outcome))
 
     def _temporal_goal(self) -> Formula | None:
-        """Return the temporal goal in the names of the domain."""
         text = self.task.temporal_goal
         return None if text is None else self.lexicon.meaning(read_formula(text, self.lexicon.signature)[0])
 
     def _goal_to_reach(self) -> GoalProgress:
-        """The goal of the search."""
         actions = Then(tuple([goal.formula for goal in self.task.goals_of(GoalKind.ACTION)]))
         on_course = self.goals.all_over_time if self.goals.watches else None
         return GoalProgress(self.temporal_goal or actions, self.task.scene, self.goals.all_lasting, on_course)
@@ -134,7 +132,7 @@ class SubgoalDecomposition(Scorer):
 
     def _judge(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
         branch, best = outcome.reported, self._find_best_branch(outcome)
-        reached = self._reached(best)
+        reached = self._test_goals(best)
         kinds = tuple([fault.kind for fault in branch.faults])
         return SubgoalVerdict(
             executable=outcome.executable,
@@ -152,16 +150,15 @@ class SubgoalDecomposition(Scorer):
             search=outcome.end,
             tried_actions=outcome.attempts,
             refined=branch.refined,
-            added_actions=len(executed(branch)) - branch.refined,
+            added_actions=len(list_executed(branch)) - branch.refined,
         )
 
     def _refuse(self, rejected: RejectedAnswer, repairs: tuple[str, ...]) -> Assessment:
-        """The assessment of an answer that cannot be carried out, with the repairs made until then."""
         verdict = self._rejection(rejected)
         return Assessment(verdict, partial(self._explain_refusal, verdict, rejected, repairs))
 
     def _rejection(self, rejected: RejectedAnswer) -> SubgoalVerdict:
-        reached = self._reached_without_running()
+        reached = self._test_goals_unexecuted()
         return SubgoalVerdict(
             executable=False,
             success=False,
@@ -182,13 +179,12 @@ class SubgoalDecomposition(Scorer):
         The paper takes the maximum over all sequences of actions (section "Ability Module 2: Subgoal
         Decomposition"). Goals count in the state where a sequence stops, so a failed branch counts, too.
         """
-        return max(self._ways(outcome), key=lambda branch: sum(self._reached(branch)))
+        return max(self._ways(outcome), key=lambda branch: sum(self._test_goals(branch)))
 
     def _most_conditions(self, outcome: ExplorationResult) -> Share:
-        """Return the greatest partial success of all branches."""
         best = Share(0, 0)
         for branch in self._ways(outcome):
-            share = self.goals.partial(branch.state, executed(branch), self._reached(branch))
+            share = self.goals.partial(branch.state, list_executed(branch), self._test_goals(branch))
             if (
                 share.numerator * best.denominator > best.numerator * share.denominator
                 or not best.denominator
@@ -202,12 +198,12 @@ class SubgoalDecomposition(Scorer):
         """Return the branches whose goals count, the reported one first."""
         return (outcome.reported, *outcome.ended)
 
-    def _reached(self, branch: Branch) -> tuple[bool, ...]:
+    def _test_goals(self, branch: Branch) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order: whether the branch reaches the goal."""
         course = branch.trajectory if self.goals.watches else None
-        return self.goals.reached(branch.state, executed(branch), course)
+        return self.goals.reached(branch.state, list_executed(branch), course)
 
-    def _reached_without_running(self) -> tuple[bool, ...]:
+    def _test_goals_unexecuted(self) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order, for an answer that is not executed."""
         return self.goals.none_reached
 
@@ -232,7 +228,7 @@ class SubgoalDecomposition(Scorer):
         return Explanation(
             tuple(notes),
             steps,
-            goal_reports(self.task, self._reached(best), best.trajectory),
+            goal_reports(self.task, self._test_goals(best), best.trajectory),
             part_reports(self.temporal_goal, branch.trajectory),
         )
 
@@ -251,6 +247,6 @@ class SubgoalDecomposition(Scorer):
         )
 
 
-def executed(branch: Branch) -> Sequence[str]:
+def list_executed(branch: Branch) -> Sequence[str]:
     """Return the names of the executed actions of a branch, in order."""
     return [step.action.operator for step in branch.steps if step.fault is None]

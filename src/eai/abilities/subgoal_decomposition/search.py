@@ -173,11 +173,11 @@ class Branch(NamedTuple):
     @property
     def steps(self) -> tuple[Step, ...]:
         """All tried actions, in order."""
-        found, tried = [], self.tried
+        steps, tried = [], self.tried
         while tried is not None:
-            found.append(tried.step)
+            steps.append(tried.step)
             tried = tried.before
-        return tuple(reversed(found))
+        return tuple(reversed(steps))
 
     @property
     def trajectory(self) -> Trajectory:
@@ -194,7 +194,6 @@ class Branch(NamedTuple):
 
 
 def _rank_success(branch: Branch) -> int:
-    """Return the rank of a branch that may succeed: the number of errors."""
     return branch.errors
 
 
@@ -213,14 +212,17 @@ def _merge_branches(branches: list[Branch], subgoal: int, *, with_pasts: bool) -
     """
     if len(branches) < _MIN_BRANCHES_TO_MERGE:
         return branches
-    twins: dict[object, list[Branch]] = {}
+    groups: dict[object, list[Branch]] = {}
     for branch in branches:
         way = branch.trajectory.executed if with_pasts else ()
         key = (branch.state, branch.met, branch.count_executed(subgoal), way)
-        twins.setdefault(key, []).append(branch)
-    best = [(min(each, key=_rank_success), min(each, key=_rank_failure)) for each in twins.values()]
-    kept = {id(branch) for pair in best for branch in pair}
-    return [branch for branch in branches if id(branch) in kept]
+        groups.setdefault(key, []).append(branch)
+    best = [
+        (min(branches_to_merge, key=_rank_success), min(branches_to_merge, key=_rank_failure))
+        for branches_to_merge in groups.values()
+    ]
+    best_ids = {id(branch) for pair in best for branch in pair}
+    return [branch for branch in branches if id(branch) in best_ids]
 
 
 _PAST_STATES_PER_ACTION = 16
@@ -384,13 +386,13 @@ class _Exploration:
     def _perform(self, branch: Branch, instruction: Perform) -> None:
         if self._is_exhausted():
             return
-        found = instruction.plans(branch.state)
-        self._effort.used += found.effort
-        if found.failed_check is not None:
-            self._finish(_end_branch(branch, instruction.subgoal, found.failed_check), self._failed)
-        elif not found.plans:
+        result = instruction.plans(branch.state)
+        self._effort.used += result.effort
+        if result.failed_check is not None:
+            self._finish(_end_branch(branch, instruction.subgoal, result.failed_check), self._failed)
+        elif not result.plans:
             self._waiting[instruction.then].append(branch)
-        for plan in found.plans:
+        for plan in result.plans:
             if self._is_exhausted():
                 return
             after = self._follow(branch, plan, instruction)
@@ -443,14 +445,13 @@ class _Exploration:
         If the limit is reached, any state may be returned.
         """
 
-        def held(state: State) -> bool:
+        def has_held(state: State) -> bool:
             self._effort.used += instruction.effort
             return self._is_exhausted() or instruction.holds(state)
 
-        return branch.past.last_where(instruction.holds, held)
+        return branch.past.last_where(instruction.holds, has_held)
 
     def _finish(self, branch: Branch, among: list[Branch]) -> None:
-        """Record that a branch has ended, in one of the lists."""
         self._ended.append(branch)
         among.append(branch)
 

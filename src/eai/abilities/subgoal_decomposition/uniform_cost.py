@@ -196,7 +196,6 @@ class _UniformCostSearch:
         return [node.plan() for node in self._found.values()]
 
     def _push(self, node: PlanNode) -> None:
-        """Queue a node. Of equally long plans the earlier one comes first."""
         self._lengths[node.state] = node.depth
         self._open.push(node, node.depth, self._pushed)
         self._pushed += 1
@@ -215,15 +214,13 @@ class _UniformCostSearch:
         return SearchEnd.STATES if self.effort.is_used_up else None
 
     def _keep(self, node: PlanNode) -> None:
-        """Keep one of the shortest plans; longer ones are dropped."""
         if node.depth < self._best:
             self._best = node.depth
             self._found = {}
-        kept = select_distinguished(node.plan(), self.goal.distinguished)
-        self._found.setdefault((node.state, kept), node)
+        distinguished = select_distinguished(node.plan(), self.goal.distinguished)
+        self._found.setdefault((node.state, distinguished), node)
 
     def _holds(self, state: State) -> bool:
-        """Whether the goal holds. The cost grows with the length of its formula."""
         self.effort.used += self.goal.effort
         return self.goal.holds(state)
 
@@ -314,12 +311,14 @@ def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans
     shortest one that meets most parts.
     """
     failing = [_FailedSearch(search) for search in searches]
-    most_met = max([each.most_met for each in failing])
-    farthest = [each for each in failing if each.most_met == most_met]
-    found = [nearest for each in farthest if (nearest := each.nearest()) is not None]
-    effort = sum([each.effort for each in failing])
-    if found:
-        _, reported = min(found, key=lambda nearest: nearest[0])
+    most_met = max([failed_search.most_met for failed_search in failing])
+    farthest = [failed_search for failed_search in failing if failed_search.most_met == most_met]
+    nearest_attempts = [
+        nearest for failed_search in farthest if (nearest := failed_search.nearest()) is not None
+    ]
+    effort = sum([failed_search.effort for failed_search in failing])
+    if nearest_attempts:
+        _, reported = min(nearest_attempts, key=lambda nearest: nearest[0])
         if reported is None:
             return SubgoalPlans((), effort, TOO_FAR, has_failed=True)
         return SubgoalPlans(
@@ -370,10 +369,10 @@ class _FailedSearch:
                 attempt = self._try_action(node, ground)
                 if attempt.failing and -met <= self.most_met:
                     continue
-                found = (met, len(attempt.failing), len(attempt.plan))
+                attempt_rank = (met, len(attempt.failing), len(attempt.plan))
                 made = not attempt.failing and len(attempt.plan) <= MAX_ACTIONS
-                if not made and (best is None or found < rank):
-                    best, rank = attempt, found
+                if not made and (best is None or attempt_rank < rank):
+                    best, rank = attempt, attempt_rank
         if best is not None:
             return rank, self._choose_reported(best)
         first = self._nodes[0]
@@ -386,7 +385,6 @@ class _FailedSearch:
         return None
 
     def _count_met_after(self, node: PlanNode, ground: CandidateAction) -> int:
-        """Return the number of parts met after an action, or 0 if there are no more than before."""
         missing = ground.parts & ~node.met
         if not missing:
             return 0
@@ -398,7 +396,6 @@ class _FailedSearch:
         return met if met > node.met.bit_count() else 0
 
     def _min_rank(self, node: PlanNode, ground: CandidateAction, met: int) -> _AttemptRank:
-        """Return the smallest rank that an action may have, possibly after movement."""
         lacking = ground.count_unmovable_failures(node.state, len(ground.info.movable))
         return met, self._min_failing(node, ground, lacking), node.depth + 1
 
@@ -439,9 +436,9 @@ class _FailedSearch:
             for other in self._permitted.helping
             if len(ground.find_failing(other.compute_result(state))) < len(failing)
         ]
-        if any(not each.failing and self._undoes_nothing(each) for each in mending):
+        if any(not tried_action.failing and self._undoes_nothing(tried_action) for tried_action in mending):
             return None
-        return mending[0] if mending and all(each.failing for each in mending) else attempt
+        return mending[0] if mending and all(tried_action.failing for tried_action in mending) else attempt
 
     def _undoes_nothing(self, attempt: _TriedAction) -> bool:
         node, ground = attempt.node, attempt.ground

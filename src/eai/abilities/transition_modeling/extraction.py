@@ -25,7 +25,7 @@ from threading import Lock
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.answer_text import ANY_VALUE, AnswerForm, JsonObject, ParsedAnswer, read_json
-from eai.abilities.reasoning import thoughts_in, without
+from eai.abilities.reasoning import blank_out, thoughts_in
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 from eai.logic.formula import TRUE
 from eai.pddl.check import Offence, PddlError, PddlFinding
@@ -68,9 +68,9 @@ class ResultCache(Generic[K, V]):
             size: size of the result.
             find: computes the result.
         """
-        known = self._known.get(key)
-        if known is not None:
-            return known[0]
+        cached = self._known.get(key)
+        if cached is not None:
+            return cached[0]
         result = find()
         with self._adding:
             if key not in self._known:  # another thread may have added the key
@@ -165,7 +165,6 @@ def _make_unreadable(reading: ParsedAnswer[str], reason: str) -> Unreadable:
 
 
 def _read_output(value: object) -> str | None:
-    """Return the text of operators in a JSON value, or None if the value has another form."""
     if not isinstance(value, JsonObject) or _flaw(value) is not None:
         return None
     output = dict(value.members).get("output")
@@ -196,7 +195,7 @@ _OUTPUT = AnswerForm(
 def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
     """Return the PDDL of an answer that is not JSON; None if it has no operator, or was cut off."""
     thoughts = thoughts_in(answer)
-    body = without(thoughts, answer)
+    body = blank_out(thoughts, answer)
     heads = list(_HEAD.finditer(body))
     if not heads:
         return None
@@ -229,7 +228,6 @@ def _find_unknown_piece(text: str) -> str | None:
 
 
 def _split_operators(text: str) -> list[str]:
-    """Split a text before the beginning of each operator."""
     bounds = [*(match.start() for match in _HEAD.finditer(text)), len(text)]
     return [text[start:end] for start, end in pairwise(bounds)]
 
@@ -243,7 +241,6 @@ def _read_operator(segment: str) -> WrittenOperator | PddlFinding:
 
 
 def _find_end_before_prose(text: str) -> int | None:
-    """Return the end of an operator that prose follows, or None if no prose does."""
     try:
         end = read_group(text).end
     except PddlError:
@@ -252,7 +249,6 @@ def _find_end_before_prose(text: str) -> int | None:
 
 
 def _read_parts(text: str, size: int) -> WrittenOperator | PddlFinding:
-    """Read an operator, each of its parts separately."""
     head = _HEAD.match(text)
     name = head.group(1).lower() if head else ""
     action = PddlAction(name, (), TRUE, NO_EFFECT)
@@ -292,16 +288,16 @@ def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
     Raises:
         PddlError: the name is missing, or another text stands behind it.
     """
-    found = list(_PART.finditer(text, offset))
-    between = text[offset : found[0].start() if found else len(text)].strip()
-    if not name or name.startswith(":") or (found and between):
+    keywords = list(_PART.finditer(text, offset))
+    between = text[offset : keywords[0].start() if keywords else len(text)].strip()
+    if not name or name.startswith(":") or (keywords and between):
         raise error_at(text, 0, Offence.MALFORMED, "(:action NAME ...)")
-    if not found and not between.startswith(")"):
+    if not keywords and not between.startswith(")"):
         raise error_at(text, 0, Offence.UNBALANCED, "a partner for this opening parenthesis")
-    bounds = [*(match.start() for match in found), len(text)]
+    bounds = [*(match.start() for match in keywords), len(text)]
     return [
-        _OperatorPart(match.group(1).lower(), text[match.end() : end], match is found[-1])
-        for match, end in zip(found, bounds[1:], strict=True)
+        _OperatorPart(match.group(1).lower(), text[match.end() : end], match is keywords[-1])
+        for match, end in zip(keywords, bounds[1:], strict=True)
     ]
 
 

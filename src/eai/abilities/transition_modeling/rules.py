@@ -56,13 +56,12 @@ def to_gold_steps(
 
 
 def _to_gold_step(step: PlanStep, written: PddlAction, gold: PddlAction) -> PlanStep:
-    """A step as the gold operator takes it."""
     objects = {
         parameter.name: name for parameter, name in zip(written.parameters, step.arguments, strict=True)
     }
     wanted = [parameter.name for parameter in gold.parameters]
-    known = objects.keys() >= set(wanted)
-    return PlanStep(gold.name, tuple([objects[name] for name in wanted]) if known else step.arguments)
+    has_all = objects.keys() >= set(wanted)
+    return PlanStep(gold.name, tuple([objects[name] for name in wanted]) if has_all else step.arguments)
 
 
 NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
@@ -201,19 +200,23 @@ class PaperRules(MatchingRules):
             return replace(self.judge_missing_answer(task), error=error, spans=written.spans)
         by_name = written.value
         compared = [self._compare(task, name, by_name.get(name)) for name in task.operators]
-        asked = tuple([report for report, _ in compared])
+        reports = tuple([report for report, _ in compared])
         others = tuple(
             OperatorReport(name, OperatorStatus.HALLUCINATED, offences=self._findings(task, operator))
             for name, operator in by_name.items()
             if name not in task.operators
         )
-        planning = self._plan(task, by_name, asked)
+        planning = self._plan(task, by_name, reports)
         solved = planning.outcome is PlannerOutcome.SOLVED
         unplanned = planning.outcome is PlannerOutcome.NOT_RUN
-        actions = {name: each.action for name, each in by_name.items() if each.action is not None}
+        actions = {
+            name: written_operator.action
+            for name, written_operator in by_name.items()
+            if written_operator.action is not None
+        }
         flaw = plan_flaw(task, actions, planning.plan) if solved else None
         return Judgement(
-            operators=(*asked, *others),
+            operators=(*reports, *others),
             planning=planning,
             plan_works=None if unplanned else solved and flaw is None,
             plan_flaw=flaw,
@@ -249,7 +252,7 @@ class PaperRules(MatchingRules):
 
     def _plan_with(self, task: TransitionTask, tried: WrittenOperator) -> PlannerResult:
         actions = [tried.action if name == tried.name else gold for name, gold in task.gold.items()]
-        readable = tuple(each for each in actions if each is not None)
+        readable = tuple(action for action in actions if action is not None)
         return self._solve(task, readable, self._findings(task, tried), tried.size)
 
     def _compare(
@@ -270,10 +273,10 @@ class PaperRules(MatchingRules):
         written: Mapping[str, WrittenOperator],
         reports: tuple[OperatorReport, ...],
     ) -> PlannerResult:
-        asked = [written[name] for name in task.operators if name in written]
-        actions = tuple(each.action for each in asked if each.action is not None)
+        operators = [written[name] for name in task.operators if name in written]
+        actions = tuple(operator.action for operator in operators if operator.action is not None)
         findings = tuple(finding for report in reports for finding in report.offences)
-        return self._solve(task, actions, findings, sum(each.size for each in asked))
+        return self._solve(task, actions, findings, sum(operator.size for operator in operators))
 
     def _solve(
         self,
@@ -304,20 +307,18 @@ def _check_operator(task: TransitionTask, action: PddlAction) -> tuple[PddlFindi
 
 
 def _replace_part(written: WrittenOperator, gold: PddlAction, replaced: ReplacedPart) -> WrittenOperator:
-    """Return the gold operator with the replaced part of the answer's operator."""
-    own = written.action
-    if replaced == "operator" or own is None:
+    written_action = written.action
+    if replaced == "operator" or written_action is None:
         return written
     if replaced == "precondition":
-        action = replace(gold, precondition=own.precondition)
+        action = replace(gold, precondition=written_action.precondition)
     else:
-        action = replace(gold, effect=own.effect)
-    unread = tuple(each for each in written.unread if each.place == f"{replaced} of {written.name}")
+        action = replace(gold, effect=written_action.effect)
+    unread = tuple(finding for finding in written.unread if finding.place == f"{replaced} of {written.name}")
     return replace(written, action=action, unread=unread)
 
 
 def _sum_literals(compared: Sequence[_OperatorComparison]) -> dict[str, Confusion]:
-    """The literals of several operators together, by side."""
     return {
         "precondition": add_confusions([Confusion(*match.precondition_literals) for _, match in compared]),
         "effect": add_confusions([Confusion(*match.effect_literals) for _, match in compared]),

@@ -39,9 +39,9 @@ def count_by_category(
     """
     counts: dict[str, list[int]] = {}
     for side in sides:
-        for index, parts in enumerate((side.matched, side.additional, side.missing)):
-            for part in parts:
-                for name in contents[part].categories:
+        for index, side_clauses in enumerate((side.matched, side.additional, side.missing)):
+            for clause in side_clauses:
+                for name in contents[clause].categories:
                     if clauses or name != OTHER:
                         counts.setdefault(name, [0, 0, 0])[index] += 1
                 if clauses:
@@ -110,9 +110,10 @@ class TransitionModeling(Scorer):
         )
 
     def _find_contents(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClauseContent]:
-        """Return the predicates of each clause of some operators, by the clause's text."""
         sides = [side for report in reports for side in (report.precondition, report.effect)]
-        clauses = [each for side in sides for each in (*side.matched, *side.additional, *side.missing)]
+        clauses = [
+            clause_text for side in sides for clause_text in (*side.matched, *side.additional, *side.missing)
+        ]
         return {clause: self._cached_content(clause) for clause in clauses}
 
     def _counts(
@@ -166,19 +167,19 @@ def _list_notes(judgement: Judgement) -> Iterator[str]:
 def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]:
     """Yield the missing and additional clauses of each side; for an unreadable side they are unknown."""
     unread = {finding.place for finding in report.offences if finding.offence.stops_reading}
-    for side, found in (("precondition", report.precondition), ("effect", report.effect)):
+    for side, clauses in (("precondition", report.precondition), ("effect", report.effect)):
         of_condition = match if side == "precondition" else None
         missing_any = of_condition is not None and of_condition.missing_any
         additional_any = of_condition is not None and of_condition.additional_any
-        lost = _list_clauses(found.missing, are_any=missing_any)
+        lost = _list_clauses(clauses.missing, are_any=missing_any)
         if report.status is OperatorStatus.UNREADABLE or f"{side} of {report.name}" in unread:
-            if found.missing:
+            if clauses.missing:
                 yield f"{report.name}: the {side} cannot be compared, so it counts as lacking the {lost}"
             continue
-        if found.missing:
+        if clauses.missing:
             yield f"{report.name}: the {side} lacks the {lost}"
-        if found.additional:
-            besides = _list_clauses(found.additional, are_any=additional_any)
+        if clauses.additional:
+            besides = _list_clauses(clauses.additional, are_any=additional_any)
             yield f"{report.name}: the {side} has the additional {besides}{_describe_unbound(report, side)}"
 
 
@@ -189,7 +190,11 @@ def _describe_unbound(report: OperatorReport, side: str) -> str:
     """
     place = f"{side} of {report.name}"
     kind = Offence.UNBOUND_VARIABLE
-    names = [f"?{each.name}" for each in report.offences if each.offence is kind and each.place == place]
+    names = [
+        f"?{finding.name}"
+        for finding in report.offences
+        if finding.offence is kind and finding.place == place
+    ]
     return f" (no parameter: {', '.join(names)})" if names else ""
 
 

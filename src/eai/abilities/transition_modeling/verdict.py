@@ -156,11 +156,11 @@ _OFFENCE_FAULTS = {
 
 def counts_by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
     """Return the sum of the counts of preconditions and effects, by category."""
-    found: dict[str, Confusion] = {}
+    counts: dict[str, Confusion] = {}
     for side in (verdict.counts or {}).values():
         for name, confusion in side.items():
-            found[name] = add_confusions((found.get(name, NO_COUNTS), confusion))
-    return found
+            counts[name] = add_confusions((counts.get(name, NO_COUNTS), confusion))
+    return counts
 
 
 def overall_counts(counts: Mapping[str, Confusion]) -> Confusion:

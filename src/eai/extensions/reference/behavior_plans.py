@@ -65,11 +65,11 @@ class BehaviorActionSequencing(ActionSequencing):
             return behavior_quirks.half_done(final, trajectory.steps[-1].action)
         return final
 
-    def _reached(self, course: Execution) -> tuple[bool, ...]:
+    def _test_goals(self, course: Execution) -> tuple[bool, ...]:
         """The goals that hold in the final state of a plan."""
         return self.goals.reached(self._final(course), ())
 
-    def _reached_without_running(self, carry_out: PlanExecutor) -> tuple[bool, ...]:
+    def _test_goals_unexecuted(self, carry_out: PlanExecutor) -> tuple[bool, ...]:
         return self.goals.reached(carry_out(()).trajectory.final, ())
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:

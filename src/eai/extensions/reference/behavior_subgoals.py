@@ -218,7 +218,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
             number += 1 if pair is None else 2
         return steps
 
-    def _reached_without_running(self) -> tuple[bool, ...]:
+    def _test_goals_unexecuted(self) -> tuple[bool, ...]:
         return self.goals.reached(self.task.initial, ())
 
 
