@@ -18,7 +18,7 @@ from eai.abilities.answer_schema import is_accepted, list_schema, object_schema,
         ([251], 60, False),
     ],
 )
-def test_how_many_words_fit(choices: list[int], length: int, expected: bool) -> None:
+def test_schemas_have_a_maximum_number_of_words(choices: list[int], length: int, expected: bool) -> None:
     schemas = [text_schema([f"{i:0{length}}" for i in range(count)]) for count in choices]
     assert is_accepted(object_schema({"a": list_schema(union_schema(schemas))})) == expected
 

@@ -124,7 +124,7 @@ def test_duplicates_stay_and_the_last_value_wins(text: str, value: object) -> No
     ],
     ids=str,
 )
-def test_an_answer_that_is_not_whole_is_unreadable_with_the_place(text: str, reason: str) -> None:
+def test_an_incomplete_answer_is_unreadable_at_a_position(text: str, reason: str) -> None:
     reading = read_json(text, OBJECT)
     assert isinstance(reading, Unreadable)
     assert reading.reason.startswith("there is no ")
@@ -185,15 +185,15 @@ def test_every_part_of_a_text_is_accounted_for() -> None:
     ],
     ids=lambda text: text[:20],
 )
-def test_nothing_is_found_where_nothing_is(text: str) -> None:
+def test_a_text_without_json_is_unreadable(text: str) -> None:
     assert found(text) is None
 
 
-def test_an_answer_is_never_run() -> None:
+def test_code_in_an_answer_is_never_run() -> None:
     assert found("{'WALK': [__import__('os').abort()]}", ANYTHING) is None
 
 
-def test_lone_surrogates_are_text() -> None:
+def test_a_lone_surrogate_counts_as_text() -> None:
     assert found('{"WALK": ["\ud800"]}') == [("WALK", ["\ud800"])]
 
 
@@ -252,7 +252,7 @@ PLAIN_JSON = st.recursive(
 
 
 @given(PLAIN_JSON)
-def test_json_reads_as_what_was_written(value: object) -> None:
+def test_json_is_read_as_it_was_written(value: object) -> None:
     def from_pairs(value: object) -> object:
         if isinstance(value, JsonObject):
             return {key: from_pairs(part) for key, part in value.members}
@@ -264,7 +264,7 @@ def test_json_reads_as_what_was_written(value: object) -> None:
 
 
 @given(st.text(alphabet="{}[]\"',:` \n\\a1<>|/think", max_size=60))
-def test_whatever_the_text_is_the_search_ends(text: str) -> None:
+def test_the_reader_terminates_on_any_text(text: str) -> None:
     reading = read_json(text, OBJECT)
     assert isinstance(reading, Unreadable | ParsedAnswer)
     assert all(0 <= span.start < span.end <= len(text) for span in reading.spans)

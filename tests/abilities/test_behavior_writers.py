@@ -42,7 +42,7 @@ def test_subgoals_of_the_annotated_plans_reach_the_goals(
     assert sum(bool(verdict.success) for verdict in verdicts) == reached
 
 
-def test_a_plan_is_written_by_what_its_actions_bring_about(tasks: BehaviorTasks) -> None:
+def test_a_plan_is_written_as_the_effects_of_its_actions(tasks: BehaviorTasks) -> None:
     task = next(t for t in tasks.values() if t.id.startswith("bringing_in_wood"))
     assert WORDS.write(task, task.script)[:4] == (
         "holds_rh(plywood.2)",
@@ -52,7 +52,7 @@ def test_a_plan_is_written_by_what_its_actions_bring_about(tasks: BehaviorTasks)
     )
 
 
-def test_to_pour_is_written_by_where_everything_comes_to_lie(data_store: Store) -> None:
+def test_pouring_is_written_as_the_new_positions_of_objects(data_store: Store) -> None:
     source, ability = Source(data_store), Ability.SUBGOAL_DECOMPOSITION
     book = open_answer_book(find_benchmark("behavior"), ability, source)
     (task_id,) = [each for each in book if each.startswith("preserving_food")]

@@ -42,17 +42,17 @@ from results.random_records import EXPERIMENTS
         (Experiment(), "", ""),
     ],
 )
-def test_the_studies_and_the_label_of_an_experiment(varied: Experiment, names: str, label: str) -> None:
+def test_an_experiment_lists_its_studies_and_has_a_label(varied: Experiment, names: str, label: str) -> None:
     assert (" ".join(varied.ordered_choices), varied.label) == (names, label)
 
 
-def test_a_run_that_differs_by_harness_and_effort_alone_is_plain() -> None:
+def test_a_run_with_only_harness_and_effort_is_plain() -> None:
     assert Experiment(harness="react", effort="high").is_plain
     assert not experiment(harness="react", prompt_name="short").is_plain
     assert not Experiment(harness="react", rules="until-goal").is_plain
 
 
-def test_choices_of_two_experiments_are_combined() -> None:
+def test_two_experiments_combine_their_choices() -> None:
     goals, scene = experiment(goals_from="m"), experiment(scene="image")
     assert goals.combine(scene) == scene.combine(goals) == experiment(goals_from="m", scene="image")
     assert goals.combine(goals) == goals
@@ -62,7 +62,7 @@ def test_choices_of_two_experiments_are_combined() -> None:
         Experiment(effort="high").combine(Experiment(effort="low"))
 
 
-def test_a_choice_that_replaces_another_one_keeps_its_place_in_the_label() -> None:
+def test_a_replaced_choice_keeps_its_position_in_the_label() -> None:
     choices = {
         name: StudyChoice(name, label_position=place) for place, name in enumerate(("first", "second"))
     }
@@ -72,7 +72,7 @@ def test_a_choice_that_replaces_another_one_keeps_its_place_in_the_label() -> No
     assert changed.label == "other+second"
 
 
-def test_an_experiment_without_its_only_choice_is_none() -> None:
+def test_dropping_the_only_choice_leaves_no_experiment() -> None:
     both = experiment(goals_from="m", scene="image")
     assert both.drop_study("perception") == experiment(goals_from="m")
     assert experiment(scene="image").drop_study("perception") is None
@@ -99,7 +99,7 @@ def test_options_of_attempts_that_are_out_of_range_are_refused(wrong: dict[str, 
 
 
 @pytest.mark.parametrize("name", ["prompt_name", "scene", "goals_from", "subgoals_from"])
-def test_an_option_that_is_a_name_may_hold_any_text_that_leaves_a_name_of_a_file(name: str) -> None:
+def test_an_option_may_be_any_text_that_can_name_a_file(name: str) -> None:
     assert experiment(**{name: "a b"}).label.endswith("-a_b")
     for wrong in ("", ".."):
         with pytest.raises(InputError, match="no file can be named after"):
@@ -107,7 +107,7 @@ def test_an_option_that_is_a_name_may_hold_any_text_that_leaves_a_name_of_a_file
 
 
 @pytest.mark.parametrize("label", ["", "a/b", "a++b", "..", "a b"])
-def test_a_label_that_is_no_name_of_a_folder_is_refused(label: str) -> None:
+def test_a_label_that_cannot_name_a_folder_is_refused(label: str) -> None:
     with pytest.raises(InputError):
         StudyChoice(label)
 

@@ -42,7 +42,7 @@ def explained() -> Explain:
     return explain
 
 
-def test_a_step_tells_what_it_changed_about_the_objects_of_the_task(explained: Explain) -> None:
+def test_a_step_report_lists_changes_of_the_tasks_objects(explained: Explain) -> None:
     task = make_task("NEXT_TO character.65 fridge.10", relevant=["fridge.10"])
     (step,) = explained('{"OPEN": ["fridge"]}', task).steps
     added, removed = ("OPEN(fridge.10)",), ("CLOSED(fridge.10)",)
@@ -59,7 +59,7 @@ def test_changes_to_other_objects_are_only_counted() -> None:
     assert step.hidden_changes > 0
 
 
-def test_what_no_prompt_may_mention_is_not_told() -> None:
+def test_explanations_leave_out_predicates_hidden_from_prompts() -> None:
     everything = [thing.name for thing in make_task().scene.objects]
     task = make_task("NEXT_TO character.65 cup.13", relevant=everything)
     (step,) = explain('{"GRAB": ["cup"]}', task).steps
@@ -68,7 +68,7 @@ def test_what_no_prompt_may_mention_is_not_told() -> None:
     assert step.hidden_changes == 0, "the memory of where it was is no change that is hidden"
 
 
-def test_what_a_thing_was_next_to_is_only_counted_unless_a_goal_names_it() -> None:
+def test_lost_neighbours_are_only_counted_unless_a_goal_names_them() -> None:
     everything = [thing.name for thing in make_task().scene.objects]
     asked = make_task("ONTOP cup.13 fridge.10", relevant=everything)
     cup, fridge, milk = (asked.scene.index[name] for name in ("cup.13", "fridge.10", "milk.11"))
@@ -80,7 +80,7 @@ def test_what_a_thing_was_next_to_is_only_counted_unless_a_goal_names_it() -> No
     assert step.hidden_changes >= 2
 
 
-def test_that_the_character_is_next_to_itself_is_not_told() -> None:
+def test_relations_of_the_agent_to_itself_are_not_reported() -> None:
     task = make_task("NEXT_TO cup.13 character.65", "NEXT_TO character.65 cup.13", relevant=["cup.13"])
     task = replace(task, relevant=(*task.relevant, task.scene.index["character.65"]))
     (step,) = explain('{"FIND": ["character"]}', task).steps
@@ -98,7 +98,7 @@ def test_a_failed_step_names_the_check_and_the_objects_and_is_the_last() -> None
     )
 
 
-def test_what_is_closed_around_an_object_is_named() -> None:
+def test_the_closed_container_of_an_object_is_named() -> None:
     *_, step = explain('{"WALK": ["milk"], "GRAB": ["milk"]}').steps
     assert (step.outcome, step.reason) == (
         "missing_step",
@@ -106,18 +106,18 @@ def test_what_is_closed_around_an_object_is_named() -> None:
     )
 
 
-def test_a_wrong_order_tells_when_the_step_would_have_been_possible() -> None:
+def test_a_wrong_order_names_the_state_in_which_the_step_was_possible() -> None:
     steps = explain('{"WALK": ["cup"], "WALK": ["bed"], "GRAB": ["cup"]}').steps
     assert steps[-1].outcome == "wrong_order"
     assert steps[-1].earlier == "what it lacks held after step 1, WALK(cup.13)"
 
 
-def test_steps_that_were_skipped_are_numbered_too() -> None:
+def test_skipped_steps_are_numbered() -> None:
     steps = explain('{"STANDUP": [], "WALK": ["cup"], "WALK": ["bed"], "GRAB": ["cup"]}').steps
     assert steps[-1].earlier == "what it lacks held after step 2, WALK(cup.13)"
 
 
-def test_parts_of_a_temporal_goal_are_met_at_numbers_of_the_list_of_all_steps() -> None:
+def test_parts_of_a_temporal_goal_are_dated_by_step_numbers() -> None:
     task = make_task()
     domain = virtualhome_scorer(task).domain
     fridge = (task.scene.index["fridge.10"],)
@@ -135,7 +135,7 @@ def test_parts_of_a_temporal_goal_are_met_at_numbers_of_the_list_of_all_steps() 
     assert [part.when for part in reports] == ["at the start", "at step 4", "after step 4"]
 
 
-def test_a_slip_is_told_and_the_steps_after_it_with_their_own_changes() -> None:
+def test_steps_after_a_slip_are_reported_with_their_changes() -> None:
     task = make_task("NEXT_TO character.65 fridge.10", relevant=["fridge.10"])
     domain = virtualhome_scorer(task).domain
     episode = Episode(domain, task.initial, SlipSampler(0.5, "1_1", seed=3))
@@ -147,7 +147,7 @@ def test_a_slip_is_told_and_the_steps_after_it_with_their_own_changes() -> None:
     assert (opened.outcome, opened.added) == ("executed", ("OPEN(fridge.10)",))
 
 
-def test_a_wrong_order_may_have_been_possible_from_the_start() -> None:
+def test_a_wrong_order_names_the_start_if_the_step_was_possible_then() -> None:
     task = make_task("NEXT_TO character.65 book.16", "NEXT_TO book.16 character.65")
     steps = explain('{"WALK": ["fridge"], "GRAB": ["book"]}', task).steps
     assert (steps[-1].outcome, steps[-1].earlier) == (
@@ -156,13 +156,13 @@ def test_a_wrong_order_may_have_been_possible_from_the_start() -> None:
     )
 
 
-def test_an_additional_step_is_told_and_the_plan_goes_on() -> None:
+def test_an_additional_step_is_reported_and_the_plan_continues() -> None:
     steps = explain('{"STANDUP": [], "WALK": ["fridge"]}').steps
     assert [step.outcome for step in steps] == ["additional_step", "executed"]
     assert steps[0].reason == "the character stands already"
 
 
-def test_every_goal_is_told(explained: Explain) -> None:
+def test_an_explanation_reports_every_goal(explained: Explain) -> None:
     goals = ("state CLOSED fridge.10", "relation ONTOP cup.13 bed.20", "action LOOKAT|WALK")
     explanation = explained('{"WALK": ["fridge"]}', make_task(goals=goals))
     assert explanation.goals == (
@@ -189,13 +189,13 @@ def test_an_answer_that_never_runs_is_explained_in_a_note(text: str, notes: tupl
     assert explain(text) == Explanation(notes=notes, goals=unmet)
 
 
-def test_what_is_excluded_is_executed_all_the_same() -> None:
+def test_plans_for_excluded_tasks_are_explained() -> None:
     explanation = explain('{"WALK": ["fridge"]}', make_task(goals=()))
     assert explanation.notes == ("excluded: the task has no goals",)
     assert [step.outcome for step in explanation.steps] == ["executed"]
 
 
-def test_an_explanation_is_json() -> None:
+def test_an_explanation_can_be_written_as_json() -> None:
     explanation = explain('```{"WALK": ["fridge"], "OPEN": ["fridge"]}```')
     wire = json.loads(json.dumps(dataclass_to_json(explanation)))
     assert wire["notes"] == ["read with repair: code_fence"]
@@ -213,7 +213,7 @@ def test_an_explanation_is_json() -> None:
         (Or((Occurs("WASH"), Occurs("RINSE"))), "WASH or RINSE"),
     ],
 )
-def test_a_goal_as_text(formula: Atom | Occurs | Or, text: str) -> None:
+def test_the_names_in_a_goal_are_read_from_its_text(formula: Atom | Occurs | Or, text: str) -> None:
     assert formula_text(formula) == text
 
 
@@ -254,7 +254,7 @@ def test_a_quantified_goal_is_a_text_that_can_be_read(condition: str, text: str)
         ((), (), "ONTOP(a, b)", ()),
     ],
 )
-def test_a_near_miss_is_what_became_of_the_goals_objects(
+def test_a_near_miss_is_another_fact_about_the_goals_objects(
     added: tuple[str, ...], removed: tuple[str, ...], goal: str, near: tuple[str, ...]
 ) -> None:
     steps = (
@@ -265,7 +265,7 @@ def test_a_near_miss_is_what_became_of_the_goals_objects(
     assert find_near_misses(missed) == ({goal: near} if near else {})
 
 
-def test_a_state_is_a_near_miss_where_its_coming_ended_the_one_that_is_wanted() -> None:
+def test_a_state_that_ended_the_wanted_state_is_a_near_miss() -> None:
     """What is opened is not what came of a thing that should be on, and neither is what is held."""
     steps = (
         StepReport(

@@ -73,7 +73,7 @@ def told(feedback: FeedbackLevel, answer: str) -> str:
     return second.user.removeprefix(PLAIN.user.rstrip())
 
 
-def test_the_words_of_every_failure() -> None:
+def test_each_failure_has_its_own_words() -> None:
     parts = [
         f"=== {failure}, {feedback}{told(feedback, answer)}\n"
         for failure, answer in FAILURES.items()
@@ -83,7 +83,7 @@ def test_the_words_of_every_failure() -> None:
 
 
 @pytest.mark.parametrize("feedback", get_args(FeedbackLevel))
-def test_after_an_answer_whose_scorer_raised_the_task_is_tried_again(feedback: FeedbackLevel) -> None:
+def test_a_task_is_tried_again_after_its_scorer_raised(feedback: FeedbackLevel) -> None:
     scorer = open_suite(RAISING, ACTIONS).scorer("both")
     assert isinstance(scorer, ActionSequencing)
     world: AttemptStart = "continue" if feedback == "state" else "restart"
@@ -106,12 +106,12 @@ def test_after_an_answer_whose_scorer_raised_the_task_is_tried_again(feedback: F
         ("additional_step", "the robot is in hall already"),
     ],
 )
-def test_only_explanations_say_why(failure: str, explained: str) -> None:
+def test_only_the_level_explained_gives_the_failed_check(failure: str, explained: str) -> None:
     assert explained in told("explained", FAILURES[failure])
     assert explained not in told("kind", FAILURES[failure])
 
 
-def test_the_number_of_objects_is_said_at_every_level() -> None:
+def test_a_wrong_number_of_objects_is_explained_at_every_level() -> None:
     for feedback in ("kind", "explained"):
         assert "GO takes 1 object, not 2" in told(feedback, FAILURES["argument_number"])
 
@@ -154,7 +154,7 @@ def test_a_conversation_asks_the_first_question_once() -> None:
     assert "attempt 2" in last.turns[1][1]
 
 
-def test_in_a_world_that_goes_on_the_question_says_what_holds_now() -> None:
+def test_the_question_in_a_continued_world_describes_the_present_state() -> None:
     """Rendered questions are of the present state, to which no word is added; others have it at the end."""
     chosen = AttemptOptions(1, "continue", "state")
     library = Library("eai")
@@ -169,7 +169,7 @@ def test_in_a_world_that_goes_on_the_question_says_what_holds_now() -> None:
     assert "attempt" not in given.user
 
 
-def test_actions_that_have_been_taken_are_wanted_no_more() -> None:
+def test_actions_already_taken_are_not_requested_again() -> None:
     chosen = AttemptOptions(1, "continue", "state")
     asks = QuestionWriter({"greet": PLAIN}.__getitem__, Wording.of(DOMAIN))
     _, second = questions(chosen, [plan("WAVE")], asks, "greet")
@@ -204,7 +204,7 @@ def test_feedback_is_about_the_goals_that_the_question_stated(
     assert trial.remaining.goals == stated.goals
 
 
-def test_what_is_seen_of_a_changed_world_is_told() -> None:
+def test_the_question_describes_the_perceived_scene() -> None:
     """The question tells of the scene as it is perceived then, and so does its metadata."""
     library = Library("eai")
 

@@ -84,7 +84,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("goal", "steps", "met", "why"), CASES)
-def test_plans_are_tested_on_their_course(
+def test_goals_over_time_are_tested_on_the_trajectory(
     lamps: Benchmark, goal: str, steps: str, met: bool, why: str
 ) -> None:
     asked = task(lamps, goal)
@@ -97,7 +97,7 @@ def test_plans_are_tested_on_their_course(
     assert (report.satisfied, report.why) == (met, why)
 
 
-def test_the_end_is_asked_for_besides(lamps: Benchmark) -> None:
+def test_goals_at_the_end_must_hold_as_well(lamps: Benchmark) -> None:
     asked = task(lamps, "inside(ball, box)", "lit(lamp_1)", ORDERED, "GO()")
     scorer = ActionSequencing(asked, lamps.domain, lamps.notation.plans)
     verdict = scorer.score(plan(lamps, asked, f"{OPEN}, {PACK}, {LIGHT}"))
@@ -107,7 +107,7 @@ def test_the_end_is_asked_for_besides(lamps: Benchmark) -> None:
     assert scorer.score("nothing").goals_satisfied == (False,) * 4  # type: ignore[attr-defined]
 
 
-def test_what_a_goal_over_time_is(lamps: Benchmark) -> None:
+def test_a_goal_over_time_is_recognized(lamps: Benchmark) -> None:
     asked = task(lamps, "lit(lamp_1)", ORDERED, NEVER, TAKEN, "PRESS() or GO()")
     kinds = [goal.kind for goal in asked.goals]
     assert kinds == [*[GoalKind.STATE], GoalKind.RELATION, GoalKind.STATE, GoalKind.STATE, GoalKind.ACTION]
@@ -118,7 +118,7 @@ def test_what_a_goal_over_time_is(lamps: Benchmark) -> None:
     assert all(text in again for text in (ORDERED, NEVER, TAKEN))
 
 
-def test_goal_interpretation_is_about_the_end(lamps: Benchmark) -> None:
+def test_goal_interpretation_ignores_goals_over_time(lamps: Benchmark) -> None:
     asked = task(lamps, "lit(lamp_1)", ORDERED)
     scorer = GoalInterpretation(asked, lamps.domain, lamps.notation.goals)
     gold = lamps.notation.goals.join(write_goals(asked, lamps.domain, lamps.notation.goals))
@@ -138,7 +138,7 @@ SUBGOALS = [
 
 
 @pytest.mark.parametrize(("goal", "subgoals", "met"), SUBGOALS)
-def test_subgoals_are_tested_on_the_way_they_are_carried_out(
+def test_goals_over_time_are_tested_while_subgoals_are_executed(
     lamps: Benchmark, goal: str, subgoals: list[str], met: bool
 ) -> None:
     asked = task(lamps, goal)
@@ -147,7 +147,7 @@ def test_subgoals_are_tested_on_the_way_they_are_carried_out(
     assert bool(assessment.explain().goals[0].why) != met
 
 
-def test_a_world_that_goes_on_remembers(lamps: Benchmark) -> None:
+def test_a_continued_world_keeps_its_history(lamps: Benchmark) -> None:
     """In a further attempt the course begins with the first one."""
     asked = task(lamps, "lit(lamp_1)", TAKEN)
     scorer = ActionSequencing(asked, lamps.domain, lamps.notation.plans)
@@ -157,7 +157,7 @@ def test_a_world_that_goes_on_remembers(lamps: Benchmark) -> None:
     assert (done.verdict.success, done.goal_held_at) == (True, 1)
 
 
-def test_an_environment_goes_on_until_the_course_is_right(lamps: Benchmark) -> None:
+def test_an_environment_continues_until_goals_over_time_hold(lamps: Benchmark) -> None:
     asked = task(lamps, "lit(lamp_1)", LATER)
     rules = Rules(until="goal")
     game = Game(staged(asked, lamps, rules))

@@ -70,7 +70,7 @@ def test_each_condition_of_a_quantified_goal_counts() -> None:
     assert partial(given) == (1, 2)
 
 
-def test_the_goal_counts_by_the_option_that_is_met_best() -> None:
+def test_partial_success_counts_the_option_that_is_met_best() -> None:
     assert partial(task(SOME_IN_SHED, LIT)) == (1, 2)
 
 
@@ -86,7 +86,7 @@ def test_defined_predicates_and_negations_are_conditions() -> None:
     ("actions", "met"),
     [(["LIFT", "DROP"], 1), (["LIFT", "GO", "DROP", "GO"], 1), (["DROP", "LIFT"], 0), (["LIFT"], 0), ([], 0)],
 )
-def test_all_action_goals_in_their_order_are_one_condition(actions: list[str], met: int) -> None:
+def test_the_sequence_of_action_goals_is_one_condition(actions: list[str], met: int) -> None:
     given = task(ALL_IN_SHED, action("LIFT"), action("DROP", "PUT"))
     assert partial(given, actions) == (1 + met, 3)
 
@@ -102,7 +102,7 @@ def test_a_goal_without_a_finite_list_of_options_is_one_condition() -> None:
     assert partial(given) == (1, 3)
 
 
-def test_two_objects_meet_the_conditions_of_exactly_one_though_not_the_goal() -> None:
+def test_two_objects_meet_the_conditions_of_exactly_one_but_miss_the_goal() -> None:
     """An option does not restrict the other objects, as in BEHAVIOR's definition of goals."""
     given = task(Exactly(1, BOX, Atom("at", (BOX, Constant("shed")))))
     index = given.scene.index
@@ -113,7 +113,7 @@ def test_two_objects_meet_the_conditions_of_exactly_one_though_not_the_goal() ->
     assert partial(given, state=episode.state) == (1, 1)
 
 
-def test_a_goal_that_asks_for_nothing_is_one_condition() -> None:
+def test_a_goal_without_requirements_is_one_condition() -> None:
     given = task(ForAll(Variable("c", "cat"), LIT))
     assert partial(given) == (1, 1)
     assert GoalTest(given).none_met == (0, 1)
@@ -153,7 +153,7 @@ def test_a_plan_of_gpt_4o_meets_half_of_the_conditions_and_no_goal() -> None:
 
 
 @every(10)
-def test_the_share_is_that_of_all_options_written_out_after_random_plans(every: int) -> None:
+def test_partial_success_equals_the_best_of_all_options_after_random_plans(every: int) -> None:
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
     compared = 0
     for number, (task_id, given) in enumerate(suite.tasks.items()):

@@ -73,7 +73,7 @@ def succeeds(scorer: ActionSequencing, plan: list[Action | None]) -> bool:
     ("name", "every"),
     swept(("virtualhome", 31), ("behavior", 29)),
 )
-def test_published_answers_are_at_no_distance_just_if_they_succeed_and_repairs_do(
+def test_published_answers_have_distance_zero_exactly_if_they_succeed(
     name: str, every: int, data_store: Store, oracle: Oracle
 ) -> None:
     files = [oracle(name, "action_sequencing", model) for model in MODELS]
@@ -92,9 +92,7 @@ def test_published_answers_are_at_no_distance_just_if_they_succeed_and_repairs_d
     ("name", "every"),
     [("virtualhome", 57), ("behavior", 15), *swept(("virtualhome", 3), ("behavior", 2))],
 )
-def test_answers_are_at_no_distance_just_if_they_succeed_and_repairs_do(
-    name: str, every: int, data_store: Store
-) -> None:
+def test_answers_have_distance_zero_exactly_if_they_succeed(name: str, every: int, data_store: Store) -> None:
     check_repairs(name, data_store, made_answers(name, Ability.ACTION_SEQUENCING, data_store)[::every])
 
 
@@ -118,7 +116,7 @@ def check_repairs(name: str, store: Store, answers: Sequence[tuple[str, str]]) -
     assert seen > {0}
 
 
-def test_what_is_kept_of_plans_is_bounded_and_makes_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_caches_of_plans_are_bounded_and_change_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
     scorer = eai.open("virtualhome", "action_sequencing").scorer("27_2")
     assert isinstance(scorer, ActionSequencing)
     text = '{"WALK": ["washing_machine", 1001]}'
@@ -131,7 +129,7 @@ def test_what_is_kept_of_plans_is_bounded_and_makes_no_difference(monkeypatch: p
     assert repair_of(scorer, text) == first
 
 
-def test_of_equal_edits_that_is_told_which_is_about_the_things_of_the_step_that_failed() -> None:
+def test_the_reported_edit_is_about_the_objects_of_the_failed_step() -> None:
     """The food lies in the freezer, so that to walk to either would do; the food was to be grabbed."""
     scorer = eai.open("virtualhome", "action_sequencing").scorer("152_2")
     assert isinstance(scorer, ActionSequencing)
@@ -188,7 +186,9 @@ def is_idle(scorer: ActionSequencing, action: Action) -> bool:
 @pytest.mark.parametrize(
     ("name", "number"), [("virtualhome", 8), *swept(("virtualhome", 200), ("behavior", 20))]
 )
-def test_what_undoes_a_planted_fault_is_among_the_single_edits(name: str, number: int, kind: str) -> None:
+def test_the_single_edits_include_the_one_that_undoes_a_planted_fault(
+    name: str, number: int, kind: str
+) -> None:
     """One fault takes one edit at most: a theorem."""
     random, harmful = Random(11), 0
     notation = eai.open(name, "action_sequencing").benchmark.notation.plans
@@ -223,7 +223,7 @@ for name, step in (("virtualhome", 60), ("behavior", 50)):
 
 
 @sweep
-def test_repairs_are_the_same_in_another_order_and_for_other_seeds_of_hashes() -> None:
+def test_repairs_do_not_depend_on_order_or_hash_seed() -> None:
     printed = {
         subprocess.run(
             [sys.executable, "-c", TOLD_OF_SOME, step],

@@ -60,7 +60,7 @@ def test_plans_score_and_no_step_can_be_left_out(
             assert not reaches(task, (*found.plan[:i], *found.plan[i + 1 :])), task.id
 
 
-def test_plans_of_subgoals_score(planned: list[tuple[BehaviorTask, SearchResult[Action]]]) -> None:
+def test_subgoals_of_the_planner_succeed(planned: list[tuple[BehaviorTask, SearchResult[Action]]]) -> None:
     words = BehaviorSubgoals()
     for task, found in planned:
         text = words.join(words.write(task, found.plan))

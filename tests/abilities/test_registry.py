@@ -39,7 +39,7 @@ def python_path(*folders: Path) -> dict[str, str]:
     return {"PYTHONPATH": os.pathsep.join([*map(str, folders), os.environ.get("PYTHONPATH", "")])}
 
 
-def test_a_seventh_ability_is_short() -> None:
+def test_a_seventh_ability_needs_few_lines() -> None:
     assert len(Path(counting.__file__).read_text(encoding="utf-8").splitlines()) <= 60
 
 
@@ -69,7 +69,7 @@ def test_a_seventh_ability_goes_through_every_command(tmp_path: Path, distributi
     assert explained.status == 0, explained.err
 
 
-def test_a_seventh_ability_is_paid_as_its_verdicts_say(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_seventh_ability_is_paid_by_the_credit_of_its_verdicts(monkeypatch: pytest.MonkeyPatch) -> None:
     point = EntryPoint("counting", "abilities.counting:COUNTING", protocol.ABILITY_GROUP)
     for module in (declaration, protocol):
         monkeypatch.setattr(module, "find_abilities", lambda: {Ability("counting"): point})
@@ -78,12 +78,14 @@ def test_a_seventh_ability_is_paid_as_its_verdicts_say(monkeypatch: pytest.Monke
     assert (paid("both", str(named)), paid("both", str(named + 1))) == (1, 0)
 
 
-def test_answers_whose_verdicts_have_no_merit_are_not_paid() -> None:
+def test_verdicts_without_credit_are_not_paid() -> None:
     with pytest.raises(InputError, match="answers to scene_graph are not paid"):
         Reward(open_suite("virtualhome", Ability("scene_graph")))
 
 
-def test_without_it_its_records_are_refused_in_one_line(tmp_path: Path, distribution: dict[str, str]) -> None:
+def test_records_of_an_uninstalled_ability_are_refused_in_one_line(
+    tmp_path: Path, distribution: dict[str, str]
+) -> None:
     suite = ("--domain", "lamps:lamps", "--ability", "counting")
     refused = eai("run", "--model", "eai/oracle", *suite, "--out", tmp_path, **python_path(LAMPS))
     assert refused.status != 0
@@ -100,7 +102,7 @@ def test_an_ability_is_one_value_for_each_name() -> None:
     assert ability_rank(Ability("counting")) == len(protocol.find_abilities())
 
 
-def test_what_is_registered_has_to_be_an_ability_of_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_entry_point_must_hold_the_ability_of_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
     point = EntryPoint("other", "abilities.counting:COUNTING", protocol.ABILITY_GROUP)
     monkeypatch.setattr(declaration, "find_abilities", lambda: {Ability("other"): point})
     with pytest.raises(InputError, match="expected the AbilityDeclaration of other"):

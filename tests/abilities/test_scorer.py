@@ -62,9 +62,7 @@ def raising(ability: Ability, error: Exception, *, always: bool = False) -> Suit
 @pytest.mark.parametrize(
     "error", [OverflowError("too large"), RecursionError(), MemoryError(), InputError("an odd answer")]
 )
-def test_an_answer_whose_scorer_raises_fails_as_one_that_reaches_nothing(
-    ability: Ability, error: Exception
-) -> None:
+def test_an_answer_fails_if_its_scorer_raises(ability: Ability, error: Exception) -> None:
     suite, declared = raising(ability, error), declaration_of(ability)
     task_id = suite.task_ids[0]
     responses = [Response(task, BOOM if task == task_id else "[]") for task in suite.task_ids]

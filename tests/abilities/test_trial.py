@@ -59,7 +59,7 @@ def came_to(attempt: Attempt) -> str:
         ("continue", (SHED, BOX, TORCH), "ran won"),
     ],
 )
-def test_a_further_attempt_begins_anew_or_goes_on(
+def test_a_further_attempt_restarts_or_continues_the_world(
     world: AttemptStart, second: tuple[str, ...], outcome: str
 ) -> None:
     """The first attempt presses the lamp; pressed again, it is off."""
@@ -70,7 +70,7 @@ def test_a_further_attempt_begins_anew_or_goes_on(
     assert came_to(last) == outcome
 
 
-def test_a_trial_is_over_with_a_success_or_without_attempts() -> None:
+def test_a_trial_ends_with_a_success_or_after_the_last_attempt() -> None:
     trial = Trial(scorer(), AttemptOptions(2))
     trial.try_answer(plan(LAMP))
     assert not trial.is_over
@@ -85,7 +85,7 @@ def test_a_trial_is_over_with_a_success_or_without_attempts() -> None:
     assert lost.is_over
 
 
-def test_a_task_that_is_in_no_statistics_is_tried_once() -> None:
+def test_an_excluded_task_gets_one_attempt() -> None:
     trial = Trial(scorer("none"), AttemptOptions(3))
     attempt = trial.try_answer(plan(LAMP))
     assert trial.is_over
@@ -93,7 +93,7 @@ def test_a_task_that_is_in_no_statistics_is_tried_once() -> None:
     assert attempt.goal_held_at is None
 
 
-def test_a_plan_that_passes_through_the_goal_has_held_it() -> None:
+def test_the_first_state_with_all_goals_is_recorded() -> None:
     """Until the goal it wins there; as a whole plan it leaves the goal again."""
     through = plan(*BOTH, TORCH)
     (whole,) = tried(AttemptOptions(), [through])
@@ -104,7 +104,7 @@ def test_a_plan_that_passes_through_the_goal_has_held_it() -> None:
     assert never.goal_held_at is None
 
 
-def test_goals_that_hold_at_the_start_of_an_attempt_have_held_after_no_step() -> None:
+def test_goals_that_hold_at_the_start_are_recorded_at_step_zero() -> None:
     first, second = tried(AttemptOptions(1, "continue"), [plan(*BOTH, LAMP), plan("GO hall")])
     assert (came_to(first), first.goal_held_at) == ("wrong_order lost", 4)
     assert (came_to(second), second.goal_held_at) == ("ran won", 0)
@@ -120,7 +120,7 @@ def slipping_at(numbers: Sequence[int], length: int) -> int:
 
 
 @pytest.mark.parametrize("world", get_args(AttemptStart))
-def test_a_detected_slip_ends_the_attempt_and_is_no_error_of_the_answer(world: AttemptStart) -> None:
+def test_a_detected_slip_ends_the_attempt_without_an_error_of_the_answer(world: AttemptStart) -> None:
     seed = slipping_at([1], 6)
     chosen = AttemptOptions(1, world, slip=0.5, slip_seed=seed)
     rest = BOTH if world == "restart" else BOTH[1:]
@@ -132,7 +132,7 @@ def test_a_detected_slip_ends_the_attempt_and_is_no_error_of_the_answer(world: A
     assert (came_to(second), second.slipped_at) == ("ran won", None)
 
 
-def test_after_a_silent_slip_what_depends_on_it_fails() -> None:
+def test_a_step_that_depends_on_a_silent_slip_fails() -> None:
     chosen = AttemptOptions(slip=0.5, slip_seed=slipping_at([1], 4), notice="silent")
     (attempt,) = tried(chosen, [plan(*BOTH)])
     assert (came_to(attempt), attempt.slipped_at) == ("missing_step lost", 1)
@@ -143,7 +143,7 @@ def test_after_a_silent_slip_what_depends_on_it_fails() -> None:
     assert (came_to(unnoticed), unnoticed.verdict.executable) == ("ran lost", True)
 
 
-def test_what_a_wrong_order_lacks_may_have_been_there_in_an_earlier_attempt() -> None:
+def test_a_wrong_order_may_refer_to_an_earlier_attempt() -> None:
     """The attempt says so, and counts its steps from its own beginning."""
     first, second = tried(AttemptOptions(1, "continue"), [plan(SHED, BOX, "GO hall"), plan(TORCH)])
     assert (came_to(first), came_to(second)) == ("ran lost", "wrong_order lost")
@@ -154,7 +154,7 @@ def test_what_a_wrong_order_lacks_may_have_been_there_in_an_earlier_attempt() ->
     assert step.earlier == "what it lacks held in an earlier attempt"
 
 
-def test_actions_that_are_goals_count_over_all_attempts_in_a_world_that_goes_on() -> None:
+def test_action_goals_count_over_all_attempts_in_a_continued_world() -> None:
     goes_on = AttemptOptions(1, "continue")
     _, last = tried(goes_on, [plan("WAVE", SHED), plan(BOX, TORCH)], "greet")
     assert came_to(last) == "ran won"
@@ -162,7 +162,7 @@ def test_actions_that_are_goals_count_over_all_attempts_in_a_world_that_goes_on(
     assert came_to(anew) == "ran lost"
 
 
-def test_what_remains_of_a_task_is_said_from_where_the_world_is() -> None:
+def test_the_rest_of_a_task_begins_in_the_present_state() -> None:
     trial = Trial(scorer("greet"), AttemptOptions(2, "continue"))
     assert trial.remaining.goals == trial.task.goals
     trial.try_answer(plan("WAVE", SHED))
@@ -176,7 +176,7 @@ def test_what_remains_of_a_task_is_said_from_where_the_world_is() -> None:
     assert anew.executed_actions == ()
 
 
-def test_a_plain_attempt_is_what_the_scorer_says() -> None:
+def test_a_plain_attempt_has_the_scorers_verdict() -> None:
     for answer in (plan(*BOTH), plan(LAMP, TORCH), plan("FLY moon"), plan("GO shed shed"), "none", ""):
         (attempt,) = tried(AttemptOptions(), [answer])
         assessment = scorer().assess(answer)

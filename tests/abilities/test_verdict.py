@@ -32,7 +32,7 @@ ERROR = ErrorReport(FaultKind.MISSING_STEP, 3, "the jar is shut", "OPEN.1", ("ja
         OperatorVerdict(success=True, planner=PlannerOutcome.SOLVED, plan=("open a",)),
     ],
 )
-def test_verdicts_of_every_class_come_back_from_workers_as_they_are(verdict: Verdict) -> None:
+def test_verdicts_of_every_class_survive_pickling(verdict: Verdict) -> None:
     back = pickle.loads(pickle.dumps(verdict))  # noqa: S301 - our own
     assert (type(back), back) == (type(verdict), verdict)
     assert repr(back) == repr(verdict)  # numbers and enums are of the same types
@@ -58,7 +58,7 @@ def test_only_tasks_and_the_rules_of_other_protocols_exclude() -> None:
     assert sorted(ours) == sorted(EXCLUDING)
 
 
-def test_where_there_is_no_answer_nothing_is_reached_and_no_error_is_the_models() -> None:
+def test_a_missing_answer_reaches_no_goal_and_has_no_error() -> None:
     empty = PlanVerdict(
         error=ERROR,
         repairs=("prose",),

@@ -168,7 +168,7 @@ def test_a_model_that_follows_feedback_improves_only_with_feedback(
 class RepeatingQuestionWriter(QuestionWriter):
     """Asks the first question again, as in the published run."""
 
-    def question(self, trial: Trial) -> Prompt:
+    def write_question(self, trial: Trial) -> Prompt:
         return self.prompt_of(trial.task.id)
 
 

@@ -56,11 +56,11 @@ def verdict_on(text: str, **changes: object) -> PlanVerdict:
         ("", None),
     ],
 )
-def test_the_last_value_says_so(text: str, reason: str | None) -> None:
+def test_the_last_json_value_decides_on_a_refusal(text: str, reason: str | None) -> None:
     assert reason_of(text) == reason
 
 
-def test_it_is_right_where_something_is_missing() -> None:
+def test_a_refusal_is_right_if_facts_are_missing() -> None:
     right, false = verdict_on(NO, missing=(WHY,)), verdict_on(NO, missing=())
     assert (right.success, right.refused, right.error) == (True, WHY, None)
     assert (false.success, false.refused, false.error) == (False, WHY, None)
@@ -69,7 +69,7 @@ def test_it_is_right_where_something_is_missing() -> None:
     assert f"missing: {WHY}" in notes
 
 
-def test_it_is_read_nowhere_else() -> None:
+def test_a_refusal_is_read_only_if_the_task_allows_it() -> None:
     plain = verdict_on(NO)
     assert plain.refused is None
     assert plain.error is not None
@@ -84,11 +84,11 @@ def _told(**changes: object) -> list[str]:
     return explanations("action_sequencing", [task], Templates())
 
 
-def test_a_plan_is_a_plan_all_the_same() -> None:
+def test_a_plan_is_scored_even_if_a_refusal_is_allowed() -> None:
     assert verdict_on(as_plan(["PRESS(lamp)"]), missing=()).success
 
 
-def test_gold_says_what_is_missing_and_all_of_it_is_paid() -> None:
+def test_the_gold_refusal_names_the_missing_facts_and_is_paid_in_full() -> None:
     for missing, paid in (((WHY,), 1.0), ((), 0.0)):
         asked = world(missing=missing)
         opened = eai.open(asked, "action_sequencing")
@@ -98,7 +98,7 @@ def test_gold_says_what_is_missing_and_all_of_it_is_paid() -> None:
         assert (gold == NO) == bool(missing)
 
 
-def test_a_plan_for_what_has_none_earns_nothing_step_by_step_or_as_a_whole() -> None:
+def test_a_plan_for_an_impossible_task_earns_nothing() -> None:
     asked = world(missing=(WHY,))
     opened = eai.open(asked, "action_sequencing")
     plan = as_plan(["PRESS(lamp)"])
@@ -112,7 +112,7 @@ def test_a_plan_for_what_has_none_earns_nothing_step_by_step_or_as_a_whole() -> 
         assert (game.act("PRESS(lamp)").reward, game.final_worth) == (0.0, 0.0)
 
 
-def test_who_declines_besides_a_plan_is_paid_for_the_last_alone() -> None:
+def test_an_answer_with_a_plan_and_a_refusal_is_paid_for_the_last() -> None:
     plan, ask = as_plan(["PRESS(lamp)"]), refusal("Which?", QUESTION)
     for text, kind, is_right in [
         (f"{plan} {NO}", {"missing": ()}, False),
@@ -130,7 +130,7 @@ def test_who_declines_besides_a_plan_is_paid_for_the_last_alone() -> None:
         assert repair.distance == (0 if is_right else None)
 
 
-def test_records_keep_it_and_no_repair_is_looked_for() -> None:
+def test_a_record_keeps_the_refusal_and_no_repair_is_searched() -> None:
     opened = suite(missing=(WHY,))
     for text, why in ((NO, None), (as_plan(["PRESS(lamp)", "PRESS(torch)"]), "unsolvable")):
         (record,) = score_run(opened, ResponseFile("m", (Response("t", text),)), {}, ScoringOptions())
@@ -146,7 +146,7 @@ def test_records_keep_it_and_no_repair_is_looked_for() -> None:
             assert repair.why_null in (None, why)
 
 
-def test_records_of_other_tasks_say_nothing_of_it() -> None:
+def test_records_of_other_tasks_do_not_mention_refusals() -> None:
     (record,) = score_run(suite(), ResponseFile("m", (Response("t", NO),)), {}, ScoringOptions())
     values = record_to_json(record)
     task = values["task"]

@@ -55,7 +55,9 @@ def verdict(text: str) -> PlanVerdict:
         (SUCCESS[:3], None),
     ],
 )
-def test_what_ends_a_plan(steps: Sequence[str], error: tuple[FaultKind, int, str] | None) -> None:
+def test_the_error_names_the_failure_that_ends_a_plan(
+    steps: Sequence[str], error: tuple[FaultKind, int, str] | None
+) -> None:
     found = verdict(answer(*steps))
     assert (found.error and (found.error.kind, found.error.step, found.error.detail)) == error
     assert found.executable is (error is None)
@@ -72,7 +74,7 @@ def test_what_ends_a_plan(steps: Sequence[str], error: tuple[FaultKind, int, str
         (["LIFT red", "LIFT red"], "the_hand_is_full", ()),
     ],
 )
-def test_an_error_says_which_check_failed_and_of_which_objects(
+def test_an_error_names_the_failed_check_and_its_objects(
     steps: Sequence[str], check: str, objects: tuple[str, ...]
 ) -> None:
     error = verdict(answer(*steps)).error
@@ -80,7 +82,7 @@ def test_an_error_says_which_check_failed_and_of_which_objects(
     assert (error.check, error.objects) == (check, objects)
 
 
-def test_goals_are_told_also_where_nothing_is_executed() -> None:
+def test_goals_are_reported_even_if_nothing_is_executed() -> None:
     for text in ("I cannot.", answer("FLY shed")):
         assert [goal.satisfied for goal in SCORER.explain(text).goals] == [False, False, False]
 
@@ -125,7 +127,7 @@ def test_an_answer_that_never_ran_reaches_no_goal(text: str) -> None:
     assert idle.success
 
 
-def test_a_verdict_is_the_same_whatever_was_scored_before(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_verdict_does_not_depend_on_earlier_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MAX_CACHED_OUTCOMES", 6)
     monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MAX_CACHED_STEPS", 3)
     often = ActionSequencing(TASK, toy.DOMAIN, JsonPlans())
@@ -142,7 +144,7 @@ def test_a_verdict_is_the_same_whatever_was_scored_before(monkeypatch: pytest.Mo
         assert often.score(text) == ActionSequencing(TASK, toy.DOMAIN, JsonPlans()).score(text)
 
 
-def test_a_task_without_goals_is_excluded_and_its_plans_are_explained() -> None:
+def test_a_task_without_goals_is_excluded_but_explained() -> None:
     scorer = ActionSequencing(replace(TASK, goals=()), toy.DOMAIN, JsonPlans())
     assert scorer.score(answer(*SUCCESS)) == PlanVerdict(excluded=NO_GOALS)
     explanation = scorer.explain(answer(*SUCCESS))
@@ -155,7 +157,7 @@ def test_repairs_are_named() -> None:
     assert (found.success, found.repairs) == (True, ("code_fence",))
 
 
-def test_explanations_tell_repairs_errors_steps_and_goals() -> None:
+def test_explanations_list_repairs_errors_steps_and_goals() -> None:
     fenced = SCORER.explain(f"```\n{answer('GO hall', 'LIFT red', 'DROP blue')}\n```")
     assert fenced.notes == ("read with repair: code_fence",)
     assert [step.outcome for step in fenced.steps] == ["additional_step", "executed", "missing_step"]

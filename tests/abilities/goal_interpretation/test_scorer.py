@@ -85,11 +85,11 @@ def counts(text: str, scorer: GoalInterpretation = SCORER) -> tuple[object, ...]
         ("Light all lamps.", ((0, 0, 3), (0, 0, 1), (0, 0, 1))),
     ],
 )
-def test_counts(text: str, expected: tuple[object, ...]) -> None:
+def test_right_wrong_and_missed_goals_are_counted(text: str, expected: tuple[object, ...]) -> None:
     assert counts(text) == expected
 
 
-def test_what_is_wrong_with_goals_is_told() -> None:
+def test_an_explanation_names_the_defects_of_goals() -> None:
     verdict = judge(answer([["lit", "sun"], ["shiny", "box_0"], ["open"], 7], actions=["FLY"]))
     assert verdict.predicted == 5
     assert verdict.ill_formed == 2
@@ -97,7 +97,7 @@ def test_what_is_wrong_with_goals_is_told() -> None:
     assert verdict.unknown_predicates == ("shiny",)
 
 
-def test_what_is_left_out_has_a_rate_of_its_own_and_spoils_a_success() -> None:
+def test_left_out_goals_have_their_own_rate_and_prevent_success() -> None:
     whole = answer([*LAMPS, SHUT], [["inside", "ball_0", "box_1"]], ["OPEN"])
     with_sun = answer([*LAMPS, SHUT, ["lit", "sun"], ["lit"]], [["inside", "ball_0", "box_1"]], ["OPEN"])
     shares = GOAL_INTERPRETATION.contributions(judge(with_sun))
@@ -107,19 +107,19 @@ def test_what_is_left_out_has_a_rate_of_its_own_and_spoils_a_success() -> None:
     assert GOAL_INTERPRETATION.outcome(judge(with_sun)) is AnswerOutcome.PARTLY_RIGHT
 
 
-def test_what_is_fixed_or_hidden_is_no_goal() -> None:
+def test_static_and_hidden_predicates_are_no_goals() -> None:
     verdict = judge(answer([["heavy", "box_0"], ["memory", "box_0"], ["together", "box_0", "ball_0"]]))
     assert verdict.unknown_predicates == ("heavy", "memory")
 
 
-def test_what_cannot_be_read_is_a_parsing_error() -> None:
+def test_an_unreadable_answer_is_a_parsing_error() -> None:
     verdict = judge("Light all lamps.")
     assert verdict.error is not None
     assert verdict.error.kind is FaultKind.PARSING
     assert SCORER.explain("Light all lamps.").notes[0].startswith("parsing: ")
 
 
-def test_an_explanation_tells_what_is_wrong_and_which_goals_are_met() -> None:
+def test_an_explanation_names_wrong_and_met_goals() -> None:
     text = f"Sure! {answer([*LAMPS, ['lit', 'sun'], ['open', 'box_0'], ['open']], actions=['OPEN'])}"
     explanation = SCORER.explain(text)
     assert explanation.notes == (
@@ -144,7 +144,7 @@ def test_an_explanation_tells_what_is_wrong_and_which_goals_are_met() -> None:
     "said",
     [[], LAMPS, [LAMPS[0], LAMPS[0]], [*LAMPS, SHUT, ["lit", "sun"], ["open"], ["lit"], ["open", "box_1"]]],
 )
-def test_the_atoms_are_those_that_count(said: list[object]) -> None:
+def test_the_atoms_of_an_explanation_are_the_counted_goals(said: list[object]) -> None:
     verdict = judge(answer(said, actions=["OPEN", "GO"]))
     assert verdict.counts is not None
     atoms = (verdict.matched, verdict.wrong, verdict.missing)
@@ -162,7 +162,7 @@ def test_right_wrong_and_missing_goals_are_listed() -> None:
     assert not any(goal.satisfied for goal in SCORER.explain("Light all lamps.").goals)
 
 
-def test_what_is_missed_of_a_goal_that_is_stated_in_part_is_told() -> None:
+def test_an_explanation_names_the_missed_part_of_a_goal() -> None:
     assert SCORER.explain(answer([LAMPS[0]])).notes[-1] == (
         "missed of a goal that is stated in part: lit(lamp_1)"
     )
@@ -170,7 +170,7 @@ def test_what_is_missed_of_a_goal_that_is_stated_in_part_is_told() -> None:
         assert not any("in part" in note for note in SCORER.explain(answer(said)).notes)
 
 
-def test_a_condition_of_another_way_to_meet_a_goal_is_told_as_that() -> None:
+def test_a_wrong_goal_of_another_option_is_marked_as_such() -> None:
     either = Or((atom("lit", "lamp_0"), atom("open", "box_0")))
     scorer = GoalInterpretation(make_task(either), DOMAIN, ByCategory())
     notes = scorer.explain(answer([["lit", "lamp"], ["open", "box"]])).notes
@@ -178,7 +178,7 @@ def test_a_condition_of_another_way_to_meet_a_goal_is_told_as_that() -> None:
     assert notes[-1].endswith(", of another way to meet a goal than the one that counts")
 
 
-def test_a_goal_that_is_said_more_often_than_it_is_one_is_wrong_and_told() -> None:
+def test_a_goal_that_is_repeated_too_often_is_wrong_and_noted() -> None:
     scorer = GoalInterpretation(make_task(atom("lit", "lamp_0")), DOMAIN, ByCategory())
     text = answer([["lit", "lamp"], ["lit", "lamp"], ["open", "lamp"], ["open", "lamp"]])
     verdict = judge(text, scorer)
@@ -189,7 +189,7 @@ def test_a_goal_that_is_said_more_often_than_it_is_one_is_wrong_and_told() -> No
     )
 
 
-def test_names_that_several_objects_share_are_matched_up_to_renaming() -> None:
+def test_shared_names_are_matched_up_to_renaming() -> None:
     task = make_task(atom("lit", "lamp_0"), atom("lit", "lamp_1"), atom("open", "box_1"))
     scorer = GoalInterpretation(task, DOMAIN, ByCategory())
     lamp, box = ["lit", "lamp"], ["open", "box"]
@@ -211,20 +211,20 @@ def test_symmetric_relations_hold_both_ways() -> None:
         assert counts(answer([["together", *pair]]), scorer)[1] == (1, 0, 0)
 
 
-def test_of_a_task_without_goals_it_is_said_that_it_has_none() -> None:
+def test_an_explanation_says_that_a_task_has_no_goals() -> None:
     scorer = GoalInterpretation(replace(make_task(), goals=()), DOMAIN, JsonGoals())
     assert "the task has no goals, so nothing that is stated is right" in scorer.explain(answer(LAMPS)).notes
     assert not any("no goals" in note for note in SCORER.explain(answer(LAMPS)).notes)
 
 
-def test_what_two_goals_ask_for_is_asked_once() -> None:
+def test_a_condition_of_two_goals_counts_once() -> None:
     lamp = atom("lit", "lamp_0")
     scorer = GoalInterpretation(make_task(lamp, lamp & atom("open", "box_0")), DOMAIN, JsonGoals())
     assert counts(answer([LAMPS[0]]), scorer)[0] == (1, 0, 1)
     assert [goal.satisfied for goal in scorer.explain(answer([LAMPS[0]])).goals] == [True, False]
 
 
-def test_the_option_that_an_answer_meets_best_is_what_it_is_compared_with() -> None:
+def test_an_answer_is_compared_with_the_option_that_it_meets_best() -> None:
     one, other = atom("lit", "lamp_0"), atom("open", "box_0") & atom("open", "box_1") & atom("lit", "lamp_1")
     scorer = GoalInterpretation(make_task(Or((other, one))), DOMAIN, JsonGoals())
     assert counts(answer(), scorer)[0] == (0, 0, 1)
@@ -232,7 +232,7 @@ def test_the_option_that_an_answer_meets_best_is_what_it_is_compared_with() -> N
     assert counts(answer([["open", "box_1"], LAMPS[0]]), scorer)[0] == (1, 1, 0)
 
 
-def test_a_goal_that_nothing_can_meet_asks_for_nothing_and_is_not_met() -> None:
+def test_an_unreachable_goal_has_no_condition_and_is_not_met() -> None:
     scorer = GoalInterpretation(make_task(FALSE), DOMAIN, JsonGoals())
     assert counts(answer([LAMPS[0]]), scorer)[0] == (0, 1, 0)
     assert [goal.satisfied for goal in scorer.explain(answer()).goals] == [False]
@@ -244,7 +244,7 @@ def test_a_task_without_goals_can_only_be_answered_wrongly() -> None:
     assert judge("", scorer).error is not None
 
 
-def test_goals_over_time_are_not_asked_for() -> None:
+def test_goals_over_time_are_left_out() -> None:
     scorer = GoalInterpretation(make_task(Eventually(atom("lit", "lamp_0"))), DOMAIN, JsonGoals())
     assert scorer.task.goals == ()
 
@@ -264,7 +264,7 @@ WORDS = st.sampled_from(["lit", "open", "inside", "not", "PRESS", "sun", *OBJECT
 
 
 @given(st.text(max_size=40) | st.lists(WORDS | st.lists(WORDS | st.lists(WORDS))).map(answer))
-def test_all_that_is_predicted_is_right_or_wrong_or_left_out(text: str) -> None:
+def test_each_predicted_goal_is_right_wrong_or_left_out(text: str) -> None:
     verdict = judge(text)
     assert verdict.counts is not None
     everything = verdict.counts["all"]

@@ -28,7 +28,7 @@ def texts(read: _StatedGoals) -> list[tuple[GoalKind, str]]:
     return [(goal.kind, formula_text(goal.formula)) for goal in read.goals]
 
 
-def test_every_kind_of_goal_in_the_order_of_kinds() -> None:
+def test_goals_of_every_kind_are_read_in_the_order_of_kinds() -> None:
     read = stated(
         '{"action goals": ["PRESS"], "edge goals": [["at", "red", "shed"]],'
         ' "node goals": [["lit", "lamp"], ["not", ["lit", "lamp"]], ["lit", "lamp"]]}'
@@ -42,7 +42,7 @@ def test_every_kind_of_goal_in_the_order_of_kinds() -> None:
     assert (read.meaningful, read.unknown, read.left_out) == (read.goals, (), ())
 
 
-def test_names_that_mean_nothing_stay_as_they_are() -> None:
+def test_unknown_names_are_kept_as_written() -> None:
     read = stated(
         '{"node goals": [["lit", "sun"], ["shiny", "lamp"], ["lit", "lamp"]], "action goals": ["SING"]}'
     )
@@ -51,7 +51,7 @@ def test_names_that_mean_nothing_stay_as_they_are() -> None:
     assert [formula_text(goal.formula) for goal in read.meaningful] == ["lit(lamp)"]
 
 
-def test_what_is_ill_formed_is_left_out() -> None:
+def test_ill_formed_goals_are_left_out() -> None:
     read = stated(
         '{"node goals": [["lit"], ["lit", "lamp", "red"], 7, ["not", "lit", "lamp"], ["lit", "lamp"]]}'
     )
@@ -120,7 +120,7 @@ def test_in_virtualhome_gold_answers_state_the_goals(virtualhome_tasks: VirtualH
         assert [alternatives(g) for g in read.goals if g.kind is GoalKind.ACTION] == [(a,) for a in actions]
 
 
-def test_a_class_means_its_last_object_and_said_again_the_one_before(
+def test_a_repeated_class_means_the_object_before_its_last(
     virtualhome_tasks: VirtualHomeTasks,
 ) -> None:
     benchmark, task = find_benchmark("virtualhome"), virtualhome_tasks["120_1"]

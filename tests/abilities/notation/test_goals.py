@@ -43,7 +43,7 @@ def test_goals_are_read(text: str, goals: list[WrittenGoal]) -> None:
 
 
 @pytest.mark.parametrize("entry", ["[]", "7", '"open"', '["open", 7]', '["not", "open", "box"]', '["not"]'])
-def test_what_is_no_literal_is_ill_formed(entry: str) -> None:
+def test_an_entry_that_is_not_a_literal_is_ill_formed(entry: str) -> None:
     found = NOTATION.read(f'{{"node goals": [{entry}], "others": [{entry}]}}')
     assert isinstance(found, WrittenGoals)
     assert found.goals == ()
@@ -51,11 +51,11 @@ def test_what_is_no_literal_is_ill_formed(entry: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "PRESS", "[]", '{"node goals": "open"}', '{"a": 1}'])
-def test_what_has_no_lists_is_unreadable(text: str) -> None:
+def test_an_object_without_lists_is_unreadable(text: str) -> None:
     assert isinstance(NOTATION.read(text), Unreadable)
 
 
-def test_what_is_written_is_read() -> None:
+def test_written_goals_are_read_back() -> None:
     goals = (
         OPEN,
         WrittenGoal("inside", ("ball", "box"), positive=False),
@@ -67,7 +67,7 @@ def test_what_is_written_is_read() -> None:
     assert set(found.goals) == set(goals)
 
 
-def test_goals_may_speak_of_what_changes_and_can_be_seen() -> None:
+def test_goals_may_use_visible_predicates_that_change() -> None:
     assert NOTATION.words(DOMAIN).keys() == {
         ("lit", 1),
         ("open", 1),
@@ -80,7 +80,7 @@ def test_an_object_is_called_by_its_name() -> None:
     assert NOTATION.names(make_task())[:2] == ("lamp_0", "lamp_1")
 
 
-def test_goals_as_text() -> None:
+def test_a_goal_is_printed_as_its_text() -> None:
     assert str(OPEN._replace(positive=False)) == "not open(box)"
     assert str(WrittenGoal("PRESS", is_action=True)) == "PRESS"
 
@@ -130,7 +130,7 @@ def literal(entry: object, variables: frozenset[str]) -> Formula | None:
         ),
     ],
 )
-def test_conditions(entry: list[Any], condition: str) -> None:
+def test_nested_entries_become_formulas(entry: list[Any], condition: str) -> None:
     read = read_nested(entry, literal)
     assert read is not None
     assert print_condition(read) == condition
@@ -149,7 +149,7 @@ def test_conditions(entry: list[Any], condition: str) -> None:
         ["forpairs", JAR, OPEN_JAR],
     ],
 )  # fmt: skip
-def test_what_is_no_condition(entry: object) -> None:
+def test_an_entry_that_is_not_a_condition_has_no_meaning(entry: object) -> None:
     assert read_nested(entry, literal) is None
 
 

@@ -39,7 +39,7 @@ OPEN = ("OPEN", ("jar_0",))
         ('[{"action": "PUT", "object": "a, b"}]', [("PUT", ("a", "b"))], ()),
     ],
 )  # fmt: skip
-def test_steps_that_are_found(
+def test_steps_are_read_in_several_forms(
     text: str, steps: list[tuple[str, tuple[str, ...]]], repairs: tuple[str, ...]
 ) -> None:
     plan = NOTATION.read(text)
@@ -52,7 +52,7 @@ def test_steps_that_are_found(
     "text",
     ["", "{}", '[{"action": "OPEN"}]', '[{"action": 1, "object": "jar_0"}]', '["OPEN jar_0"]'],
 )
-def test_texts_without_steps(text: str) -> None:
+def test_a_text_without_steps_is_an_empty_plan_or_unreadable(text: str) -> None:
     assert isinstance(NOTATION.read(text), Unreadable)
 
 
@@ -67,7 +67,7 @@ def test_texts_without_steps(text: str) -> None:
         ("", False),
     ],
 )
-def test_an_answer_that_is_cut_off_is_told_from_one_without_steps(text: str, cut_off: bool) -> None:
+def test_a_truncated_answer_differs_from_one_without_steps(text: str, cut_off: bool) -> None:
     found = NOTATION.read(text)
     assert isinstance(found, Unreadable)
     assert found.reason.startswith("there is no list of steps with an action and an object")
@@ -82,7 +82,7 @@ def test_an_answer_that_is_cut_off_is_told_from_one_without_steps(text: str, cut
         ('{"action": "RELEASE", "object": null}', "step 2 has another form"),
     ],
 )
-def test_the_first_step_of_another_form_is_named(step: str, why: str) -> None:
+def test_the_error_names_the_first_step_of_another_form(step: str, why: str) -> None:
     found = NOTATION.read(f'{{"plan": [{{"action": "OPEN", "object": "jar_0"}}, {step}, {step}]}}')
     assert isinstance(found, Unreadable)
     assert found.reason == f"there is no list of steps with an action and an object: {why}"
@@ -100,7 +100,7 @@ def test_the_first_step_of_another_form_is_named(step: str, why: str) -> None:
         ),
     ],
 )
-def test_what_is_written_is_read(steps: list[tuple[str, tuple[str, ...]]], text: str) -> None:
+def test_written_plans_are_read_back(steps: list[tuple[str, tuple[str, ...]]], text: str) -> None:
     scene = toy.initial().scene
     plan = [Action(name, tuple(scene.index[each] for each in objects)) for name, objects in steps]
     assert NOTATION.join(NOTATION.write(plan, scene)) == text
@@ -109,7 +109,7 @@ def test_what_is_written_is_read(steps: list[tuple[str, tuple[str, ...]]], text:
     assert steps == [tuple(step) for step in read.steps]
 
 
-def test_two_objects_of_which_nothing_is_known_may_be_any_text() -> None:
+def test_two_objects_without_known_words_may_be_any_text() -> None:
     x, y = Variable("x"), Variable("y")
     domain = Domain("shop", Vocabulary(()), (Operator("SWAP", (x, y), (), ()),))
     step = {"action": "SWAP", "object": "lamp, cup"}
@@ -158,18 +158,18 @@ def test_plans_are_read_as_planners_write_them(
         ('(pick ball1 rooma left)\n[{"action": "wait"}]\n(wait)', "line 2"),
     ],
 )
-def test_a_line_that_may_be_a_step_is_no_prose(text: str, line: str) -> None:
+def test_a_line_that_looks_like_a_step_is_not_prose(text: str, line: str) -> None:
     plan = PddlPlans().read(text, ("pick", "drop", "wait"))
     assert isinstance(plan, Unreadable)
     assert plan.reason.startswith(f"{line} is no step of a plan, and looks like one: ")
 
 
 @pytest.mark.parametrize("text", ["", "()", "pick ball1", "(pick (ball1))", "see (pick)"])
-def test_other_lines_are_no_plan(text: str) -> None:
+def test_lines_without_steps_are_no_plan(text: str) -> None:
     assert isinstance(PddlPlans().read(text), Unreadable)
 
 
-def test_no_line_is_looked_for_in_what_no_model_writes() -> None:
+def test_lines_of_an_excessive_text_are_not_read() -> None:
     assert isinstance(PddlPlans().read(f"{LINES}\n{' ' * MAX_LENGTH}"), Unreadable)
 
 

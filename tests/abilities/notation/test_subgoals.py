@@ -27,7 +27,7 @@ def steps(*texts: str) -> list[Action]:
     return [Action(name, tuple([index[i] for i in names])) for name, *names in map(str.split, texts)]
 
 
-def test_each_action_is_written_as_what_it_makes_true_about_its_objects_or_else_false() -> None:
+def test_each_action_is_written_as_its_effects_on_its_objects() -> None:
     plan = steps("LIFT red", "GO shed", "DROP red", "PRESS lamp", "PRESS lamp")
     assert NOTATION.write(TASK, plan) == (
         "holding(red)",
@@ -38,7 +38,7 @@ def test_each_action_is_written_as_what_it_makes_true_about_its_objects_or_else_
     )
 
 
-def test_what_is_impossible_is_left_out_and_what_changes_nothing_stands_for_itself() -> None:
+def test_impossible_actions_are_left_out_and_actions_without_effect_are_named() -> None:
     wave = Operator("WAVE-AT", (toy.X,), (), ())
     notation = SubgoalNotation(toy.DOMAIN.replace_operators(wave))
     assert notation.write(TASK, steps("DROP red", "WAVE-AT red")) == ("WAVE_AT(red)",)
@@ -74,13 +74,13 @@ def test_names_without_arguments_need_no_brackets() -> None:
         ("AT(bed) and RESTS", None),
     ],
 )
-def test_names_that_take_no_objects_need_no_brackets_beside_others(written: str, read: str | None) -> None:
+def test_a_name_without_objects_needs_no_brackets_beside_others(written: str, read: str | None) -> None:
     rest = Operator("REST", (), (), ())
     found = SubgoalNotation(toy.DOMAIN.replace_operators(rest)).read(json.dumps({"output": [written]}))
     assert found == WrittenSubgoals((read or written,), () if read is None else ("brackets",))
 
 
-def test_a_text_that_is_no_formula_is_kept_to_be_refused() -> None:
+def test_a_text_without_a_formula_is_kept_unchanged() -> None:
     notation = SubgoalNotation(toy.DOMAIN.replace_operators(Operator("REST", (), (), ())))
     assert notation.read('{"output": ["go and REST now"]}') == WrittenSubgoals(("go and REST now",))
 
@@ -96,7 +96,7 @@ def test_names_are_spelt_as_formulas_can_have_them() -> None:
     assert list(spell_names(["a1", "_", "_a"])) == ["a1", "_", "_a"]
 
 
-def test_a_domain_with_other_names_is_scored_by_the_spelling_of_its_own() -> None:
+def test_a_domain_is_scored_by_its_own_spelling() -> None:
     on_table, clear = Predicate("on-table", 1), Predicate("hand empty", 0)
     x = Variable("x")
     pick = Operator("pick-up", (x,), (missing(on_table(x), "no"),), (Delete(on_table(x)), Delete(clear())))

@@ -41,7 +41,7 @@ def formula(text: str) -> Formula:
         ("forall x:place. (lit(x) or lit(lamp))", None, None),
     ],
 )
-def test_what_a_formula_comes_down_to(
+def test_the_literals_of_a_formula_are_counted(
     text: str, literals: int | None, count_alternative_literals: int | None
 ) -> None:
     places = START.scene.category("place").bit_count()
@@ -52,7 +52,7 @@ def test_what_a_formula_comes_down_to(
 
 
 @pytest.mark.parametrize("quantifier", ["forall", "exists"])
-def test_what_asks_for_too_much_is_refused_at_once(quantifier: str) -> None:
+def test_a_subgoal_with_too_many_literals_is_rejected_at_once(quantifier: str) -> None:
     names = [f"x{i}" for i in range(12)]
     text = " ".join(f"{quantifier} {name}. (" for name in names) + "at(x0, x11)" + ")" * 12
     assert OBJECTS**12 > MAX_LITERALS
@@ -84,7 +84,7 @@ def test_a_category_bounds_what_any_quantifier_ranges_over(quantifier: str) -> N
 
 
 @pytest.mark.parametrize("inner", QUANTIFIERS)
-def test_what_ranges_over_nothing_costs_a_look_wherever_it_stands(inner: str) -> None:
+def test_a_quantifier_over_an_empty_class_counts_as_one(inner: str) -> None:
     """A kind without objects made the whole count 0, and such a subgoal ran for minutes."""
     nothing = inner.format("c: unicorn", "d: unicorn", "lit(c)")
     assert EXTENT.count_literals(formula(nothing)) == 1
@@ -92,7 +92,7 @@ def test_what_ranges_over_nothing_costs_a_look_wherever_it_stands(inner: str) ->
     assert EXTENT.count_literals(formula("forpairs a, b: unicorn. (lit(a))")) == OBJECTS
 
 
-def test_alternatives_of_nothing_are_counted() -> None:
+def test_alternatives_without_literals_are_counted() -> None:
     """Three choices for each pair of objects, none of which asks for anything, were unfolded one by one."""
     nothing = "exists b. (forall c: unicorn. (at(b, c)))"
     assert EXTENT.count_alternative_literals(formula(nothing)) == 3

@@ -64,11 +64,11 @@ def written(found: SubgoalPlans) -> list[str]:
         (["at robot hall", "at robot shed"], [""]),
     ],
 )
-def test_the_shortest_sequence_is_found(literals: list[str], expected: list[str]) -> None:
+def test_the_shortest_plan_is_found(literals: list[str], expected: list[str]) -> None:
     assert plans(*literals) == expected
 
 
-def test_several_shortest_sequences_are_all_found() -> None:
+def test_all_shortest_plans_are_found() -> None:
     here = toy.at(AGENT, toy.X)
     elsewhere = "the robot is elsewhere"
     ring = Operator("RING", (toy.X,), (missing(here, elsewhere),), (Add(toy.lit(toy.X)),))
@@ -98,13 +98,13 @@ def test_a_subgoal_may_say_more_than_its_literals() -> None:
         ("GO hall", ["GO hall"]),  # it is there already: it does not leave in order to come back
     ],
 )
-def test_an_action_is_taken_after_what_makes_it_possible(action: str, expected: list[str]) -> None:
+def test_an_action_follows_the_actions_that_enable_it(action: str, expected: list[str]) -> None:
     operator, *names = action.split()
     ground = Action(operator, tuple([SCENE.index[name] for name in names]))
     assert written(REFINEMENT.make_action_planner(ground, SCENE, TASK.relevant)(TASK.initial)) == expected
 
 
-def test_what_no_action_changes_is_not_brought_about() -> None:
+def test_a_literal_that_no_action_changes_has_no_plan() -> None:
     fixed = Predicate("fixed", 1, static=True)
     vocabulary = Vocabulary((*toy.VOCABULARY.predicates, fixed), toy.VOCABULARY.derived)
     refinement = Refinement(Domain("toy", vocabulary, (toy.GO, toy.PRESS)))
@@ -146,14 +146,14 @@ BLESS = Operator(
         ),
     ],
 )
-def test_in_vain_the_attempt_that_lacks_least_is_told(
+def test_without_a_plan_the_attempt_with_fewest_failures_is_reported(
     operators: tuple[Operator, ...], literals: list[str], attempt: str
 ) -> None:
     refinement = Refinement(toy.DOMAIN.replace_operators(*operators))
     assert plans(*literals, refinement=refinement) == [attempt]
 
 
-def test_the_attempt_that_is_told_is_the_direct_one() -> None:
+def test_the_reported_attempt_is_the_direct_one() -> None:
     """To drop what is held meets a part, but is no way to stow it."""
     checks = (missing(toy.holding(toy.X), "{x} is not held"), missing(toy.at(toy.X, toy.X), "it is shut"))
     stow = Operator("STOW", (toy.X,), checks, (Add(toy.lit(toy.X)), Delete(toy.holding(toy.X))))
@@ -189,7 +189,7 @@ DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (De
         (["at robot hall", "lit lamp"], None),
     ],
 )
-def test_of_what_holds_already_the_actions_are_told_that_say_they_are_not_needed(
+def test_needless_actions_are_listed_for_literals_that_hold(
     literals: list[str], needless: str | None
 ) -> None:
     refinement = Refinement(toy.DOMAIN.replace_operators(LAY, STEP, DIM))
@@ -199,7 +199,7 @@ def test_of_what_holds_already_the_actions_are_told_that_say_they_are_not_needed
     )
 
 
-def test_the_effort_of_a_search_is_told() -> None:
+def test_a_search_reports_its_effort() -> None:
     in_vain = REFINEMENT.make_planner([literal("lit lamp")], lambda _: False, SCENE, TASK.relevant)
     assert 0 < in_vain(TASK.initial).effort <= 3 * 300, "three searches at most, each within its budget"
     efforts = [
@@ -211,7 +211,7 @@ def test_the_effort_of_a_search_is_told() -> None:
     assert efforts == sorted(efforts), "more literals are not tested in less time"
 
 
-def test_nothing_longer_than_what_is_found_is_looked_for() -> None:
+def test_plans_longer_than_a_known_plan_are_not_searched() -> None:
     nod = Operator("NOD", (toy.X,), (), (Add(toy.at(toy.X, AGENT)),), role=Role.MOVEMENT)
     refinement = Refinement(toy.DOMAIN.replace_operators(nod))
     there = refinement.make_planner([literal("at robot shed")], lambda _: True, SCENE, TASK.relevant)
@@ -220,6 +220,6 @@ def test_nothing_longer_than_what_is_found_is_looked_for() -> None:
     assert found.effort == 3, "GO, NOD, and the first of what is longer; not GO after NOD"
 
 
-def test_a_search_is_bounded() -> None:
+def test_a_search_stops_at_its_limit() -> None:
     few = Refinement(toy.DOMAIN, budget=1)
     assert plans("holding red", "at robot shed", refinement=few) != plans("holding red", "at robot shed")

@@ -30,13 +30,13 @@ WARDROBE = w.Scene(
 @pytest.mark.parametrize(
     ("name", "helping"), [("PRESS", []), ("LIFT", ["LIFT", "DROP"]), ("DROP", ["LIFT", "DROP"])]
 )
-def test_what_changes_nothing_that_is_asked_for_helps_nobody(name: str, helping: list[str]) -> None:
+def test_operators_that_change_no_needed_condition_are_no_help(name: str, helping: list[str]) -> None:
     found, movement = Repertoire(toy.DOMAIN).find_supporters(frozenset({name}))
     assert [operator.name for operator in found] == helping
     assert movement == ["GO"]
 
 
-def test_what_an_action_does_with_the_agent_it_does_with_nothing_else() -> None:
+def test_an_action_on_the_agent_takes_no_other_object_instead() -> None:
     repertoire = Repertoire(DRESS)
     assert repertoire.find_achievers([GroundAtom("worn", (0, 1), True)], WARDROBE) == {
         Action("WEAR", (1,)): 1
@@ -64,7 +64,9 @@ CLIMB = w.Operator(
         ("lit", ("shed",), ["PRESS shed", "CLIMB shed"]),
     ],
 )
-def test_what_may_bring_a_literal_about(predicate: str, names: tuple[str, ...], expected: list[str]) -> None:
+def test_the_actions_that_may_achieve_a_literal_are_listed(
+    predicate: str, names: tuple[str, ...], expected: list[str]
+) -> None:
     repertoire, scene = Repertoire(toy.DOMAIN.replace_operators(PUSH, CLIMB)), toy.initial().scene
     literal = GroundAtom(predicate, tuple([scene.index[name] for name in names]), True)
     wanted = repertoire.find_achievers([literal], scene)
@@ -73,7 +75,7 @@ def test_what_may_bring_a_literal_about(predicate: str, names: tuple[str, ...], 
     assert set(wanted.values()) == {1}
 
 
-def test_what_a_literal_leaves_open_is_whatever_fits() -> None:
+def test_open_arguments_of_a_literal_are_filled_with_fitting_objects() -> None:
     """What no action changes must be as the operator asks; one thing may be two arguments."""
     link, lit = w.Predicate("link", 2, static=True), w.Predicate("lit", 1)
     y = w.Variable("y")
@@ -120,7 +122,7 @@ def ground(text: str, state: State) -> CandidateAction:
         (["GO shed"], "PRESS lamp", [], 0, False),
     ],
 )
-def test_checks_that_fail(
+def test_failing_checks_are_numbered_and_counted(
     before: list[str], action: str, failing: list[int], lacking: int, *, hopeless: bool
 ) -> None:
     state = state_after(*before)
@@ -144,12 +146,12 @@ def test_checks_that_fail(
         ([], "GO hall", False),  # there is no need to go where one is
     ],
 )
-def test_what_movement_may_mend(before: list[str], action: str, *, may_be: bool) -> None:
+def test_movement_can_establish_some_failing_checks(before: list[str], action: str, *, may_be: bool) -> None:
     state = state_after(*before)
     assert ground(action, state).can_movement_enable(state) is may_be
 
 
-def test_what_is_tried_without_success_is_no_check_of_the_kind_of_an_object() -> None:
+def test_a_failed_try_is_no_check_of_an_objects_kind() -> None:
     assert not ground("PRESS lamp", toy.initial()).is_hopeless([2])
 
 
@@ -157,7 +159,7 @@ def test_what_is_tried_without_success_is_no_check_of_the_kind_of_an_object() ->
     ("before", "action", "needless"),
     [([], "GO hall", True), ([], "GO shed", False), (["GO shed"], "GO shed", True), ([], "PRESS red", False)],
 )
-def test_an_action_says_of_itself_that_it_is_needless(
+def test_an_action_is_needless_if_it_fails_as_additional_step(
     before: list[str], action: str, *, needless: bool
 ) -> None:
     state = state_after(*before)
@@ -165,7 +167,7 @@ def test_an_action_says_of_itself_that_it_is_needless(
     assert is_needless(tried.info.operator, tried.action, state) is needless
 
 
-def test_actions_that_matter_keep_their_order() -> None:
+def test_distinguished_actions_keep_their_order() -> None:
     lift, go, drop, press = steps = plan("LIFT red", "GO shed", "DROP red", "PRESS lamp")
     assert select_distinguished(steps, {"PRESS", "LIFT"}) == (lift, press)
     assert select_distinguished(steps, {"GO", "DROP"}) == (go, drop)

@@ -120,7 +120,7 @@ def summary(verdict: SubgoalVerdict) -> str:
         ([3], "not_parseable parsing None"),
     ],
 )
-def test_verdicts(subgoals: list[object], expected: str) -> None:
+def test_answers_get_their_category_and_error(subgoals: list[object], expected: str) -> None:
     assert summary(SCORER.score(answer(*subgoals))) == expected
 
 
@@ -149,13 +149,15 @@ DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (De
         (["LIFT(red) then at(robot, shed)"], "LIFT(red), GO(shed)", 0),
     ],
 )
-def test_what_is_carried_out(subgoals: list[str], steps: str, additional_steps: int) -> None:
+def test_subgoals_are_executed_by_these_actions(
+    subgoals: list[str], steps: str, additional_steps: int
+) -> None:
     scorer = SubgoalDecomposition(TASK, toy.DOMAIN.replace_operators(DIM))
     assert scorer.score(answer(*subgoals)).additional_steps == additional_steps
     assert ", ".join([step.action for step in scorer.explain(answer(*subgoals)).steps]) == steps
 
 
-def test_what_holds_after_an_action_is_not_brought_about_again() -> None:
+def test_a_condition_made_true_by_an_action_is_not_achieved_again() -> None:
     """Brought about before, PRESS would undo it: only the other order is carried out."""
     scorer = SubgoalDecomposition(TASK, toy.DOMAIN.replace_operators(LIGHT))
     text = answer("PRESS(lamp) and lit(lamp)")
@@ -163,7 +165,7 @@ def test_what_holds_after_an_action_is_not_brought_about_again() -> None:
     assert scorer.score(text).additional_steps == 0
 
 
-def test_a_verdict_tells_goals_errors_and_effort() -> None:
+def test_a_verdict_reports_goals_errors_and_effort() -> None:
     verdict = SCORER.score(answer("lit(lamp)", "DROP(blue)"))
     assert (verdict.executable, verdict.success, verdict.goals_satisfied) == (False, False, (True, False))
     assert verdict.goals == (Share(1, 1), Share(0, 1), Share(0, 0))
@@ -171,7 +173,7 @@ def test_a_verdict_tells_goals_errors_and_effort() -> None:
     assert (verdict.search, verdict.tried_actions, verdict.counted) == ("complete", 3, None)
 
 
-def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
+def test_an_answer_that_is_not_executed_meets_no_goal() -> None:
     scorer = SubgoalDecomposition(make_task(Not(atom("lit", "lamp"))), toy.DOMAIN)
     assert scorer.score(answer()).goals_satisfied == (True,)
     rejected = scorer.score(answer("lit(torch)"))
@@ -179,7 +181,7 @@ def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
     assert (rejected.executable, rejected.success, rejected.additional_steps) == (False, False, 0)
 
 
-def test_a_name_that_is_not_allowed_is_told_with_its_subgoal() -> None:
+def test_an_explanation_names_the_subgoal_of_a_wrong_name() -> None:
     text = answer("lit(lamp)", "lit(torch)", "lit(lamp) and shines(lamp)", "at(red)")
     explanation = SCORER.explain(text)
     assert explanation.notes == (
@@ -207,7 +209,7 @@ def test_a_name_that_is_not_allowed_is_told_with_its_subgoal() -> None:
         (["lit(lamp", "lit(lamp)"], None, ()),
     ],
 )
-def test_an_error_says_which_check_failed_and_of_which_objects(
+def test_an_error_names_the_failed_check_and_its_objects(
     subgoals: list[object], check: str | None, objects: tuple[str, ...]
 ) -> None:
     error = SCORER.score(answer(*subgoals)).error
@@ -215,7 +217,7 @@ def test_an_error_says_which_check_failed_and_of_which_objects(
     assert (error.check, error.objects) == (check, objects)
 
 
-def test_where_a_subgoal_leaves_open_which_object_it_is_told_what_was_tried() -> None:
+def test_an_explanation_says_which_objects_were_tried_for_an_open_subgoal() -> None:
     note = "subgoal 1 leaves open which object: only the task's were tried"
     assert note in SCORER.explain(answer("lit(box)")).notes
     assert note not in SCORER.explain(answer("lit(red)")).notes
@@ -235,18 +237,18 @@ def among_lamps(goal: str) -> SubgoalDecomposition:
 
 @pytest.mark.parametrize("goal", [LAMPS[0], LAMPS[15], LAMPS[16]])
 @pytest.mark.parametrize("subgoal", [*ANY_LAMP, " or ".join([f"lit({name})" for name in LAMPS])])
-def test_all_ways_to_carry_out_the_last_subgoal_are_tested(goal: str, subgoal: str) -> None:
+def test_every_branch_of_the_last_subgoal_is_tested(goal: str, subgoal: str) -> None:
     assert among_lamps(goal).score(answer(subgoal)).success
 
 
 @pytest.mark.parametrize("subgoal", ANY_LAMP)
-def test_of_too_many_ways_the_first_go_on(subgoal: str) -> None:
+def test_the_first_branches_continue_if_there_are_too_many(subgoal: str) -> None:
     for goal, success in ((LAMPS[0], True), (LAMPS[15], True), (LAMPS[16], False)):
         verdict = among_lamps(goal).score(answer(subgoal, "at(robot, shed)"))
         assert (verdict.success, verdict.search) == (success, "complete" if success else "branches")
 
 
-def test_granularity_is_what_was_added_to_one_action_for_each_subgoal() -> None:
+def test_granularity_counts_the_added_actions_of_each_subgoal() -> None:
     """Going there is added once, and not where it is a subgoal; what asks for nothing is no subgoal here."""
     for subgoals, refined, added in (
         (["lit(lamp)"], 1, 1),
@@ -267,7 +269,7 @@ def test_a_subgoal_that_takes_too_long_earns_nothing() -> None:
     assert verdict.error.detail.endswith("2 actions: the states in between must be subgoals, too")
 
 
-def test_action_goals_are_met_in_order_where_there_is_no_temporal_goal() -> None:
+def test_action_goals_are_met_in_order_without_a_temporal_goal() -> None:
     task = make_task(Or((Occurs("DROP"), Occurs("PRESS"))), Occurs("LIFT"), atom("lit", "lamp"))
     scorer = SubgoalDecomposition(task, toy.DOMAIN)
     assert summary(scorer.score(answer("PRESS(lamp)", "LIFT(blue)"))) == "correct"
@@ -283,7 +285,7 @@ def test_a_temporal_goal_is_met_in_order_and_goals_hold_at_the_end() -> None:
     assert summary(scorer.score(answer(*there, "not holding(red)", "at(robot, hall)"))) == "correct"
 
 
-def test_an_explanation_says_which_part_of_the_temporal_goal_is_met_when() -> None:
+def test_an_explanation_dates_each_part_of_the_temporal_goal() -> None:
     goal = "holding(red) then (lit(lamp) and at(robot, hall)) then at(robot, shed)"
     scorer = SubgoalDecomposition(replace(TASK, temporal_goal=goal), toy.DOMAIN)
     explanation = scorer.explain(answer("holding(red)", "lit(lamp)"))
@@ -301,13 +303,13 @@ def test_a_task_without_goals_is_excluded_and_explained() -> None:
     assert scorer.explain(answer("lit(lamp)")).notes == ("correct", "subgoal 1: lit(lamp)")
 
 
-def test_the_end_of_the_search_is_told() -> None:
+def test_an_explanation_reports_why_the_search_ended() -> None:
     scorer = SubgoalDecomposition(TASK, toy.DOMAIN, limits=ExplorationLimits(attempts=1))
     verdict = scorer.score(answer("at(red, shed)", "lit(lamp)"))
     assert verdict.search == "attempts"
 
 
-def test_plans_of_the_planner_are_subgoals() -> None:
+def test_plans_of_the_planner_succeed_as_subgoals() -> None:
     notation = SubgoalNotation(toy.DOMAIN)
     task = make_task(atom("lit", "lamp"), atom("at", "red", "shed"), atom("at", "blue", "hall"))
     plan = find_plan(task, Planner(toy.DOMAIN)).plan
@@ -328,7 +330,7 @@ def test_plans_of_the_planner_are_subgoals() -> None:
         (["lit(lamp) or PRESS(red)"], 1, False),
     ],
 )
-def test_goals_are_those_of_the_way_that_reaches_most(
+def test_goals_count_in_the_branch_that_reaches_most(
     alternatives: list[str], lit: int, elsewhere: bool
 ) -> None:
     verdict = SCORER.score(answer(*alternatives))
@@ -341,7 +343,7 @@ def test_goals_are_those_of_the_way_that_reaches_most(
     assert any("another way" in note for note in explanation.notes) is elsewhere
 
 
-def test_what_alternatives_have_in_common_is_looked_up_once() -> None:
+def test_a_condition_shared_by_alternatives_is_hashed_once() -> None:
     """A formula is hashed from its top: of thousands of alternatives that would be quadratic."""
     programs = Programs(TASK, SCORER.lexicon, Refinement(toy.DOMAIN), ())
     places = [f"at({thing.name}, {place.name})" for thing in SCENE.objects for place in SCENE.objects]
@@ -350,7 +352,7 @@ def test_what_alternatives_have_in_common_is_looked_up_once() -> None:
     assert (found.hits, found.misses) == (0, 1)
 
 
-def test_a_subgoal_with_too_many_alternatives_is_not_parseable_and_says_the_limit() -> None:
+def test_a_subgoal_with_too_many_alternatives_is_rejected_with_the_limit() -> None:
     places = [f"at({thing.name}, {place.name})" for thing in SCENE.objects for place in SCENE.objects]
     each = " or ".join(places)
     verdict = SCORER.score(answer(*[each] * (20_000 // len(places) + 1)))

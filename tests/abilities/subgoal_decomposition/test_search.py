@@ -84,7 +84,7 @@ def test_all_plans_for_a_subgoal_are_tried() -> None:
     assert done(outcome) == [*GO, *OPEN]
 
 
-def test_without_plans_a_subgoal_is_passed_over() -> None:
+def test_a_subgoal_without_plans_is_skipped() -> None:
     assert run([None, do(subgoal=0, then=0)], "CLOSED(fridge.10)").success
 
 
@@ -109,17 +109,17 @@ def test_a_branch_that_misses_the_goal_is_preferred_to_one_that_fails() -> None:
     assert done(outcome) == [*GO]
 
 
-def test_of_branches_that_fail_the_longest_with_the_fewest_errors_is_reported() -> None:
+def test_the_longest_failed_branch_with_fewest_errors_is_reported() -> None:
     outcome = run(program([[GO, (*GO, *OPEN), (*GO, *CLOSE, *OPEN, *CLOSE)], [("GRAB table.12",)]]))
     assert done(outcome) == [*GO, *OPEN]
 
 
-def test_of_branches_that_succeed_the_first_with_the_fewest_errors_is_reported() -> None:
+def test_the_first_successful_branch_with_fewest_errors_is_reported() -> None:
     outcome = run(program([[(*GO, *CLOSE, *OPEN), (*GO, *OPEN), (*GO, *OPEN, *CLOSE)]]))
     assert done(outcome) == [*GO, *OPEN]
 
 
-def test_what_is_required_must_hold() -> None:
+def test_a_required_subgoal_must_hold() -> None:
     held = flat.parse_facts(["OPEN fridge.10"], SCENE)
     (fact,) = held
 
@@ -149,14 +149,14 @@ def test_a_subgoal_takes_no_more_actions_than_it_may() -> None:
     assert (apart.success, apart.reported.refined) == (True, 2)
 
 
-def test_alternatives_are_all_followed() -> None:
+def test_all_alternatives_are_explored() -> None:
     made = [None, do(OPEN, subgoal=1, then=0), do(GO, subgoal=0, then=1), Fork(lambda state: (1, 2), 0)]
     outcome = run(made)
     assert outcome.success
     assert done(outcome) == [*GO, *OPEN]
 
 
-def test_the_limits_end_the_search_visibly() -> None:
+def test_a_search_reports_the_limit_that_ended_it() -> None:
     made = program([[GO], [OPEN], [CLOSE], [OPEN]])
     outcome = run(made, limits=ExplorationLimits(attempts=2))
     assert (outcome.end, outcome.attempts, outcome.success) == ("attempts", 2, False)
@@ -166,7 +166,7 @@ def test_the_limits_end_the_search_visibly() -> None:
     assert run(dear, limits=ExplorationLimits(effort=21)).end == "complete"
 
 
-def test_choices_that_meet_in_one_state_do_not_multiply() -> None:
+def test_branches_with_equal_states_are_merged() -> None:
     clean = [("WASH table.12",), ("SCRUB table.12",), ("RINSE table.12",)]
     outcome = run(program([[("WALK table.12",)], *[clean] * 40]), "CLEAN(table.12)")
     assert outcome.success
@@ -174,7 +174,7 @@ def test_choices_that_meet_in_one_state_do_not_multiply() -> None:
     assert done(outcome) == ["WALK table.12", *["WASH table.12"] * 40]
 
 
-def test_branches_that_meet_stay_apart_where_their_course_matters() -> None:
+def test_branches_with_equal_states_stay_apart_if_the_trajectory_matters() -> None:
     there, back = "WALK table.12", "WALK fridge.10"
     ways = [(there,), (back,), (there, back), (back, there), (there, back, there), (back, there, back)]
     wanted = actions(ways[3])
@@ -361,13 +361,13 @@ def test_progress_agrees_on_random_formulas_and_trajectories(
     assert_progress_agrees(made[0] if len(made) == 1 else Then(tuple(made)), trajectory)
 
 
-def test_one_position_meets_one_part() -> None:
+def test_one_position_meets_at_most_one_part() -> None:
     progress = GoalProgress(parse("CLOSED(fridge.10) then CLOSED(fridge.10)"), PARTS_SCENE)
     assert not progress.is_reached(0, PARTS_START)
     assert progress.is_reached(progress.advance(0, PARTS_START, Action("STANDUP", ())), PARTS_START)
 
 
-def test_what_must_hold_at_the_end_is_asked_there() -> None:
+def test_goals_at_the_end_are_tested_in_the_last_state() -> None:
     is_open = StateTest(parse("OPEN(fridge.10)"), PARTS_SCENE)
     progress = GoalProgress(parse("CLOSED(fridge.10)"), PARTS_SCENE, is_open)
     assert not progress.reached(0, PARTS_START)
@@ -386,7 +386,7 @@ def test_a_formula_is_tested_on_one_state() -> None:
     assert not test(flat.make_state("-DIRTY table.12", over=PARTS_SCENE))
 
 
-def test_many_threads_may_ask_one_test() -> None:
+def test_several_threads_may_use_one_goal_test() -> None:
     on = "exists y. (exists z. (ONTOP(x, y) and y = z))"
     test = StateTest(parse(f"forall x. (({on}) or not ({on}))"), PARTS_SCENE)
     assert asked_by_threads(lambda i: test(PARTS_START), 1_000)

@@ -63,7 +63,9 @@ def written(way: MovementPath) -> str:
     ],
 )
 @pytest.mark.parametrize("allowed", [0, 1, 2, 3, 9])
-def test_ways(before: list[str], ways: list[str], allowed: int) -> None:
+def test_movement_paths_are_listed_from_the_shortest(
+    before: list[str], ways: list[str], allowed: int
+) -> None:
     start = execute(DOMAIN, SITTING, [Action(name, ()) for name in before]).final
     moving, effort = movement(allowed)
     found = list(moving.ways(start))
@@ -72,7 +74,7 @@ def test_ways(before: list[str], ways: list[str], allowed: int) -> None:
     assert all(execute(DOMAIN, start, way.plan()).final == way.state for way in found)
 
 
-def test_ways_are_found_once_and_as_far_as_they_are_looked_at() -> None:
+def test_movement_paths_are_explored_once_and_lazily() -> None:
     moving, effort = movement(9)
     first = next(iter(moving.ways(SITTING)))
     assert effort.used == 1
@@ -82,7 +84,7 @@ def test_ways_are_found_once_and_as_far_as_they_are_looked_at() -> None:
     assert effort.used == 3
 
 
-def test_without_anything_that_moves_there_is_no_movement() -> None:
+def test_a_domain_without_movement_has_no_movement_paths() -> None:
     assert not _Movement([], Effort(9))
     assert movement(0)[0]
 
@@ -92,7 +94,7 @@ MOST = 200_000
 
 
 @pytest.mark.parametrize("lamps", [10, 300])
-def test_few_parts_are_tested_and_what_it_takes_is_counted(lamps: int) -> None:
+def test_few_parts_are_tested_and_the_effort_is_counted(lamps: int) -> None:
     """Every lamp can be lit by itself, and all of them are wanted."""
     things = [w.WorldObject("robot", "robot"), w.WorldObject("hall", "place")]
     things += [w.WorldObject(f"lamp_{i}", "lamp") for i in range(lamps)]

@@ -100,7 +100,7 @@ def test_an_operator_with_wrong_brackets_or_keywords_makes_an_answer_unreadable(
         f'{{"output": "{OPEN}", "output": "{SHUT}"}}',
     ],
 )
-def test_an_answer_that_is_cut_off_or_has_another_part_is_unreadable(answer: str) -> None:
+def test_a_truncated_answer_or_one_with_other_parts_is_unreadable(answer: str) -> None:
     assert isinstance(extract(answer, ResultCache()), Unreadable)
 
 
@@ -122,9 +122,7 @@ OPENED = read_action(f"{HEAD} {BEFORE} {AFTER})")
         (f"{HEAD} {AFTER} {BEFORE})) x", ("stray_parenthesis",)),
     ],
 )
-def test_parentheses_are_repaired_wherever_they_are_missing_or_stray(
-    text: str, repairs: tuple[str, ...]
-) -> None:
+def test_missing_and_stray_parentheses_are_repaired(text: str, repairs: tuple[str, ...]) -> None:
     operators, _ = read(wrapped(text))
     (operator,) = operators
     assert (operator.action, operator.unread, operator.repairs) == (OPENED, (), repairs)
@@ -142,7 +140,7 @@ def test_parentheses_are_repaired_wherever_they_are_missing_or_stray(
         ),
     ],
 )
-def test_one_side_that_cannot_be_read_leaves_the_other(text: str, lost: str, offence: Offence) -> None:
+def test_an_unreadable_side_leaves_the_other_side_readable(text: str, lost: str, offence: Offence) -> None:
     operators, _ = read(wrapped(text))
     (operator,) = operators
     assert [(each.offence, each.place) for each in operator.unread] == [(offence, f"{lost} of open")]
@@ -170,7 +168,7 @@ def test_an_operator_whose_parts_are_no_lists_is_unreadable(text: str) -> None:
     assert isinstance(extract(wrapped(text), ResultCache()), Unreadable)
 
 
-def test_an_operator_of_which_pddl_allows_no_side_has_no_meaning() -> None:
+def test_an_operator_without_a_valid_side_has_no_meaning() -> None:
     operators, _ = read(f"{HEAD} :precondition ((shut ?o)) :effect ((wide ?o)))")
     (operator,) = operators
     assert operator.action is None
@@ -182,13 +180,13 @@ def test_an_operator_may_have_no_parts() -> None:
     assert operators[0].action == PddlAction("open", (), TRUE, NO_EFFECT)
 
 
-def test_what_stands_behind_an_operator_is_none_of_it() -> None:
+def test_text_behind_an_operator_does_not_belong_to_it() -> None:
     text = f"{HEAD} :precondition (shut ?o) :effect (wide ?o))\n\nNote that the :effect (of it) is (wide ?o)."
     operators, _ = read(text)
     assert operators[0].action == read_action(text)
 
 
-def test_of_two_operators_of_one_name_the_last_counts() -> None:
+def test_the_last_of_two_operators_with_one_name_counts() -> None:
     operators, _ = read(wrapped(f"{OPEN} (:action OPEN :effect (shut k))"))
     (operator,) = operators
     assert operator.action is not None
@@ -210,7 +208,7 @@ def test_results_are_found_once_until_they_are_forgotten() -> None:
     assert memory.size == 4
 
 
-def test_what_is_larger_than_the_memory_is_found_and_forgotten() -> None:
+def test_a_result_larger_than_the_cache_is_not_kept() -> None:
     memory: ResultCache[str, int] = ResultCache(limit=2)
     assert [memory.get_or_compute("long", 3, lambda: 7), memory.size] == [7, 0]
     assert [memory.get_or_compute("a", 1, lambda: 8), memory.get_or_compute("a", 1, lambda: 9)] == [8, 8]

@@ -166,12 +166,10 @@ WHOLE_ANSWERS = [
 
 
 @pytest.mark.parametrize(("answer", "outcome"), WHOLE_ANSWERS)
-def test_an_answer_as_a_whole_has_its_documented_outcome(
-    task: TransitionTask, answer: str, outcome: str
-) -> None:
+def test_a_mutated_answer_has_its_documented_outcome(task: TransitionTask, answer: str, outcome: str) -> None:
     planner = score(task, answer, PaperRules).planner
     assert (planner and planner.value) == outcome
 
 
-def test_there_are_about_forty() -> None:
+def test_there_are_about_forty_mutations() -> None:
     assert len(MUTATIONS) >= 38

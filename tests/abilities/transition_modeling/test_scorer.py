@@ -89,7 +89,7 @@ GOLD_COUNTS = {
 """The same for clauses and for predicates: no clause has two, and no predicate is in two of an operator."""
 
 
-def test_the_gold_answer(rules_with: MakeRules) -> None:
+def test_the_gold_answer_has_no_error(rules_with: MakeRules) -> None:
     verdict = score(gold_answer(TASK), rules_with)
     assert counts(verdict) == GOLD_COUNTS
     assert verdict.planner is PlannerOutcome.SOLVED
@@ -120,7 +120,7 @@ def test_a_predicate_that_the_domain_lacks_is_counted() -> None:
     assert counts(score(answer(OPEN, GHOST)))["precondition"]["other"] == (0, 1, 0)
 
 
-def test_a_clause_counts_once_in_each_of_its_categories_and_is_right_as_a_whole_or_not_at_all() -> None:
+def test_a_clause_is_right_or_wrong_as_a_unit_in_each_category() -> None:
     nested = OperatorText("light", "(?o)", "(not (exists (?x) (and (near ?x) (shut ?x))))", "(lit ?o)")
     library = OperatorLibrary(DOMAIN.header, {"light": nested}, DOMAIN.categories)
     task = TransitionTask("t", library, ("light",), (Category.OBJECT_STATES,), TASK.problem_text)
@@ -148,7 +148,7 @@ def test_a_clause_counts_once_in_each_of_its_categories_and_is_right_as_a_whole_
         assert verdict.literals == {"precondition": in_literals, "effect": (1, 0, 0)}
 
 
-def test_an_unreadable_answer_misses_everything() -> None:
+def test_an_unreadable_answer_misses_all_clauses() -> None:
     verdict = score("3")
     assert verdict.error is not None
     assert verdict.error.kind is FaultKind.PARSING
@@ -185,7 +185,7 @@ def test_equal_operators_are_planned_with_once(rules_with: MakeRules, problems: 
     assert planner.calls == problems
 
 
-def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
+def test_an_explanation_names_the_defects_and_shows_the_plan() -> None:
     scorer = TransitionModeling(TASK, PaperRules(BuiltInPlanner()))
     notes = scorer.explain(answer(OperatorText("open", "(?o)", "(near ?x)", "(not (shut ?o))"))).notes
     assert "open: the precondition lacks the clauses (shut ?o), (near ?o)" in notes
@@ -198,7 +198,7 @@ def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
     assert scorer.explain("3").notes != ()
 
 
-def test_a_side_that_cannot_be_read_costs_its_own_clauses_and_no_others() -> None:
+def test_an_unreadable_side_misses_only_its_own_clauses() -> None:
     half = OPEN.pddl.replace(OPEN.effect, "(or (lit ?o) (shut ?o))")
     scorer = TransitionModeling(TASK, PaperRules(BuiltInPlanner()))
     text = json.dumps({"output": f"{half}\n{LIGHT.pddl}"})
@@ -214,7 +214,7 @@ def test_a_side_that_cannot_be_read_costs_its_own_clauses_and_no_others() -> Non
     assert not any("precondition" in note or "the effect lacks" in note for note in notes)
 
 
-def test_an_explanation_says_where_parameters_are_compared_as_others() -> None:
+def test_an_explanation_names_renamed_parameters() -> None:
     scorer = TransitionModeling(TASK, PaperRules(BuiltInPlanner()))
     other = OPEN.pddl.replace("?o", "?thing")
     notes = scorer.explain(json.dumps({"output": f"{other}\n{LIGHT.pddl}"})).notes
@@ -240,7 +240,7 @@ def test_an_explanation_says_which_clauses_are_alternatives() -> None:
     ]
 
 
-def test_an_explanation_says_what_was_expected_where_a_side_cannot_be_read() -> None:
+def test_an_explanation_says_what_an_unreadable_side_lacks() -> None:
     nested = OperatorText("open", "(?o)", "(shut (lid ?o))", "(not (shut ?o))")
     notes = TransitionModeling(TASK, PaperRules(BuiltInPlanner())).explain(answer(nested)).notes
     assert "open: malformed in the precondition of open: expected a word, not a list" in notes
@@ -299,12 +299,12 @@ def test_a_plan_succeeds_if_it_works_with_the_gold_operators(opened: str, works:
     assert note in assessment.explain().notes[-1]
 
 
-def test_planners_by_choice() -> None:
+def test_the_user_chooses_the_planner() -> None:
     assert make_planner(PlannerChoice.NONE, 200) is None
     assert make_planner(PlannerChoice.BUILT_IN, 200) == BuiltInPlanner()
 
 
-def test_the_terms_of_planners_are_told_where_they_are_not_the_usual_ones(tmp_path: Path) -> None:
+def test_an_explanation_says_which_operators_the_planner_got(tmp_path: Path) -> None:
     if not FastDownward.is_installed():
         pytest.skip("Fast Downward is not installed")
     usual = make_planner(PlannerChoice.FAST_DOWNWARD, 200)
@@ -337,7 +337,7 @@ def test_a_verdict_names_the_planner(rules_with: MakeRules) -> None:
         assert scorer.score(answer(OPEN, LIGHT)).planner_name == name
 
 
-def test_rules_remember_a_bounded_number_of_characters(rules_with: MakeRules) -> None:
+def test_caches_of_rules_have_a_maximum_size(rules_with: MakeRules) -> None:
     rules = rules_with(None)
     scorer = TransitionModeling(TASK, rules)
     length = 100_000
@@ -393,7 +393,7 @@ def test_a_clause_counts_once_in_every_category_of_its_predicates(
     assert count_by_category([side], contents, clauses=False) == by_predicate
 
 
-def test_what_is_matched_additional_and_missing_is_added_up() -> None:
+def test_matched_additional_and_missing_clauses_are_summed() -> None:
     sides = [
         SideMatch(("(open ?x)",), ("(lit ?x)", "(inside ?x ?y)"), ()),
         SideMatch((), ("(lit ?x)",), ("(open ?y)",)),

@@ -4,8 +4,8 @@ import pytest
 
 from abilities.test_explanation import (
     Explain,
-    test_a_step_tells_what_it_changed_about_the_objects_of_the_task,
-    test_every_goal_is_told,
+    test_a_step_report_lists_changes_of_the_tasks_objects,
+    test_an_explanation_reports_every_goal,
 )
 from benchmarks.plan_scorers import virtualhome_scorer
 from benchmarks.virtualhome.household import make_task
@@ -13,7 +13,7 @@ from eai.abilities.explanation import Explanation
 from eai.extensions.reference.virtualhome_plans import VirtualHomeActionSequencing
 from eai.tasks.task import Task
 
-SHARED = (test_a_step_tells_what_it_changed_about_the_objects_of_the_task, test_every_goal_is_told)
+SHARED = (test_a_step_report_lists_changes_of_the_tasks_objects, test_an_explanation_reports_every_goal)
 """Tests of `strict` that are run again with the fixture `explained` below."""
 
 

@@ -17,9 +17,9 @@ from abilities.transition_modeling.test_scorer import (
     counts,
     score,
     test_a_verdict_names_the_planner,
+    test_caches_of_rules_have_a_maximum_size,
     test_equal_operators_are_planned_with_once,
-    test_rules_remember_a_bounded_number_of_characters,
-    test_the_gold_answer,
+    test_the_gold_answer_has_no_error,
     test_without_a_planner_nothing_is_said_of_plans,
 )
 from eai.abilities.transition_modeling.scorer import TransitionModeling
@@ -31,8 +31,8 @@ from eai.pddl.search import BuiltInPlanner
 SHARED = (
     test_a_verdict_names_the_planner,
     test_equal_operators_are_planned_with_once,
-    test_rules_remember_a_bounded_number_of_characters,
-    test_the_gold_answer,
+    test_caches_of_rules_have_a_maximum_size,
+    test_the_gold_answer_has_no_error,
     test_without_a_planner_nothing_is_said_of_plans,
 )
 """Tests of `strict` that are run again with the fixtures below."""

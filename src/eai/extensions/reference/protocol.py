@@ -187,11 +187,11 @@ class _ScriptedTrial(Trial):
     """
 
     @property
-    def over(self) -> bool:
+    def is_over(self) -> bool:
         """Whether nothing more is to be tried."""
         return super().is_over or (bool(self.attempts) and bool(self.attempts[-1].verdict.executable))
 
-    def begin(self) -> Episode:
+    def start_episode(self) -> Episode:
         """The world at the beginning, which draws no luck by itself."""
         return Episode(self.scorer.domain, self.task.initial)
 
@@ -208,7 +208,7 @@ class _ScriptedTrial(Trial):
         names = tuple([action.operator for action in before])
         return Execution(episode.trajectory_from(start), names, slipped=slipped)
 
-    def take(self, text: str) -> Attempt:
+    def try_answer(self, text: str) -> Attempt:
         """Try an answer; a step that is not needed is what ended it."""
         attempt = super().try_answer(text)
         verdict, steps = attempt.verdict, attempt.explanation.steps if attempt.explanation else ()
