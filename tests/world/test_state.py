@@ -67,7 +67,11 @@ def test_a_wrong_fact_raises_an_error_that_names_the_mistake(fact: object, probl
 @pytest.mark.parametrize(
     ("objects", "agent", "problem"),
     [
-        ([WorldObject("a", "b"), WorldObject("a", "c")], None, "two objects are called a"),
+        (
+            [WorldObject("a", "b"), WorldObject("a", "c")],
+            None,
+            "two objects are called a: give each object a name of its own",
+        ),
         ({"robot": "robot"}, "robt", "there is no object robt; did you mean robot?"),
         ({"robot": "robot"}, 1, "there is no object 1"),
         ([("robot", "robot")], None, "objects: expected WorldObject, found tuple"),

@@ -89,7 +89,7 @@ def _read_group(group: str) -> Mapping[str, EntryPoint]:
     points = {point.name: point for point in _read_all(tuple(sys.path)) if point.group == group}
     if group in _CORE_GROUPS and not points:
         raise InputError(
-            f"no entry points of {group}: eai is not installed, or was installed before they changed: "
+            f"no entry points of {group}: eai is not installed, or its installed metadata are outdated: "
             "run `pip install -e .` in its source tree"
         )
     return points

@@ -54,7 +54,6 @@ def _read_from_wheel(archive: zipfile.ZipFile, path: str) -> bytes:
 
 
 def _read_from_folder(folder: Path, digests: Mapping[str, str], path: str) -> bytes:
-    """Read a file of an unpacked wheel, and compare it with its digest in `RECORD`."""
     try:
         content = (folder / path).read_bytes()
     except OSError as error:
@@ -275,7 +274,6 @@ def download(archive: Archive, folder: Path, report: ReportProgress, pip: Sequen
 
 
 def _environment(folder: Path, *, build_nothing: bool) -> dict[str, str]:
-    """Return the user's environment, with temporary files in a folder, and with uv's index for pip."""
     environment = {**os.environ, "TMPDIR": str(folder), "TEMP": str(folder), "TMP": str(folder)}
     for uv_name in ("UV_INDEX_URL", "UV_DEFAULT_INDEX"):
         if uv_name in environment and "PIP_INDEX_URL" not in os.environ:

@@ -204,7 +204,6 @@ class _LtlReader:
         return operator
 
     def _push_operand(self, operator: str, formula: f.Formula, levels: int) -> None:
-        """Put an operand on the stack, with the word after it."""
         strength = STRENGTHS[operator]
         if operator in _INFIXES:  # an infix groups to the right, so that each is pushed on its own
             self._stack.append(_Pending(strength, _INFIXES[operator], [formula], levels, self._scope))
@@ -237,7 +236,6 @@ class _LtlReader:
                     self._read_quantifier(word)
 
     def _read_primitive(self, text: str, position: int) -> f.Formula:
-        """Return the formula of a primitive's text, which stands at an offset of the whole text."""
         signature, scope = self._signature, self._scope
         if signature is not None and not scope and text in signature.parsed:
             return signature.parsed[text]
@@ -286,7 +284,6 @@ class _LtlReader:
         self._brackets += 1
 
     def _read_quantifier(self, word: str) -> None:
-        """Read the variables of a quantifier, and push the quantifier."""
         count, expected = None, "a name"
         if word.startswith("forn"):
             count = self._read_count()
@@ -314,7 +311,6 @@ class _LtlReader:
         return int(digits)
 
     def _read_variable(self, expected: str, end: str) -> f.Variable:
-        """Read a variable, and the sign that ends its declaration."""
         name, category = self._require(_NAME, expected), None
         if not self._is_release and self._take(":") is not None:
             category = self._require(_CATEGORY, "a category")
@@ -323,7 +319,6 @@ class _LtlReader:
         return f.Variable(name, category)
 
     def _operand_error(self) -> ParseError:
-        """Return the error for a text that is not an operand, at the point where the operand stops."""
         name = self._take(_NAME if self._is_release else _OBJECT)
         if name is None:
             return self._error_expecting("a predicate or action", "a name", "'not'", "a quantifier", "'('")
@@ -355,6 +350,5 @@ class _LtlReader:
         return text
 
     def _error_expecting(self, *words: str) -> ParseError:
-        """Return the error that none of the expected texts comes next, after blanks."""
         self._take("")
         return error_at(self._text, self._position, join_with_or(words))

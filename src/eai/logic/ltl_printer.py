@@ -56,7 +56,6 @@ def _print_series(parts: Sequence[f.Formula], word: str, needed_strength: int) -
 
 
 def _print_infix(left: f.Formula, word: str, right: f.Formula, needed_strength: int) -> str:
-    """Print a connective that groups to the right."""
     strength = STRENGTHS[word]
     text = f"{_print(left, strength + 1)} {word} {_print(right, strength)}"
     return _add_brackets(text, strength, needed_strength)

@@ -142,7 +142,6 @@ class _Evaluator:
                 return self._combine(formula, binding, self._single_positions, self._trace.length - 1)
 
     def _table(self, formula: f.Formula, binding: Binding) -> list[int]:
-        """Return, for every end, the positions from which the piece up to it satisfies the formula."""
         key = (id(formula), frozenset(binding.items()))
         if key not in self._tables:
             self._tables[key] = self._compute_table(formula, binding)
@@ -166,7 +165,6 @@ class _Evaluator:
                 return [self.on(formula, binding, end) for end in range(self._trace.length)]
 
     def _combine(self, formula: f.Formula, binding: Binding, evaluate: _EvaluatePart, end: int) -> int:
-        """Evaluate a connective or quantifier; ``evaluate`` evaluates its parts."""
         everything = _up_to(end)
         match formula:
             case f.Not(operand):
@@ -212,7 +210,6 @@ class _Evaluator:
     def _evaluate_pairing(
         self, formula: f.ForPairs, binding: Binding, evaluate: _EvaluatePart, everything: int
     ) -> int:
-        """Return the positions at which a maximum matching of true pairs is large enough."""
         first, second, body, count = formula.first, formula.second, formula.body, formula.count
         rows = self._trace.objects(first.category)
         columns = self._trace.objects(second.category)
@@ -239,7 +236,6 @@ def _objects(terms: tuple[f.Term, ...], binding: Binding) -> tuple[str, ...]:
 
 
 def _up_to(end: int) -> int:
-    """Return the mask of all positions from 0 to ``end``."""
     return (2 << end) - 1
 
 
@@ -444,7 +440,6 @@ def _explain_sequence(
 
 
 def _first_completion(part: f.Formula, evaluator: _Evaluator, trace: Trace, start: int) -> int | None:
-    """Return the end of the shortest piece from ``start`` on that satisfies the part, or None."""
     if not evaluator.is_temporal(part):
         rest = evaluator.state(part, {}) >> start
         return start + (rest & -rest).bit_length() - 1 if rest else None

@@ -294,12 +294,10 @@ class Achievers:
 
 
 def _complexity(achiever: Achiever) -> tuple[int, int]:
-    """Return a sort key for achievers: the number of open variables, then of conditions."""
     return achiever.open_variables, len(achiever.conditions)
 
 
 def _atom_variables(schema: EffectSchema) -> set[str]:
-    """Return the variables in the atom of an effect."""
     return {term.name for term in schema.atom.arguments if isinstance(term, f.Variable)}
 
 
@@ -314,7 +312,6 @@ def _own_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
 
 
 def _has_wider_conditions(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
-    """Whether an effect has conditions on other objects of the operator that actions can establish."""
     own_conditions = _own_conditions(schema, wide=False)
     others = [c for c in _own_conditions(schema, wide=True) if c not in own_conditions]
     return any(c != f.TRUE and not _is_fixed(c, vocabulary) for c in others)
@@ -345,7 +342,6 @@ def _is_plain_predicate(name: str, vocabulary: Vocabulary) -> bool:
 
 
 def _is_fixed(formula: f.Formula, vocabulary: Vocabulary) -> bool:
-    """Whether no action can change the truth of a formula."""
     return all(_is_fixed_predicate(name, vocabulary) for name in predicates_of(formula))
 
 

@@ -232,7 +232,6 @@ class Estimates:
         return supporter if supporter.cost < limit else _NO_SUPPORTER
 
     def _improve_supporter(self, atom: GroundAtom, best: _Supporter, *, wide: bool = False) -> _Supporter:
-        """Return the best supporter of an atom by any achiever, or ``best`` if none is better."""
         for match in self._matches.find_matches(atom, wide=wide):
             if match.needs(self.state, best.cost - _MIN_COST):
                 continue
@@ -295,7 +294,6 @@ class Estimates:
         return self._sum([condition for condition in conditions if not self.holds(condition)], limit)
 
     def _least(self, conditions: Sequence[Subgoal], limit: float) -> float:
-        """Return the cost of the cheapest condition; none of the conditions holds."""
         best = INFINITE
         for condition in conditions:
             best = min(best, self._cost(condition, min(best, limit)))
@@ -348,7 +346,6 @@ class Estimates:
     # Atoms.
 
     def _definition(self, atom: GroundAtom) -> Subgoal | None:
-        """Return the definition of a derived predicate for the objects of an atom, or None."""
         derived = self._heuristic.derived.get(atom.predicate)
         if not isinstance(derived, Defined):
             return None
@@ -358,7 +355,6 @@ class Estimates:
     def _improve_by(
         self, achiever: Achiever, bindings: Iterable[FrameBinding], best: _Supporter
     ) -> _Supporter:
-        """Return the best supporter by one effect of an operator, or ``best`` if none is better."""
         for binding in bindings:
             self._looks.used += 1
             if self._looks.is_exceeded:
@@ -381,7 +377,6 @@ class Estimates:
         return best
 
     def _count_undone(self, action: Action) -> int:
-        """Count the protected conditions that an action, which is possible at once, undoes."""
         if not self._protected:
             return 0
         undone = self._undone.get(action)

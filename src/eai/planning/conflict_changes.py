@@ -126,7 +126,6 @@ class ConflictChanges:
                 yield schema, scope, self._actions_with(schema.operator.name, bound)
 
     def _actions_with(self, name: str, bound: Sequence[tuple[int, int]]) -> Sequence[Action]:
-        """Return the actions by an operator that have some objects at given positions."""
         if not bound:
             return self.actions_of(name)
         position, index = bound[0]
@@ -237,7 +236,6 @@ class ConflictChanges:
     def _touching(
         self, action: Action, changes: ChangeSet
     ) -> Iterator[tuple[EffectSchema, dict[str, int], bool]]:
-        """Yield the effects of an action that may make one of some changes, or its opposite."""
         for schema in self._achievers.schemas[action.operator]:
             for change in changes:
                 if change.predicate == schema.atom.predicate:
@@ -371,7 +369,6 @@ class ConflictChanges:
         return self._any_change(find_stored_predicates(predicates_of(formula), self._domain.vocabulary))
 
     def _any_change(self, names: Iterable[str]) -> Iterator[FactChange]:
-        """Yield all changes of stored predicates."""
         for name in names:
             if name not in self._static:
                 anything = (None,) * (self._domain.vocabulary.arity(name) or 0)
@@ -379,7 +376,6 @@ class ConflictChanges:
 
 
 def _schema_conditions(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
-    """Return the conditions of an effect beyond the operator's checks, with their free variables."""
     conditions = (*schema.checks[len(schema.operator.checks) :], *schema.conditions)
     return [(condition, free_variables(condition)) for condition in conditions]
 
@@ -387,7 +383,6 @@ def _schema_conditions(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[
 def _closed_conditions(
     conditions: Iterable[tuple[f.Formula, Iterable[str]]], scope: Scope
 ) -> list[ScopedCondition]:
-    """Return the conditions without unbound variables."""
     return [(condition, scope) for condition, names in conditions if scope.keys() >= set(names)]
 
 

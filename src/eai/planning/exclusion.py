@@ -88,7 +88,7 @@ class ExclusionRules:
 
 
 class _Exclusion:
-    """Proves that no state of an episode meets some literals.
+    """Proves that no state of one episode meets some literals.
 
     Args:
         rules: the rules of the domain.
@@ -112,7 +112,6 @@ class _Exclusion:
         return _Induction(self).proves(conditions)
 
     def _holds_at_start(self, fact: _FactPattern) -> bool:
-        """Whether a fact that matches the pattern holds at the start."""
         match fact:
             case _FactPattern(predicate, (None,)):
                 return bool(self._initial.mask(predicate))
@@ -255,7 +254,6 @@ class _Induction:
     def _adds_both(
         self, schema: EffectSchema, first: _ArgumentScope, second: EffectSchema, other: _FactPattern
     ) -> bool:
-        """Whether an action that makes one addition may make a second addition at once."""
         parameters = [p.name for p in schema.operator.parameters]
         second_scope = self.exclusion.match(
             second.atom, other, {n: first[n] for n in parameters if n in first}
@@ -400,14 +398,12 @@ class _Supposition:
     def _unfold(
         self, predicate: str, arguments: tuple[_FactArgument, ...]
     ) -> tuple[f.Formula, _ArgumentScope] | None:
-        """Return the definition of a derived predicate for these arguments, or None."""
         defined = find_definition(self._exclusion.rules.vocabulary.derived_by_name[predicate])
         if defined is None:
             return None
         return defined.definition, dict(zip([p.name for p in defined.parameters], arguments, strict=True))
 
     def _possible_terms(self, variable: f.Variable) -> list[_FactArgument]:
-        """Return the objects in the supposed facts that a variable may stand for."""
         objects = dict.fromkeys(term for fact in self._true for term in fact.arguments)
         if variable.category is None:
             return [*objects]

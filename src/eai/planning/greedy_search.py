@@ -199,7 +199,6 @@ class _PreferredOperators:
             self._collect(condition)
 
     def _collect(self, subgoal: Subgoal) -> None:
-        """Collect the actions on the cheapest path to a condition without alternatives."""
         if self._estimates.holds(subgoal):
             return
         if isinstance(subgoal.formula, Atom):
@@ -218,7 +217,6 @@ class _PreferredOperators:
             self._collect(part)
 
     def _actions_changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
-        """Yield all applicable actions that change one of the predicates."""
         for operator in self._heuristic.achievers.writers(predicates):
             yield from applicable_actions(
                 self._heuristic.domain,

@@ -156,7 +156,6 @@ class _RelaxationGraph:
         return groups
 
     def _find_reached(self, actions: Collection[Action]) -> bytearray:
-        """Return which conditions some actions may establish, by number."""
         missing, reached = self._missing.copy(), bytearray(len(self._missing))
         pending = [_TRUE]
         while pending:
@@ -172,7 +171,7 @@ class _RelaxationGraph:
         return reached
 
     def _add_makers(self, numbers: Iterable[int]) -> bool:
-        """Add the actions that make some changes, and return whether an action was added."""
+        """Add actions that make some changes to the graph; return whether an action was added."""
         fresh = [
             (number, action)
             for number in numbers
@@ -196,7 +195,6 @@ class _RelaxationGraph:
         return bool(alternatives)
 
     def _preconditions(self, action: Action) -> list[int]:
-        """Return the numbers of the conditions of an action."""
         numbers = self._needs.get(action)
         if numbers is None:
             needs = self._conflict_changes.preconditions(action)
@@ -204,7 +202,6 @@ class _RelaxationGraph:
         return numbers
 
     def _condition(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
-        """The number of a condition."""
         key = id(formula), tuple([scope[name] for name in self._conflict_changes.names(formula)]), truth
         number = self._numbers.get(key)
         if number is None:
@@ -399,7 +396,6 @@ class Landmarks:
                 self._done.add(steps)
 
     def _min_hitting_set(self, mask: int) -> tuple[int, tuple[Action, ...]]:
-        """Return the minimum number of actions that hit some cuts, and such actions."""
         result = self._fewest.get(mask)
         if result is None:
             result = self._fewest[mask] = self._add_condition(mask)

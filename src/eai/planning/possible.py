@@ -78,7 +78,6 @@ class PossibleFacts:
             yield operator.scope(values)
 
     def _is_static(self, check: Check) -> bool:
-        """Whether a check reads only predicates that never change."""
         vocabulary = self.domain.vocabulary
         read = find_stored_predicates(predicates_of(check.condition), vocabulary)
         stored = map(vocabulary.find_stored, read)
@@ -231,7 +230,6 @@ class PossibleFacts:
 
 @cache
 def _variables_of(effect: Effect) -> tuple[str, ...]:
-    """Return the names of all variables in an effect."""
     match effect:
         case Add(atom) | Delete(atom):
             return tuple([term.name for term in atom.arguments if isinstance(term, f.Variable)])

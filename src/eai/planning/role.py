@@ -110,13 +110,11 @@ def spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str, ...]
 
 
 def _is_of_parameter(change: EffectSchema, operator: Operator) -> bool:
-    """Whether a change is about one parameter, with or without the agent."""
     *before, last = change.atom.arguments or (AGENT,)
     return last in operator.parameters and before in ([], [AGENT])
 
 
 def _added_relations(changes: list[EffectSchema]) -> Iterator[tuple[str, Term, Term]]:
-    """Yield the relations that are added."""
     for change in changes:
         if change.adds and len(change.atom.arguments) == 2:
             first, second = change.atom.arguments

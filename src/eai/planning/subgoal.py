@@ -117,7 +117,6 @@ class Unfolding:
     def _violating_values(
         self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool
     ) -> list[int]:
-        """Return the values for which the body does not have its truth."""
         holding = self._evaluator.witnesses(variable, body, scope, self._state)
         if not truth:
             return list(holding)

@@ -29,7 +29,7 @@ Scope: TypeAlias = Mapping[str, int]
 
 
 def conjunction(parts: Sequence[Truth]) -> Truth:
-    """Return whether every part holds; parts are evaluated in order."""
+    """Return a function that tests whether all parts hold, in order."""
 
     def truth(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as all() over a generator
@@ -41,7 +41,7 @@ def conjunction(parts: Sequence[Truth]) -> Truth:
 
 
 def disjunction(parts: Sequence[Truth]) -> Truth:
-    """Return whether some part holds; parts are evaluated in order."""
+    """Return a function that tests whether any part holds, in order."""
 
     def truth(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as any() over a generator
@@ -53,17 +53,17 @@ def disjunction(parts: Sequence[Truth]) -> Truth:
 
 
 def negation(part: Truth) -> Truth:
-    """Return whether the part does not hold."""
+    """Return a function that tests whether the part does not hold."""
     return lambda state, binding: not part(state, binding)
 
 
 def complement(part: Extension) -> Extension:
-    """Return the objects that are not in the part."""
+    """Return a function that selects the objects outside of the part."""
     return lambda state, binding, among: among & ~part(state, binding, among)
 
 
 def intersection(parts: Sequence[Extension]) -> Extension:
-    """Return the objects in all parts. Only objects that a part contains are tested by the later parts."""
+    """Return a function that selects the objects in all parts; each part tests only the remaining objects."""
 
     def extension(state: State, binding: FrameBinding, among: int) -> int:
         for part in parts:
@@ -76,7 +76,7 @@ def intersection(parts: Sequence[Extension]) -> Extension:
 
 
 def union(parts: Sequence[Extension]) -> Extension:
-    """Return the objects in any part. Objects that a part contains are not tested by the later parts."""
+    """Return a function that selects the objects in any part; each part tests only the remaining objects."""
 
     def extension(state: State, binding: FrameBinding, among: int) -> int:
         mask = 0
@@ -197,7 +197,6 @@ class ConditionCompiler:
         return lambda state, binding: matching(state, binding, state.scene.category(category))
 
     def _extension_by_trial(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> Extension:
-        """Compile an extension that puts every object into the slot and evaluates the formula."""
         truth = self.truth(formula, scope)
 
         def extension(state: State, binding: FrameBinding, among: int) -> int:
@@ -244,7 +243,7 @@ class ConditionCompiler:
                 values, last, bit = _compile_lookup(derived, slots[:-1]), slots[-1], int(wanted)
                 return lambda state, binding: values(state, binding) >> binding[last] & 1 == bit
             case _:
-                raise DomainError(f"derived predicate {atom.predicate} has no known form")
+                raise DomainError(f"derived predicate {atom.predicate}: expected Defined, Computed or Lookup")
 
     def _atom_extension(self, atom: f.Atom, slot: int, scope: Mapping[str, int]) -> Extension:
         slots = self._slots(atom, scope)

@@ -47,8 +47,8 @@ def check(
         states: initial states of the walks.
         seed: seed of the random walks.
         steps: number of actions tried from each state.
-        measured: the stored predicates that the simulator changes; all others must follow the declaration.
-            None if the simulator changes all.
+        measured: the stored predicates that the simulator decides; all others must follow the declaration.
+            None if the simulator decides all.
     """
     rng = random.Random(seed)  # noqa: S311 - a walk, not a secret
     names = {predicate.name for predicate in domain.vocabulary.predicates}
@@ -97,7 +97,6 @@ def _check_simulator(
     after: State,
     declared_predicates: AbstractSet[str],
 ) -> Iterator[str]:
-    """Yield the laws that a simulator has broken when it executed an action."""
     for effect in _new_effects(domain, before, action, declared):
         if not domain.holds(effect, after, argument_indices(action, domain)):
             yield f"{action.operator}: executed without its intended effect {print_ltl(effect)}"
@@ -130,7 +129,6 @@ def _check_fault(domain: Domain, history: History, action: Action, fault: Fault)
 
 
 def _check_additional_step(domain: Domain, before: State, action: Action) -> Iterator[str]:
-    """Yield the changes that an allegedly additional step would still make."""
     after = domain.apply(before, action)
     for effect in _new_effects(domain, before, action, after):
         yield f"{action.operator}: an additional step that would bring about {print_ltl(effect)}"

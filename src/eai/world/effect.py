@@ -89,7 +89,7 @@ class EffectCompiler:
         self._conditions = ConditionCompiler(vocabulary, frame)
 
     def sequence(self, effects: Iterable[Effect], scope: Mapping[str, int] | None = None) -> Apply:
-        """Compile effects that take place one after the other."""
+        """Compile effects to one function that makes them in order."""
         scope = self._frame.scope if scope is None else scope
         steps = tuple([self._effect(effect, scope) for effect in effects])
 

@@ -32,7 +32,9 @@ def define_recursively(
     names = {definition.name for definition in circle}
     for definition in circle:
         if not _is_positive(definition.definition, names):
-            raise DomainError(f"the derived predicate {definition.name} depends on its own negation")
+            raise DomainError(
+                f"the derived predicate {definition.name} depends on its own negation: define it without"
+            )
     return _Recursion(circle, vocabulary).predicates
 
 
@@ -66,7 +68,6 @@ class _Recursion:
 
     @cached_property
     def _circle_vocabulary(self) -> Vocabulary:
-        """The vocabulary that has only the circle, as stored predicates."""
         return Vocabulary(
             tuple([Predicate(definition.name, definition.arity) for definition in self._circle])
         )
@@ -85,7 +86,6 @@ class _Recursion:
         return [(name, make_listing(self._vocabulary, f"{name} ", repeated=True)) for name in names]
 
     def _extend_scene(self, scene: Scene) -> tuple[Scene, Scene]:
-        """Return the scene in the extended vocabulary, and in that of the circle."""
         whole, circle = [
             Scene(vocabulary, scene.objects, scene.agent)
             for vocabulary in (self._vocabulary, self._circle_vocabulary)
@@ -113,7 +113,7 @@ class _Recursion:
 
 
 def _is_positive(formula: f.Formula, names: set[str], truth: bool = True) -> bool:
-    """Whether a formula depends on predicates only positively: if they become true, it stays true."""
+    """Whether predicates that become true can never make a formula false."""
     match formula:
         case f.Atom(predicate):
             return truth or predicate not in names

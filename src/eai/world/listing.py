@@ -137,7 +137,6 @@ def _pairs(x: int, row: int, objects: _ObjectIndices, repeated: bool) -> Iterato
 def _tuples_by_trial(
     truth: Truth, frame: Frame, tuples: _MakeTuples, state: State, objects: _ObjectIndices, chosen: int
 ) -> Iterator[tuple[int, ...]]:
-    """Yield the true tuples, evaluating one tuple after the other."""
     for arguments in tuples(objects):
         if _has_one(arguments, chosen) and truth(state, frame.bind(state.scene, arguments)):
             yield arguments

@@ -65,7 +65,7 @@ class Scene:
         self.index = {item.name: i for i, item in enumerate(self.objects)}
         if len(self.index) < len(self.objects):
             name = next(item.name for i, item in enumerate(self.objects) if self.index[item.name] != i)
-            raise InputError(f"two objects are called {name}")
+            raise InputError(f"two objects are called {name}: give each object a name of its own")
         self.agent = None if agent is None else self.find(agent)
         self.everything = (1 << len(self.objects)) - 1
         self._categories: dict[str, int] | None = None

@@ -227,7 +227,6 @@ class _Conflicts:
     def _find_helping_edits(
         self, plan: EditedPlan, path: PlanPath, changes: ChangeSet, names: frozenset[str]
     ) -> list[HelpingEdits]:
-        """Return the edits that may make one of some changes, or use one of some operators."""
         helping_edits: list[HelpingEdits] = []
         actions = {
             **self._conflict_changes.actions(changes),

@@ -137,9 +137,9 @@ class Repairer:
         return search.least
 
     def _planner_repairs(self, plan: PlanSteps, looks: int, effort: Effort) -> Iterator[EditedPlan]:
-        """Yield repairs that end with a plan of the planner: from the plan's end, and from the initial state.
+        """Yield repairs that continue the possible steps by the planner, or plan from the initial state.
 
-        ``looks`` limits the actions that the planner tests for the plan from the end.
+        ``looks`` limits the actions that the planner tests after the possible steps.
         """
         walk_effort = Effort(0 if self.conflict_changes.is_partial else effort.limit * _ENABLING_SHARE)
         actions, moment = self._execute_possible_steps(plan, walk_effort)
@@ -194,7 +194,6 @@ class Repairer:
         return ((*before, step), after) if edits < 1 + self.states.count_failures(rest, moment) else None
 
     def _find_enabling_actions(self, number: int, action: Action) -> tuple[Action, ...] | None:
-        """Return the cached actions by which the planner makes a step possible, or None."""
         key = number, action
         if key not in self._enabling_actions:
             operator = self.states.domain.compiled[action.operator].operator
@@ -218,13 +217,11 @@ class Repairer:
         return plan
 
     def _plan_from_start(self, looks: int) -> tuple[Action, ...] | None:
-        """Return the planner's cached plan from the initial state, or None."""
         if looks not in self._plans:
             self._plans[looks] = self._plan_from(START[0], looks)
         return self._plans[looks]
 
     def _plan_from(self, moment: PlanMoment, looks: int) -> tuple[Action, ...] | None:
-        """Return the planner's plan from a moment on, or None."""
         number, taken = moment
         goal = PlanningGoal(self.states.goal.conditions, self.states.goal.actions[taken:])
         result = self._planner.plan(
@@ -292,7 +289,6 @@ class Repairer:
                 yield from applicable_actions(self.states.domain, operator, state, self._objects, bindings)
 
     def _succeeds_from(self, moment: PlanMoment | None, rest: PlanSteps) -> bool:
-        """Whether the remaining steps of a plan, executed from a moment on, reach the goal."""
         return moment is not None and None not in rest and self.states.reaches_goal(as_entries(rest), moment)
 
     def landmarks(self, plan: PlanSteps) -> Landmarks:
@@ -471,7 +467,6 @@ class _RepairSearch:
         return max_cost
 
     def _delete(self, node: _RepairNode, position: int) -> _RepairNode:
-        """Return the node of the plan without one of its steps."""
         plan, at = apply_edit(node.plan, position, None)
         lacked = node.open
         if self._landmarks.hit_cuts(node.plan[position].action):
@@ -494,7 +489,6 @@ class _RepairSearch:
     def _child(
         self, node: _RepairNode, plan: EditedPlan, at: int, costs: EditCost, lacked: int
     ) -> _RepairNode:
-        """Return the node of a plan that differs from the plan of another node from an entry on."""
         at = min(at, len(node.path) - 1)
         lacking = self._landmarks.min_actions(lacked)
         return _RepairNode(plan, node.path, at, node.lacks, costs, lacked, node.known, lacking)
