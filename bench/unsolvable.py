@@ -46,7 +46,7 @@ class _Possible(PossibleFacts):
         chosen = [operator for operator in domain.operators if _matters(operator, changing)]
         super().__init__(replace(domain, operators=tuple(chosen)), initial, usable)
 
-    def known(self) -> int:
+    def count_literals(self) -> int:
         return super().count_literals() + len(self._placed)
 
     def atom(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:

@@ -126,10 +126,10 @@ def test_prompts_decide_whether_answers_are_read_with_ids(
 
 def run_policy(trials: Trials, task_id: str, policy: Callable[[Prompt, int], str]) -> Sequence[Attempt]:
     """Return the attempts of a policy, which gets the question and the number of the attempt."""
-    inquiry = trials.inquiry(task_id)
-    while not inquiry.over:
-        inquiry.take(policy(inquiry.question, len(inquiry.attempts) + 1))
-    return inquiry.attempts
+    conversation = trials.start_conversation(task_id)
+    while not conversation.is_over:
+        conversation.add_answer(policy(conversation.question, len(conversation.attempts) + 1))
+    return conversation.attempts
 
 
 @pytest.mark.parametrize(("name", "step"), [("virtualhome", 5), ("behavior", 1)])

@@ -89,7 +89,7 @@ def test_no_text_changes_a_denominator_or_makes_a_scorer_raise(
             assert verdict.excluded == suite.scorer(task_id).find_exclusion(), text[:40]
             if verdict.excluded is None:
                 contributions = declared.contributions(verdict)
-                for metric in declared.main:
+                for metric in declared.overview_headings:
                     assert contributions[metric].denominator >= nothing[metric].denominator, (
                         metric,
                         text[:40],

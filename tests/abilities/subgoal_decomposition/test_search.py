@@ -18,7 +18,7 @@ from eai.abilities.subgoal_decomposition.search import (
 from eai.base.errors import InputError
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.logic import semantics
-from eai.logic.formula import FALSE, TRUE, Constant, Equals, Formula, LiteralChoice, Term, Then, Variable
+from eai.logic.formula import FALSE, TRUE, Constant, Equals, Formula, Leaf, Term, Then, Variable
 from eai.logic.ltl import parse, read_formula
 from eai.logic.rewriting import rewrite
 from eai.logic.signature import Signature
@@ -327,7 +327,7 @@ def test_progress_agrees_with_the_semantics_of_formulas(goal: str, steps: list[s
 def in_scene(formula: Formula, scene: Scene) -> Formula:
     """A random formula about objects that there are; what would compare an action's objects does not."""
 
-    def known(leaf: LiteralChoice, bound: frozenset[str]) -> Formula:
+    def known(leaf: Leaf, bound: frozenset[str]) -> Formula:
         if isinstance(leaf, Equals):
             return Equals(*(of_scene(term) for term in (leaf.left, leaf.right)))
         return replace(leaf, arguments=tuple([of_scene(term) for term in leaf.arguments]))
@@ -370,9 +370,9 @@ def test_one_position_meets_at_most_one_part() -> None:
 def test_goals_at_the_end_are_tested_in_the_last_state() -> None:
     is_open = StateTest(parse("OPEN(fridge.10)"), PARTS_SCENE)
     progress = GoalProgress(parse("CLOSED(fridge.10)"), PARTS_SCENE, is_open)
-    assert not progress.reached(0, PARTS_START)
-    assert progress.reached(1, flat.make_state("OPEN fridge.10", over=PARTS_SCENE))
-    assert not progress.reached(1, PARTS_START)
+    assert not progress.is_reached(0, PARTS_START)
+    assert progress.is_reached(1, flat.make_state("OPEN fridge.10", over=PARTS_SCENE))
+    assert not progress.is_reached(1, PARTS_START)
 
 
 def test_a_goal_is_a_sequence_of_state_formulas() -> None:

@@ -102,7 +102,7 @@ def test_batches_are_tried_as_often_as_those_of_processes_and_actors_for_ever(cl
 @pytest.mark.parametrize("workers", [1, 2, CORES])
 def test_every_actor_has_work_ahead_and_results_keep_their_order(cluster: Cluster, workers: int) -> None:
     with scoring(workers) as pool:
-        assert list(pool.each(squares, range(100), at_a_time=(1, 2))) == squares(range(100))
+        assert list(pool.map_batches(squares, range(100), batch_sizes=(1, 2))) == squares(range(100))
     assert cluster.most == workers * MAX_BATCHES_AHEAD
     assert cluster.promised == 0
 

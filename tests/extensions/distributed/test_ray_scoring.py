@@ -40,9 +40,9 @@ def test_records_are_those_of_one_process(cluster: RayScoring, data_store: Store
 
 
 def test_an_actor_that_is_killed_loses_and_doubles_nothing(cluster: RayScoring, tmp_path: Path) -> None:
-    assert list(cluster.each(Dying(40, tmp_path / "died"), range(1_000))) == squares(range(1_000))
+    assert list(cluster.map_batches(Dying(40, tmp_path / "died"), range(1_000))) == squares(range(1_000))
     assert (tmp_path / "died").exists()
-    results = cluster.each(squares, range(5_000), at_a_time=(16, 64))
+    results = cluster.map_batches(squares, range(5_000), batch_sizes=(16, 64))
     begun = [next(results) for _ in range(100)]
     ray.kill(cluster._actors[0], no_restart=False)
     assert [*begun, *results] == squares(range(5_000))
@@ -50,9 +50,9 @@ def test_an_actor_that_is_killed_loses_and_doubles_nothing(cluster: RayScoring, 
 
 def test_what_fails_or_kills_every_actor_is_named(cluster: RayScoring) -> None:
     with pytest.raises(ValueError, match="no"):
-        list(cluster.each(failing, range(5)))
+        list(cluster.map_batches(failing, range(5)))
     with pytest.raises(EaiError, match="died 3 times"):
-        list(cluster.each(deadly, range(5)))
+        list(cluster.map_batches(deadly, range(5)))
 
 
 def test_more_workers_than_cores_are_refused_and_not_waited_for(cluster: RayScoring) -> None:

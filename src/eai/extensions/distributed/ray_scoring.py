@@ -67,12 +67,12 @@ class RayScoring(Scoring):
         if self._is_ours:
             ray.shutdown()
 
-    def each(
+    def map_batches(
         self,
         work: Callable[..., Sequence[R]],
         items: Iterable[T],
         *,
-        at_a_time: tuple[int, int] = (MIN_BATCH_SIZE, MAX_BATCH_SIZE),
+        batch_sizes: tuple[int, int] = (MIN_BATCH_SIZE, MAX_BATCH_SIZE),
     ) -> Iterator[R]:
         """Yield the results of a function on the items, in their order; a batch goes to who has least to do.
 
@@ -82,7 +82,7 @@ class RayScoring(Scoring):
         content = ray.put(pickle.dumps(work))
         ahead: deque[Any] = deque()
         doing: dict[Any, int] = {}  # what is promised and not known to be done -> which actor has it
-        for batch in split_batches(items, self._number, *at_a_time):
+        for batch in split_batches(items, self._number, *batch_sizes):
             if len(doing) == self._number * MAX_BATCHES_PER_WORKER:
                 for done in ray.wait([*doing])[0]:
                     del doing[done]

@@ -188,11 +188,11 @@ class _ScriptedTrial(Trial):
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing more is to be tried."""
+        """Whether no further attempt is made."""
         return super().is_over or (bool(self.attempts) and bool(self.attempts[-1].verdict.executable))
 
     def start_episode(self) -> Episode:
-        """The world at the beginning, which draws no luck by itself."""
+        """Return a new world in the initial state. It draws no slips by itself."""
         return Episode(self.scorer.domain, self.task.initial)
 
     def carry_out(self, actions: tuple[Action, ...]) -> Execution:
