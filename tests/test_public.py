@@ -19,7 +19,7 @@ def test_an_answer_is_scored_in_one_line(data_store: Store) -> None:
     [
         (
             ("mars", "action_sequencing"),
-            "'mars' is no benchmark: expected virtualhome, behavior, ",
+            "'mars' is not a benchmark: expected virtualhome, behavior, ",
         ),
         (("virtualhome", "cooking"), "'cooking' is no ability: expected one of goal_interpretation, "),
         (

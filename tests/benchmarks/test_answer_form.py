@@ -1,4 +1,4 @@
-"""The form in which answers are asked for: good answers have it, and are read in it as they are without."""
+"""Schemas of answers: good answers fit them, and are read in them as in free text."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ jsonschema = pytest.importorskip("jsonschema")
 
 FOLDER = ROOT / "examples" / "lamps"
 SUITES = [(name, ability) for name in ("virtualhome", "behavior", "lamps") for ability in PAPER_ABILITIES]
-EVERY = 30
-"""Of how many tasks one is looked at."""
+SAMPLE_STEP = 30
+"""Every task of this step is tested."""
 
 
 @cache
@@ -43,36 +43,38 @@ def benchmark(name: str) -> Benchmark:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    found: Benchmark = module.lamps
-    return found
+    lamps: Benchmark = module.lamps
+    return lamps
 
 
 @cache
-def questions(name: str, ability: Ability, store: Store, prompts: PromptSet) -> Mapping[str, Prompt]:
+def open_questions(name: str, ability: Ability, store: Store, prompts: PromptSet) -> Mapping[str, Prompt]:
     return Library(prompts, None, Source(store)).open(benchmark(name), ability)
 
 
-def forms(
-    name: str, ability: Ability, store: Store, prompts: PromptSet = "eai", every: int = EVERY
+def make_forms(
+    name: str, ability: Ability, store: Store, prompts: PromptSet = "eai", every: int = SAMPLE_STEP
 ) -> Mapping[str, Schema]:
-    found = benchmark(name)
-    tasks, asked = found.tasks(Source(store)), questions(name, ability, store, prompts)
+    declared = benchmark(name)
+    tasks, prompts_by_task = declared.tasks(Source(store)), open_questions(name, ability, store, prompts)
     chosen = {
-        task_id: answer_form(found, ability, tasks.get(task_id), asked[task_id])
-        for task_id in [*asked][::every]
+        task_id: answer_form(declared, ability, tasks.get(task_id), prompts_by_task[task_id])
+        for task_id in [*prompts_by_task][::every]
     }
     return {task_id: form for task_id, form in chosen.items() if form is not None}
 
 
-def words(part: object) -> list[str]:
-    """All words that a schema offers."""
-    if isinstance(part, Mapping):
-        return [*part.get("enum", ()), *[word for each in part.values() for word in words(each)]]
-    return [word for each in part for word in words(each)] if isinstance(part, list | tuple) else []
+def list_words(schema: object) -> list[str]:
+    """Return all words that a schema offers."""
+    if isinstance(schema, Mapping):
+        return [*schema.get("enum", ()), *[word for value in schema.values() for word in list_words(value)]]
+    return (
+        [word for value in schema for word in list_words(value)] if isinstance(schema, list | tuple) else []
+    )
 
 
-def in_form(name: str, ability: Ability, parts: tuple[str, ...], text: str) -> str:
-    """A good answer in the form that is asked for, which only plans do not have by themselves."""
+def write_in_form(name: str, ability: Ability, parts: tuple[str, ...], text: str) -> str:
+    """Return a gold answer in the required form; only plans have another form by default."""
     if ability is not Ability.ACTION_SEQUENCING:
         return text
     if name == "virtualhome":
@@ -81,24 +83,24 @@ def in_form(name: str, ability: Ability, parts: tuple[str, ...], text: str) -> s
     return json.dumps({"plan": [json.loads(part) for part in parts]})
 
 
-def names_listed_alone(parts: tuple[str, ...], form: Schema) -> bool:
-    """Whether a plan names only objects that its question lists: some of the data set's name others."""
+def has_only_listed_names(parts: tuple[str, ...], form: Schema) -> bool:
+    """Whether a plan names only objects in its question; some plans of the data set name others."""
     steps = [json.loads(f"{{{part}}}") for part in parts if part.startswith('"')]
-    return {word for step in steps for named in step.values() for word in named} <= {*words(form)}
+    return {word for step in steps for named in step.values() for word in named} <= {*list_words(form)}
 
 
 @pytest.mark.parametrize(("name", "ability"), SUITES)
-def test_good_answers_have_the_form_and_are_read_alike(
+def test_gold_answers_fit_the_schema_and_score_alike_in_it(
     name: str, ability: Ability, data_store: Store
 ) -> None:
-    found, source = benchmark(name), Source(data_store)
-    book = open_answer_book(found, ability, source)
+    declared, source = benchmark(name), Source(data_store)
+    book = open_answer_book(declared, ability, source)
     protocols = PROTOCOLS if name in ("virtualhome", "behavior") else (Protocol.STRICT,)
-    suites = [open_suite(found, ability, each, source=source) for each in protocols]
-    for task_id, form in forms(name, ability, data_store).items():
+    suites = [open_suite(declared, ability, protocol, source=source) for protocol in protocols]
+    for task_id, form in make_forms(name, ability, data_store).items():
         gold = book[task_id]
-        written = in_form(name, ability, gold.parts, gold.text)
-        if name != "virtualhome" or names_listed_alone(gold.parts, form):
+        written = write_in_form(name, ability, gold.parts, gold.text)
+        if name != "virtualhome" or has_only_listed_names(gold.parts, form):
             jsonschema.validate(json.loads(written), form)
         for suite in suites:
             if ability is Ability.ACTION_SEQUENCING and task_id in suite.task_ids:
@@ -107,21 +109,21 @@ def test_good_answers_have_the_form_and_are_read_alike(
 
 @pytest.mark.parametrize("prompts", get_args(PromptSet))
 @pytest.mark.parametrize(("name", "ability"), SUITES)
-def test_a_form_has_only_words_that_are_asked_with_and_no_more_than_providers_take(
+def test_a_schema_has_only_words_of_the_question_and_not_too_many(
     name: str, ability: Ability, prompts: PromptSet, data_store: Store
 ) -> None:
-    asked = questions(name, ability, data_store, prompts)
+    prompts_by_task = open_questions(name, ability, data_store, prompts)
     declared = {operator.name for operator in benchmark(name).domain.operators}
     declared |= {spelling for spelling, _ in benchmark(name).notation.goals.words(benchmark(name).domain)}
-    for task_id, form in forms(name, ability, data_store, prompts).items():
+    for task_id, form in make_forms(name, ability, data_store, prompts).items():
         assert is_accepted(form)
-        question = f"{asked[task_id].system}{asked[task_id].user}"
-        for word in words(form):
+        question = f"{prompts_by_task[task_id].system}{prompts_by_task[task_id].user}"
+        for word in list_words(form):
             assert word in question or word in declared or word in ("not", "yes", "no", ""), word
 
 
-def test_an_object_that_is_not_there_has_not_the_form(data_store: Store) -> None:
-    form = forms("virtualhome", Ability.ACTION_SEQUENCING, data_store)["27_2"]
+def test_a_plan_with_an_unknown_object_does_not_fit_the_schema(data_store: Store) -> None:
+    form = make_forms("virtualhome", Ability.ACTION_SEQUENCING, data_store)["27_2"]
     good = {"action commands": [{"WALK": ["soap", "1002"]}, {"STANDUP": []}, {"WALK": ["soap"]}]}
     jsonschema.validate(good, form)
     for steps in ([{"WALK": ["unicorn"]}], [{"FLY": ["soap"]}], [{"WALK": ["soap"], "GRAB": ["soap"]}]):
@@ -133,35 +135,36 @@ def test_an_object_that_is_not_there_has_not_the_form(data_store: Store) -> None
     ("objects", "is_good"),
     [("ball,box", True), ("ball, box", True), ("box", False), ("ball,box,box", False), ("ball,sky", False)],
 )
-def test_two_objects_are_one_text(objects: str, is_good: bool, data_store: Store) -> None:
-    form = forms("lamps", Ability.ACTION_SEQUENCING, data_store, every=1)["pack"]
+def test_a_schema_lists_pairs_of_objects_as_one_text(objects: str, is_good: bool, data_store: Store) -> None:
+    form = make_forms("lamps", Ability.ACTION_SEQUENCING, data_store, every=1)["pack"]
     answer = {"plan": [{"action": "PUT", "object": objects}]}
     assert jsonschema.Draft202012Validator(form).is_valid(answer) == is_good
 
 
 @pytest.mark.parametrize(("name", "open_ones"), [("virtualhome", 30), ("behavior", 0)])
-def test_where_there_are_too_many_words_objects_may_have_any_name(
+def test_a_schema_with_too_many_words_accepts_any_object_name(
     name: str, open_ones: int, data_store: Store
 ) -> None:
     tasks = benchmark(name).tasks(Source(data_store))
-    found = forms(name, Ability.ACTION_SEQUENCING, data_store, every=1)
+    forms = make_forms(name, Ability.ACTION_SEQUENCING, data_store, every=1)
     named = [
-        set(benchmark(name).notation.plans.words(tasks[i])) <= set(words(form)) for i, form in found.items()
+        set(benchmark(name).notation.plans.words(tasks[i])) <= set(list_words(form))
+        for i, form in forms.items()
     ]
     assert named.count(False) == open_ones
 
 
-def test_a_form_tells_nothing_that_the_question_does_not(data_store: Store) -> None:
+def test_a_schema_reveals_no_objects_that_the_question_omits(data_store: Store) -> None:
     lamps = benchmark("lamps")
     task = lamps.tasks(Source(data_store))["light"]
     listing = Prompt("robot lamp_1 lamp_2 ball box")
     for prompt, about in ((Prompt("robot lamp_1 lamp_20 ball box"), task), (listing, None)):
         form = answer_form(lamps, Ability.ACTION_SEQUENCING, about, prompt)
-        assert not {"lamp_1", "ball"} & set(words(form))
-    assert "ball" in words(answer_form(lamps, Ability.ACTION_SEQUENCING, task, listing))
+        assert not {"lamp_1", "ball"} & set(list_words(form))
+    assert "ball" in list_words(answer_form(lamps, Ability.ACTION_SEQUENCING, task, listing))
 
 
-def test_a_notation_that_says_nothing_of_its_form_is_asked_for_none(data_store: Store) -> None:
+def test_a_notation_without_a_schema_requires_none(data_store: Store) -> None:
     class Terse(type(benchmark("lamps").notation.plans)):  # type: ignore[misc]
         schema = PlanNotation.schema
 

@@ -1,4 +1,4 @@
-"""Where official prompts state goals, and that they can state others."""
+"""Goal sections of official prompts, and prompts with other goals."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
 
 
-def believing(answer: str, task: Task, benchmark: Benchmark) -> Belief:
+def make_belief(answer: str, task: Task, benchmark: Benchmark) -> Belief:
     read = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
     return Belief(replace(task, goals=read.goals), answer)
 
 
-def test_true_goals_give_virtualhomes_plan_prompts(
+def test_true_goals_reproduce_the_plan_prompts_of_virtualhome(
     virtualhome_tasks: VirtualHomeTasks, data_store: Store
 ) -> None:
-    """All but one, which states a relation twice."""
+    """One published prompt states a relation twice."""
     section = find_benchmark("virtualhome").data.goal_sections[Ability.ACTION_SEQUENCING]
     prompts = dict(official_prompts("virtualhome", Ability.ACTION_SEQUENCING, data_store))
     twice = "character is FACING to phone\n"
@@ -49,10 +49,10 @@ def test_true_goals_give_virtualhomes_plan_prompts(
         assert section.replace(prompt.user, Belief(virtualhome_tasks[task_id], "")) == prompt.user
 
 
-def test_true_goals_give_virtualhomes_subgoal_prompts(
+def test_true_goals_reproduce_the_subgoal_prompts_of_virtualhome(
     virtualhome_tasks: VirtualHomeTasks, data_store: Store
 ) -> None:
-    """In 21 of them relations stand in the order of a Python set."""
+    """In 21 published prompts, relations have the order of a Python set."""
     section = find_benchmark("virtualhome").data.goal_sections[Ability.SUBGOAL_DECOMPOSITION]
     prompts = official_prompts("virtualhome", Ability.SUBGOAL_DECOMPOSITION, data_store)
     reordered = 0
@@ -64,12 +64,12 @@ def test_true_goals_give_virtualhomes_subgoal_prompts(
 
 
 @pytest.mark.parametrize("model", PIPELINE_MODELS)
-def test_published_goal_sections(
+def test_models_goals_reproduce_the_published_goal_sections(
     model: str, oracle: Oracle, behavior_tasks: BehaviorTasks, data_store: Store
 ) -> None:
-    """All of a model's, from the goals that the authors stored and from its answers alike.
+    """The goals come from the authors' files, and from the model's answers.
 
-    One task is left out, whose prompt asked for another demonstration; and one answer, which is no goals.
+    Left out are one task, whose prompt is of another demonstration, and one answer without goals.
     """
     section = find_benchmark("behavior").data.goal_sections[Ability.SUBGOAL_DECOMPOSITION]
     prompts = official_prompts("behavior", Ability.SUBGOAL_DECOMPOSITION, data_store)
@@ -78,9 +78,9 @@ def test_published_goal_sections(
         for row in oracle("behavior", "goal_interpretation", model)["records"]
     }
     rows = oracle("behavior", "pipeline_subgoal_decomposition", model)["tasks"]
-    kept = [row for row in rows if row["goal_section"] is not None]
-    assert len(kept) == (98 if model == "cohere-command-r" else 99)
-    for row in kept:
+    rows_with_section = [row for row in rows if row["goal_section"] is not None]
+    assert len(rows_with_section) == (98 if model == "cohere-command-r" else 99)
+    for row in rows_with_section:
         task_id = row["identifier"]
         for answer in (json.dumps(row["goals_used"]), answers[task_id]):
             question = section.replace(prompts[task_id].user, Belief(behavior_tasks[task_id], answer))
@@ -114,7 +114,7 @@ def test_published_goal_sections(
         (["not", "open", "jar.n.01_1"], "['not', 'open', 'jar_0']", "not o(p, e, n)"),
     ],
 )  # fmt: skip
-def test_what_is_said_is_passed_on(
+def test_an_entry_of_an_answer_is_written_into_prompts(
     entry: object, plan: str, subgoal: str, behavior_tasks: BehaviorTasks
 ) -> None:
     sections = find_benchmark("behavior").data.goal_sections
@@ -126,7 +126,7 @@ def test_what_is_said_is_passed_on(
 @pytest.mark.parametrize(
     "entry", [3, None, {}, [], [[]], ["not"], ["not", 3], ["and"], ["or", 3], ["open", 3], ["forall", []]]
 )
-def test_entries_that_are_nothing_do_no_harm(entry: object, behavior_tasks: BehaviorTasks) -> None:
+def test_meaningless_entries_are_left_out_of_prompts(entry: object, behavior_tasks: BehaviorTasks) -> None:
     sections = find_benchmark("behavior").data.goal_sections
     answer = json.dumps({"node goals": [entry, ["open", "jar.n.01_1"]]})
     belief = Belief(behavior_tasks[JARS], answer)
@@ -136,30 +136,32 @@ def test_entries_that_are_nothing_do_no_harm(entry: object, behavior_tasks: Beha
 
 @pytest.mark.parametrize("name", ["behavior", "virtualhome"])
 @pytest.mark.parametrize("ability", STAGE_TWO)
-def test_only_the_goals_are_others(name: str, ability: Ability, data_store: Store) -> None:
-    """Of an answer that cannot be read nothing is asked; what stands around the section stays."""
+def test_replacing_goals_leaves_the_rest_of_a_prompt_unchanged(
+    name: str, ability: Ability, data_store: Store
+) -> None:
+    """An unreadable answer gives an empty section."""
     benchmark = find_benchmark(name)
     tasks, section = benchmark.tasks(Source(data_store)), benchmark.data.goal_sections[ability]
     true = official_prompts(name, ability, data_store)
-    beliefs = {task_id: believing("no idea", tasks[task_id], benchmark) for task_id in true}
+    beliefs = {task_id: make_belief("no idea", tasks[task_id], benchmark) for task_id in true}
     opened = Library("official", None, Source(data_store)).open(benchmark, ability, beliefs)
     for task_id, prompt in true.items():
         before, after = prompt.user.rsplit(section.find(prompt.user), 1)
-        asked = opened[task_id]
-        assert (asked.system, asked.stop) == (prompt.system, prompt.stop)
-        assert asked.user.startswith(before)
-        assert asked.user.endswith(after)
-        assert section.find(asked.user) == section.write(beliefs[task_id])
+        question = opened[task_id]
+        assert (question.system, question.stop) == (prompt.system, prompt.stop)
+        assert question.user.startswith(before)
+        assert question.user.endswith(after)
+        assert section.find(question.user) == section.write(beliefs[task_id])
 
 
-def test_our_prompts_are_rendered_from_the_belief(behavior_tasks: BehaviorTasks, data_store: Store) -> None:
-    """The example keeps the goals that its answer reaches."""
+def test_our_prompts_state_the_believed_goals(behavior_tasks: BehaviorTasks, data_store: Store) -> None:
+    """The example in the prompt keeps the goals that its answer reaches."""
     benchmark = find_benchmark("behavior")
     library = Library("eai", None, Source(data_store))
     answer = (
         '{"node goals": [["open", "jar.n.01_1"], ["not", "open", "jar.n.01_1"], ["shiny", "jar.n.01_3"]]}'
     )
-    belief = believing(answer, behavior_tasks[JARS], benchmark)
+    belief = make_belief(answer, behavior_tasks[JARS], benchmark)
     for ability, lines in (
         (Ability.ACTION_SEQUENCING, "open(jar_0)\nshiny(jar.n.01_3)"),
         (Ability.SUBGOAL_DECOMPOSITION, "open(jar.0)\nshiny(jar.n.01_3)"),
@@ -172,17 +174,17 @@ def test_our_prompts_are_rendered_from_the_belief(behavior_tasks: BehaviorTasks,
         assert plain[JARS].user.endswith(after)
 
 
-def test_prompts_of_the_user_need_a_place_for_goals(
+def test_a_users_prompts_need_a_section_for_goals(
     behavior_tasks: BehaviorTasks, data_store: Store, tmp_path: Path
 ) -> None:
     benchmark, ability = find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION
-    beliefs = {JARS: believing("", behavior_tasks[JARS], benchmark)}
+    beliefs = {JARS: make_belief("", behavior_tasks[JARS], benchmark)}
     file = tmp_path / "behavior_subgoal_decomposition.json"
     rows = [{"identifier": JARS, "llm_prompt": "Mine.\n## Goal States\nx\n\n## Output"}]
     file.write_text(json.dumps(rows), encoding="utf-8")
     official = Library("official", tmp_path, Source(data_store))
     assert official.open(benchmark, ability, beliefs)[JARS].user == "Mine.\n## Goal States\n\n\n## Output"
-    with pytest.raises(InputError, match="tells of the task as it is, not of a belief"):
+    with pytest.raises(InputError, match="states the task itself and not a belief"):
         Library("eai", tmp_path, Source(data_store)).open(benchmark, ability, beliefs)
     rows[0]["llm_prompt"] = "Mine."
     file.write_text(json.dumps(rows), encoding="utf-8")
@@ -204,14 +206,13 @@ ENTRIES = st.recursive(
 @settings(
     suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=examples(150), deadline=None
 )
-def test_any_answer_has_a_question(
+def test_any_answer_can_be_written_into_every_prompt(
     behavior_tasks: BehaviorTasks, virtualhome_tasks: VirtualHomeTasks, entries: list[object], key: str
 ) -> None:
-    """Whatever JSON an answer is: it states goals or none, and every prompt can be written."""
     answer = json.dumps({key: entries})
     for name, task in (("behavior", behavior_tasks[JARS]), ("virtualhome", virtualhome_tasks["27_2"])):
         benchmark = find_benchmark(name)
-        belief = believing(answer, task, benchmark)
+        belief = make_belief(answer, task, benchmark)
         for ability, section in benchmark.data.goal_sections.items():
             section.write(belief)
             benchmark.wording(ability).goals(belief.task)

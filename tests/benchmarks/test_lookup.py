@@ -1,4 +1,4 @@
-"""The lookup table: what it answers to a task that is like another, and how far it comes on public tasks."""
+"""The lookup table: its answer for a similar task, and its success on public tasks."""
 
 from __future__ import annotations
 
@@ -49,55 +49,57 @@ def task(task_id: str, names: dict[str, str], plan: tuple[tuple[str, str], ...],
     return replace(make_task(task_id, "", scene.state([]), *goals), script=script)
 
 
-def of(predicate: str, name: str) -> Formula:
+def make_atom(predicate: str, name: str) -> Formula:
     return Atom(predicate, (Constant(name),))
 
 
-LAMP = task("lamp", {"l1": "lamp", "o1": "oven"}, (("LIGHT", "l1"),), of("lit", "l1"))
+LAMP = task("lamp", {"l1": "lamp", "o1": "oven"}, (("LIGHT", "l1"),), make_atom("lit", "l1"))
 BOTH = task(
     "both",
     {"l1": "lamp", "l2": "lamp", "o1": "oven"},
     (("LIGHT", "l2"), ("HEAT", "o1")),
-    of("lit", "l2"),
-    of("warm", "o1"),
+    make_atom("lit", "l2"),
+    make_atom("warm", "o1"),
 )
 TABLE = LookupTable([LAMP, BOTH], DOMAIN)
 
 
-def named(asked: Task) -> list[tuple[str, str]]:
-    return [(a.operator, asked.scene.objects[a.arguments[0]].name) for a in TABLE.plan(asked)]
+def look_up(new_task: Task) -> list[tuple[str, str]]:
+    return [(a.operator, new_task.scene.objects[a.arguments[0]].name) for a in TABLE.plan(new_task)]
 
 
-def test_the_plan_is_that_of_the_most_similar_goals_about_the_own_objects() -> None:
-    asked = task("new", {"a": "lamp", "b": "lamp", "c": "oven"}, (), of("warm", "c"), of("lit", "b"))
-    assert named(asked) == [("LIGHT", "b"), ("HEAT", "c")]
+def test_the_plan_of_the_most_similar_goals_is_adapted_to_the_tasks_objects() -> None:
+    new_task = task(
+        "new", {"a": "lamp", "b": "lamp", "c": "oven"}, (), make_atom("warm", "c"), make_atom("lit", "b")
+    )
+    assert look_up(new_task) == [("LIGHT", "b"), ("HEAT", "c")]
 
 
-def test_what_is_not_there_is_left_out() -> None:
-    asked = task("new", {"a": "lamp"}, (), of("lit", "a"), of("warm", "a"))
-    assert named(asked) == [("LIGHT", "a")]
-    assert LookupTable([], DOMAIN).plan(asked) == ()
+def test_steps_about_missing_objects_are_left_out() -> None:
+    new_task = task("new", {"a": "lamp"}, (), make_atom("lit", "a"), make_atom("warm", "a"))
+    assert look_up(new_task) == [("LIGHT", "a")]
+    assert LookupTable([], DOMAIN).plan(new_task) == ()
 
 
-def test_the_task_itself_is_left_out() -> None:
-    assert named(BOTH) == [("LIGHT", "l2")]
+def test_a_task_is_not_looked_up_by_itself() -> None:
+    assert look_up(BOTH) == [("LIGHT", "l2")]
 
 
 @pytest.mark.usefixtures("data_store")
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
-def test_goals_are_those_of_the_most_similar_instruction(name: str) -> None:
+def test_goals_of_the_most_similar_instruction_are_partly_right(name: str) -> None:
     benchmark = find_benchmark(name)
     book = open_lookup_book(benchmark, Ability.GOAL_INTERPRETATION)
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION)
     verdicts = [suite.score(task_id, book[task_id].text) for task_id in suite.task_ids[::7]]
     assert not any(v.error and v.error.kind.value == "parsing" for v in verdicts)
     rates = summarise(verdicts, suite.ability)
-    assert rates["hallucination"].numerator == 0  # what does not exist here is left out
+    assert rates["hallucination"].numerator == 0  # unknown names are left out
     assert rates["overall.f1"].numerator > 0
 
 
 @pytest.mark.usefixtures("data_store")
-def test_subgoals_are_about_the_own_objects() -> None:
+def test_looked_up_subgoals_name_the_tasks_objects() -> None:
     benchmark = find_benchmark("virtualhome")
     book = open_lookup_book(benchmark, Ability.SUBGOAL_DECOMPOSITION)
     suite = open_suite(benchmark, Ability.SUBGOAL_DECOMPOSITION)
@@ -106,19 +108,19 @@ def test_subgoals_are_about_the_own_objects() -> None:
     assert summarise(verdicts, suite.ability)["task_success"].numerator > len(verdicts) / 3
 
 
-def test_operators_are_those_that_another_task_asks_for(data_store: Store) -> None:
+def test_operators_are_looked_up_if_another_task_needs_them(data_store: Store) -> None:
     source = Source(data_store)
     benchmark = find_benchmark("behavior")
     book = open_lookup_book(benchmark, Ability.TRANSITION_MODELING, source)
     tasks = benchmark.operators(source)
-    asked = Counter(name for task in tasks.values() for name in task.operators)
+    uses = Counter(name for task in tasks.values() for name in task.operators)
     for task_id, task in tasks.items():
-        known = [name for name in task.operators if asked[name] > 1]
-        assert [part.split()[1] for part in book[task_id].parts] == known
-    assert 1 in asked.values()
+        expected = [name for name in task.operators if uses[name] > 1]
+        assert [text.split()[1] for text in book[task_id].parts] == expected
+    assert 1 in uses.values()
 
 
-def test_most_public_plans_are_in_the_table(data_store: Store) -> None:
+def test_the_lookup_table_solves_most_public_tasks(data_store: Store) -> None:
     suite = open_suite(find_benchmark("virtualhome"), Ability.ACTION_SEQUENCING, source=Source(data_store))
     book = open_lookup_book(suite.benchmark, suite.ability, suite.source)
     verdicts = [suite.score(task_id, book[task_id].text) for task_id in suite.task_ids]
@@ -128,7 +130,7 @@ def test_most_public_plans_are_in_the_table(data_store: Store) -> None:
 
 @pytest.mark.usefixtures("data_store")
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_no_generated_task_is_solved_by_it(like: str) -> None:
+def test_the_lookup_table_solves_no_generated_task(like: str) -> None:
     benchmark = find_benchmark(like)
     table = LookupTable(benchmark.tasks(Source()).values(), benchmark.domain)
     from eai.abilities.action_sequencing.scorer import ActionSequencing

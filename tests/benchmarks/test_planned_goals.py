@@ -1,4 +1,4 @@
-"""Plans for goals that answers state: they succeed where these entail the goals of the task."""
+"""Plans for goals stated in answers succeed if these goals entail the task's goals."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from eai.tasks.task import GoalKind, Task
 from sweeps import swept
 
 
-def entail(stated: set[Formula], task: Task) -> bool:
-    """Whether some way to meet each goal of the task is among stated literals."""
+def is_entailed(stated: set[Formula], task: Task) -> bool:
+    """Whether the stated literals include an option of each goal of the task."""
     return all(
         any(
             set(option) <= stated
@@ -30,7 +30,7 @@ def entail(stated: set[Formula], task: Task) -> bool:
     )
 
 
-def noisy(benchmark: Benchmark, task_ids: list[str], source: Source) -> dict[str, str]:
+def make_noisy_answers(benchmark: Benchmark, task_ids: list[str], source: Source) -> dict[str, str]:
     book = open_answer_book(benchmark, Ability.GOAL_INTERPRETATION, source)
     return {task: noisy_answer(book, task, 0.2, "0").text for task in task_ids}
 
@@ -39,17 +39,14 @@ def noisy(benchmark: Benchmark, task_ids: list[str], source: Source) -> dict[str
     ("name", "every", "counts"),
     [("behavior", 20, (5, 2, 0)), ("virtualhome", 12, (17, 10, 3)), *swept(("behavior", 8, (13, 6, 1)))],
 )
-def test_success_is_entailment(
+def test_plans_succeed_if_the_stated_goals_entail_the_true_ones(
     name: str, every: int, counts: tuple[int, int, int], data_store: Store
 ) -> None:
-    """A plan that reaches what was stated succeeds where that entails what was meant.
-
-    Elsewhere it does only where what was not stated holds anyway, or comes about on the way.
-    """
+    """Other plans succeed only if the missing goals hold initially or are reached on the way."""
     benchmark, source = find_benchmark(name), Source(data_store)
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
     ids = [i for i in suite.task_ids if not suite.tasks[i].goals_of(GoalKind.ACTION)][::every]
-    answers = noisy(benchmark, ids, source)
+    answers = make_noisy_answers(benchmark, ids, source)
     book = open_planned_book(believing(benchmark, answers), Ability.ACTION_SEQUENCING, source)
     entailed, solved = set(), set()
     for task_id in ids:
@@ -62,7 +59,7 @@ def test_success_is_entailment(
         }
         verdict = suite.score(task_id, plan.text)
         assert isinstance(verdict, PlanVerdict)
-        if plan.parts and entail(stated, task):
+        if plan.parts and is_entailed(stated, task):
             entailed.add(task_id)
         if verdict.success:
             solved.add(task_id)

@@ -1,4 +1,4 @@
-"""Random answers: possible plans, a function of task and seed, and how far they come on public tasks."""
+"""Random answers: possible plans, fixed by task and seed, and their success on public tasks."""
 
 from __future__ import annotations
 
@@ -30,31 +30,31 @@ PLANS = Ability.ACTION_SEQUENCING
 
 @pytest.fixture
 def lamps(monkeypatch: pytest.MonkeyPatch) -> str:
-    """A benchmark without any code of its own for it."""
+    """Return the reference of a benchmark for which the package has no code."""
     monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     return "lamps:lamps"
 
 
-def test_every_possible_action_is_drawn_about_equally_often(lamps: str) -> None:
+def test_each_possible_action_is_drawn_about_equally_often(lamps: str) -> None:
     benchmark = find_benchmark(lamps)
     domain, task = benchmark.domain, next(iter(benchmark.tasks(Source()).values()))
-    everything = range(len(task.scene.objects))
+    indices = range(len(task.scene.objects))
     possible = [
         action
         for operator in domain.operators
-        for action in applicable_actions(domain, operator, task.initial, everything)
+        for action in applicable_actions(domain, operator, task.initial, indices)
     ]
     rng, drawn = random.Random(0), Counter[object]()
     for _ in range(200 * len(possible)):
-        drawn.update(action for action, _ in random_walk(domain, task.initial, everything, rng, 1))
+        drawn.update(action for action, _ in random_walk(domain, task.initial, indices, rng, 1))
     assert drawn.keys() == set(possible)
     assert 140 < min(drawn.values()) <= max(drawn.values()) < 260
 
 
 @pytest.mark.parametrize(
-    "ability", [each for each in PAPER_ABILITIES if each is not Ability.TRANSITION_MODELING]
+    "ability", [ability for ability in PAPER_ABILITIES if ability is not Ability.TRANSITION_MODELING]
 )
-def test_any_benchmark_is_answered(lamps: str, ability: Ability) -> None:
+def test_random_answers_to_any_benchmark_can_be_read(lamps: str, ability: Ability) -> None:
     suite = open_suite(find_benchmark(lamps), ability)
     answer = open_random_answers(suite.benchmark, ability)
     for task_id in suite.task_ids:
@@ -66,7 +66,7 @@ def test_any_benchmark_is_answered(lamps: str, ability: Ability) -> None:
 
 
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
-def test_operators_are_of_the_vocabulary_and_seldom_right(name: str, data_store: Store) -> None:
+def test_random_operators_are_valid_and_seldom_right(name: str, data_store: Store) -> None:
     source = Source(data_store, planner=PlannerChoice.NONE)
     suite = open_suite(find_benchmark(name), Ability.TRANSITION_MODELING, source=source)
     answer = open_random_answers(suite.benchmark, suite.ability, source)
@@ -77,12 +77,12 @@ def test_operators_are_of_the_vocabulary_and_seldom_right(name: str, data_store:
         assert texts[0] == texts[1] != texts[2]
         verdicts.append(suite.score(task_id, texts[0]))
         actions = [read_action(text) for text in answer(task_id, "0", ()).parts]
-        assert [each.name for each in actions] == list(tasks[task_id].operators)
+        assert [action.name for action in actions] == list(tasks[task_id].operators)
         assert check_domain(replace(tasks[task_id].domain.header, actions=tuple(actions))) == ()
     assert 0 < (summarise(verdicts, suite.ability)["overall.f1"].percent or 0) < 10
 
 
-def test_a_plan_goes_on_from_what_was_done(data_store: Store) -> None:
+def test_a_random_plan_continues_after_executed_actions(data_store: Store) -> None:
     benchmark, source = find_benchmark("behavior"), Source(data_store)
     answer = open_random_answers(benchmark, PLANS, source)
     for task_id, task in list(benchmark.tasks(source).items())[:5]:
@@ -103,7 +103,7 @@ def test_a_plan_goes_on_from_what_was_done(data_store: Store) -> None:
         *swept(("virtualhome", 1, 22, 337), ("behavior", 1, 2, 100)),
     ],
 )
-def test_random_plans_run_and_seldom_reach_the_goal(
+def test_random_plans_are_executable_and_seldom_reach_the_goal(
     name: str, every: int, solved: int, of: int, data_store: Store
 ) -> None:
     suite = open_suite(find_benchmark(name), PLANS, source=Source(data_store))
@@ -115,7 +115,7 @@ def test_random_plans_run_and_seldom_reach_the_goal(
 
 
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
-def test_goals_name_what_there_is(name: str, data_store: Store) -> None:
+def test_random_goals_name_only_existing_things(name: str, data_store: Store) -> None:
     suite = open_suite(find_benchmark(name), Ability.GOAL_INTERPRETATION, source=Source(data_store))
     answer = open_random_answers(suite.benchmark, suite.ability, suite.source)
     for task_id in suite.task_ids[::10]:

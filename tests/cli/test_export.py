@@ -152,7 +152,7 @@ def test_nothing_is_left_behind_where_it_fails(eai: Command, data_store: Store, 
     done = eai(
         "export", "prompts", "--domain", "behavior", "--domain", "mars", "--out", tmp_path / "a" / "p.jsonl"
     )
-    assert (done.status, "'mars' is no benchmark" in done.err) == (2, True)
+    assert (done.status, "'mars' is not a benchmark" in done.err) == (2, True)
     assert not (tmp_path / "a").exists()
 
 

@@ -460,7 +460,7 @@ def test_operators_are_judged_without_fast_downward_where_it_is_not_installed(
 def test_an_unknown_benchmark_ends_with_one_line_that_names_the_near_one(eai: Command) -> None:
     outcome = eai("score", write([WALK]), *HERE, "--domain", "virtualhom")
     assert outcome.status == 2
-    assert outcome.err.startswith("eai: 'virtualhom' is no benchmark: expected virtualhome, behavior")
+    assert outcome.err.startswith("eai: 'virtualhom' is not a benchmark: expected virtualhome, behavior")
     assert outcome.err.endswith("did you mean virtualhome?\n")
 
 

@@ -403,7 +403,7 @@ def test_a_reward_is_pickled_by_name(ability: Ability) -> None:
 
 
 def test_what_has_no_name_cannot_be_pickled() -> None:
-    with pytest.raises(InputError, match="toy: only what is opened by name or module:object can be pickled"):
+    with pytest.raises(InputError, match="toy: only a suite opened by name or module:object can be pickled"):
         pickle.dumps(Reward(suite_of("toy")))
 
 
@@ -431,7 +431,7 @@ def test_rewards_are_the_same_from_threads() -> None:
         ("virtualhome/cooking/27_2", "is not a task"),
         ("action_sequencing/27_2", "is not a task"),
         ("virtualhome/action_sequencing/0_0", "virtualhome action_sequencing has no task '0_0'"),
-        ("mars/action_sequencing/0_0", "'mars' is no benchmark"),
+        ("mars/action_sequencing/0_0", "'mars' is not a benchmark"),
     ],
 )
 def test_what_there_is_not_is_named(text: str, told: str) -> None:

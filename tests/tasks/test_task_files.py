@@ -112,7 +112,7 @@ def test_what_is_no_task_is_refused_with_file_and_line(eai: Command, line: objec
             (LINE, {**LINE, "id": "two", "goals": ["is_open(box)"]}),
             "line 2: goals: expected a goal that does not hold at the start",
         ),
-        ((LINE, {**LINE, "id": "two", "base": "nowhere"}), "line 2: 'nowhere' is no benchmark"),
+        ((LINE, {**LINE, "id": "two", "base": "nowhere"}), "line 2: 'nowhere' is not a benchmark"),
         ((LINE, {**LINE, "id": "two", "missing": ["at(robot, ball)"]}), "line 2: plan: expected none"),
         (
             (LINE, {**LINE, "id": "two", "missing": ["at(robot, ball)"], "plan": []}),

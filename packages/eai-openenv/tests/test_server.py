@@ -312,7 +312,7 @@ def test_a_client_that_dies_in_the_middle_loses_and_doubles_nothing(address: str
 def test_no_split_and_no_task_are_refused() -> None:
     with pytest.raises(InputError, match="at least one benchmark"):
         Tasks({})
-    with pytest.raises(InputError, match="is no benchmark"):
+    with pytest.raises(InputError, match="is not a benchmark"):
         Tasks({"train": "nowhere"})
 
 

@@ -1,4 +1,4 @@
-"""Benchmarks: all that the abilities need of a domain and cannot guess, in one value."""
+"""Benchmarks: a domain with its tasks, notation and published data, in one value."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ FOLDER = "formats"
 
 
 def formats_of(package: str) -> Mapping[Ability, str]:
-    """The texts in the folder ``formats`` of a package, by ability; an ability without one has no entry."""
+    """Return the texts in the folder ``formats`` of a package, by ability."""
     folder = files(package) / FOLDER
-    found = {ability: folder / f"{ability.value}.txt" for ability in find_abilities()}
+    files_by_ability = {ability: folder / f"{ability.value}.txt" for ability in find_abilities()}
     return {
         ability: file.read_text(encoding="utf-8").removesuffix("\n")
-        for ability, file in found.items()
+        for ability, file in files_by_ability.items()
         if file.is_file()
     }
 
@@ -46,19 +46,19 @@ Opener: TypeAlias = Callable[["Benchmark", Ability, Source], TaskSet[Scorer]]
 """Opens the scorers of a benchmark and an ability, by task. It can be pickled."""
 
 OpenDemonstrations: TypeAlias = Callable[[Path, ReportProgress], TaskSet[Task]]
-"""Opens demonstrations that an archive holds; DataError if it is not there, or damaged."""
+"""Opens the demonstrations in an archive. Raises DataError if the archive is absent or damaged."""
 
 ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]
-"""From a task and some ground conditions to the PDDL problem of reaching them."""
+"""Returns the PDDL problem of reaching some ground conditions of a task."""
 
 PublishedPrompts: TypeAlias = Callable[[Ability, Source], "PromptFiles"]
-"""Gives the prompts that a data set has for an ability; DataError if they cannot be obtained."""
+"""Returns the published prompts of an ability. Raises DataError if they cannot be obtained."""
 
 OwnFigures: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
-"""Counts figures of a data set: by label, the number and a note that says what is counted."""
+"""Counts figures of a data set: by label, the number and a note on its meaning."""
 
 OpenWorld: TypeAlias = Callable[[Source], "ProblemWorld"]
-"""Opens what problems in a language of the data set's own may speak of."""
+"""Opens the objects and predicates that problems in the data set's own language may use."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -102,15 +102,15 @@ class DataSet:
 
 @dataclass(frozen=True, eq=False)
 class Benchmark:
-    """A domain with its tasks, and how its answers are written.
+    """A domain with its tasks and the notation of answers.
 
     Attributes:
-        name: as records have it.
-        domain: the declaration, as it is meant.
-        open_tasks: opens the tasks; `eai.tasks.source.given` for tasks written down in a program.
-        notation: how answers are written and things are named.
+        name: name in records.
+        domain: the domain as the paper means it.
+        open_tasks: opens the tasks; `eai.tasks.source.given` for tasks declared in a program.
+        notation: the notation of answers and the names of things.
         data: the published data.
-        reference: what `eai.benchmarks.registry.find_benchmark` finds it by; empty if by nothing.
+        reference: reference for `eai.benchmarks.registry.find_benchmark`; empty if the benchmark has none.
     """
 
     name: str
@@ -122,8 +122,10 @@ class Benchmark:
 
     def __post_init__(self) -> None:
         if not callable(self.open_tasks):
-            found = type(self.open_tasks).__name__
-            raise InputError(f"benchmark {self.name}: expected tasks as eai.given(task, ...), found {found}")
+            type_name = type(self.open_tasks).__name__
+            raise InputError(
+                f"benchmark {self.name}: expected tasks as eai.given(task, ...), found {type_name}"
+            )
 
     @property
     def title(self) -> str:
@@ -131,15 +133,15 @@ class Benchmark:
         return self.data.title or self.name
 
     def errata_for(self, source: Source) -> Errata:
-        """The errata that tasks are opened with."""
+        """Return the errata with which tasks are opened."""
         return NO_ERRATA if source.errata is ErrataChoice.NONE else self.data.errata
 
     def tasks(self, source: Source) -> TaskSet[Task]:
-        """All tasks in the order of the data set."""
+        """Return all tasks in the order of the data set."""
         return self.errata_for(source).tasks(self.open_tasks(source))
 
     def with_changed(self, change: Callable[[Task], Task]) -> Benchmark:
-        """Return the benchmark with changed tasks, which errata have corrected before."""
+        """Return the benchmark with changed tasks. Errata are applied before the change."""
 
         def open_tasks(source: Source) -> TaskSet[Task]:
             tasks = self.tasks(source)
@@ -148,17 +150,20 @@ class Benchmark:
         return replace(self, open_tasks=open_tasks, data=replace(self.data, errata=NO_ERRATA))
 
     def tasks_for(self, ability: Ability, source: Source) -> TaskSet[Any]:
-        """The tasks that an ability is asked of, in the same order, published operators, or tasks of its own.
+        """Return the tasks of an ability, in the order of the data set.
+
+        Transition modeling has operators as tasks, and some abilities have tasks of their own.
 
         Raises:
-            InputError: the ability is asked of tasks of its own, and there are none, or of no such tasks.
+            InputError: the ability needs tasks of its own and the benchmark has none, or it has only those of
+                others.
         """
-        own = self.data.own_tasks
-        if ability in own and ability is not Ability.TRANSITION_MODELING:
-            return own[ability](source)
-        if own and not self.open_tasks(source):
-            known = f"give --ability {' or '.join(own)}"
-            raise InputError(f"--domain {self.reference}: {known}, as {ability} is not asked of this file")
+        own_tasks = self.data.own_tasks
+        if ability in own_tasks and ability is not Ability.TRANSITION_MODELING:
+            return own_tasks[ability](source)
+        if own_tasks and not self.open_tasks(source):
+            options = f"give --ability {' or '.join(own_tasks)}"
+            raise InputError(f"--domain {self.reference}: {options}, as {ability} is not asked of this file")
         asked = declaration_of(ability).interaction if ability in find_abilities() else None
         if asked is not None and asked.task_command:
             wanted = f"a file that {asked.task_command} writes"
@@ -172,7 +177,7 @@ class Benchmark:
         return TaskSet(chosen, tasks.__getitem__, tasks.sha256)
 
     def operators(self, source: Source) -> TaskSet[TransitionTask]:
-        """The tasks of transition modeling in the order of the data set."""
+        """Return the tasks of transition modeling in the order of the data set."""
         if Ability.TRANSITION_MODELING in self.data.own_tasks:
             return self.errata_for(source).operators(self.data.own_tasks[Ability.TRANSITION_MODELING](source))
         from eai.tasks.operator_task import declared_tasks
@@ -182,7 +187,7 @@ class Benchmark:
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
     def world(self, source: Source) -> AbilityWorld:
-        """The world as abilities see it; a planner of operators is the one that the source asks for."""
+        """Return the benchmark's world as abilities see it, with the source's choice of a planner."""
 
         def planner() -> PddlPlanner | None:
             from eai.pddl.planners import make_planner
@@ -193,7 +198,7 @@ class Benchmark:
         return AbilityWorld(self.domain, self.notation, self.subgoals, planner, words, seen, self)
 
     def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
-        """The prompts of the data set by task id, corrected; None if it has none of the ability.
+        """Return the corrected prompts of the data set by task id, or None if it has none for this ability.
 
         Raises:
             DataError: they cannot be obtained.
@@ -202,7 +207,7 @@ class Benchmark:
         return None if files is None else files.by_task(self.data.task_id_of)
 
     def official_files(self, ability: Ability, source: Source) -> PromptFiles | None:
-        """The same as files, byte for byte where none is corrected.
+        """Return the official prompt files, or None if there are none; only errata change their bytes.
 
         Raises:
             DataError: they cannot be obtained.
@@ -216,20 +221,20 @@ class Benchmark:
         return files.corrected(lambda name, question: correct(self.data.task_id_of(name) or name, question))
 
     def wording(self, ability: Ability) -> Wording:
-        """How prompts of an ability name things."""
+        """Return the names of things in prompts of an ability."""
         if self.notation.wordings is not None:
             return self.notation.wordings(ability)
-        from eai.tasks.wording import Wording  # which scoring does not need
+        from eai.tasks.wording import Wording  # scoring does not need it
 
         return Wording.of(self.domain)
 
     def subgoals(self) -> SubgoalNotation:
         """Return the notation of subgoals."""
-        from eai.abilities.notation.subgoals import SubgoalNotation  # which plans do not need
+        from eai.abilities.notation.subgoals import SubgoalNotation  # plans do not need it
 
         return self.notation.subgoals or SubgoalNotation(self.domain)
 
     def observed_wording(self) -> Wording:
-        """How observations name things: as prompts of action sequencing do, with what else is observed."""
+        """Return the names of things in observations: those of plan prompts, and some more predicates."""
         words = self.wording(Ability.ACTION_SEQUENCING)
         return replace(words, predicates=(*words.predicates, *self.notation.also_observed))

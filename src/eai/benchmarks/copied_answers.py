@@ -1,9 +1,9 @@
-"""Copies as baselines: the answers of the built-in models `eai/copy`, `eai/empty` and `eai/lookup`.
+"""Baselines that copy: the built-in models `eai/copy`, `eai/empty` and `eai/lookup`.
 
-A measure that pays the first two pays for nothing. Copies are made of what the question says (its goals, its
-instruction, the names of its operators), never of a right answer. A lookup table has the answer of the most
-similar public task, objects renamed: whoever has seen the public answers can do as much without deciding
-anything. The task itself is left out.
+A metric that rewards the first two rewards nothing. Copies use only the question (its goals, its instruction,
+the names of its operators), never a right answer. The lookup table answers with the answer to the most
+similar public task, with renamed objects, as anybody who knows the public answers could do without deciding
+anything. The task itself is left out of the table.
 """
 
 from __future__ import annotations
@@ -45,147 +45,146 @@ from eai.world.state import Scene
 
 _WORD = re.compile(r"[a-z]{2,}")
 
-_LONGEST = 3
-"""In how many words of an instruction a name is looked for: ``floor lamp``, ``next to``."""
+_MAX_NAME_WORDS = 3
+"""Maximum number of instruction words in a name, as in ``floor lamp`` or ``next to``."""
 
 
-_Match: TypeAlias = tuple[Achiever, Mapping[str, int]]
-"""A way to make something so, and the objects that are given."""
+_AchieverMatch: TypeAlias = tuple[Achiever, Mapping[str, int]]
+"""A way to achieve a fact, and the objects that the fact determines."""
 
 
 def copied_goal(task: Task, notation: SubgoalNotation) -> f.Formula:
-    """The goal of a task as one subgoal: its actions in order, on any objects, then all it says of the end.
+    """Return the goal of a task as one subgoal: actions in order, on any objects, then final conditions.
 
-    Quantifiers are written out, since not every notation has them; of pairs the first that there are. Goals
-    over time are left out.
+    Quantifiers are expanded, since not every notation has them; a goal about pairs uses the first pairs.
+    Goals over time are left out.
     """
     lexicon = notation.lexicon(task.scene)
     arities = notation.domain.arities
     actions = [
-        _joined(f.Or, [_on_anything(name, arities[name]) for name in alternatives(goal)])
+        _join_formulas(f.Or, [_require_action(name, arities[name]) for name in alternatives(goal)])
         for goal in task.goals_of(GoalKind.ACTION)
     ]
     lasting = [
-        _without_quantifiers(goal.formula, task.scene)
+        _expand_quantifiers(goal.formula, task.scene)
         for goal in task.at_the_end.goals
         if goal.kind is not GoalKind.ACTION
     ]
-    at_the_end = [_joined(f.And, lasting)] if lasting else []
-    return lexicon.worded(_joined(f.Then, [*actions, *at_the_end]))
+    at_the_end = [_join_formulas(f.And, lasting)] if lasting else []
+    return lexicon.worded(_join_formulas(f.Then, [*actions, *at_the_end]))
 
 
-def _joined(kind: type[f.And | f.Or | f.Then], parts: Sequence[f.Formula]) -> f.Formula:
-    """Some formulas as one; a single one stays as it is."""
+def _join_formulas(kind: type[f.And | f.Or | f.Then], parts: Sequence[f.Formula]) -> f.Formula:
+    """Return some formulas joined by a connective; a single formula stays unchanged."""
     return parts[0] if len(parts) == 1 else kind(tuple(parts))
 
 
-def _on_anything(action: str, arity: int) -> f.Formula:
-    """That an action is taken, whatever it is about."""
+def _require_action(action: str, arity: int) -> f.Formula:
+    """Return the condition that an action is taken, on any objects."""
     variables = [f.Variable(f"x{i}") for i in range(arity)]
     taken: f.Formula = f.Occurs(action, tuple(variables))
     return quantify(f.Exists, variables, taken)
 
 
-def _without_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
-    """A formula that makes one with quantifiers true, written out for the objects of a scene."""
+def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
+    """Return a formula without quantifiers that implies the given one, expanded for a scene's objects."""
 
     def objects(variable: f.Variable) -> list[f.Constant]:
         return [f.Constant(scene.objects[i].name) for i in bits(scene.category(variable.category))]
 
-    def each(variable: f.Variable, body: f.Formula, of: Iterable[f.Constant]) -> list[f.Formula]:
+    def instantiate(variable: f.Variable, body: f.Formula, of: Iterable[f.Constant]) -> list[f.Formula]:
         name = f.Variable(variable.name)
-        return [_without_quantifiers(substitute(body, {name: value}), scene) for value in of]
+        return [_expand_quantifiers(substitute(body, {name: value}), scene) for value in of]
 
     match formula:
         case f.And(parts) | f.Or(parts):
-            return _joined(type(formula), [_without_quantifiers(part, scene) for part in parts])
+            return _join_formulas(type(formula), [_expand_quantifiers(part, scene) for part in parts])
         case f.Not(operand):
-            return f.Not(_without_quantifiers(operand, scene))
+            return f.Not(_expand_quantifiers(operand, scene))
         case f.ForAll(variable, body):
-            return _joined(f.And, each(variable, body, objects(variable)))
+            return _join_formulas(f.And, instantiate(variable, body, objects(variable)))
         case f.Exists(variable, body):
-            return _joined(f.Or, each(variable, body, objects(variable)))
+            return _join_formulas(f.Or, instantiate(variable, body, objects(variable)))
         case f.Exactly(count, variable, body):
-            return _joined(f.And, each(variable, body, objects(variable)[:count]))
+            return _join_formulas(f.And, instantiate(variable, body, objects(variable)[:count]))
         case f.ForPairs(first, second, body, count):
             pairs = zip(objects(first), objects(second), strict=False)
-            one = f.Variable(first.name)
-            chosen = [each(second, substitute(body, {one: x}), [y])[0] for x, y in pairs]
-            return _joined(f.And, chosen[:count])
+            first_variable = f.Variable(first.name)
+            chosen = [instantiate(second, substitute(body, {first_variable: x}), [y])[0] for x, y in pairs]
+            return _join_formulas(f.And, chosen[:count])
         case _:
             return formula
 
 
 def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
-    """The question copied.
+    """Return answers copied from the question.
 
-    Goals are all that the instruction's words can state. The one subgoal is the goal, its actions before its
-    states. A plan has for each part of the goal an action that makes it so, without what that needs.
-    Operators need nothing, and bring about of everything what the goal says of something.
+    Goals are all goals that the instruction's words can state. The only subgoal is the goal, its actions
+    before its states. A plan has an action for each part of the goal that achieves it, without preparing
+    steps. Operators have no preconditions, and apply the goal's predicates to all their parameters.
 
     Raises:
-        DataError: the data cannot be had.
+        DataError: the data cannot be obtained.
     """
-    if ability not in _COPIED:
+    if ability not in _COPIERS:
         raise no_answer("copy", benchmark, ability)
-    return book_of(benchmark, ability, source, partial(_COPIED[ability], benchmark))
+    return book_of(benchmark, ability, source, partial(_COPIERS[ability], benchmark))
 
 
 def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
-    """Answers in the form that is asked for, with nothing in them.
+    """Return empty answers in the required form.
 
     Raises:
-        DataError: the data cannot be had.
+        DataError: the data cannot be obtained.
     """
     book = open_copy_book(benchmark, ability, source)
     return TaskSet(book, lambda task_id: replace(book[task_id], parts=()), "")
 
 
 def mentions(words: Sequence[str], name: str) -> list[int]:
-    """Where words name a thing, by the place of the first of them; endings do not matter."""
-    meant = _stem("".join(_WORD.findall(name.lower())))
-    spans = [(i, n) for i in range(len(words)) for n in range(1, _LONGEST + 1) if i + n <= len(words)]
-    return [i for i, n in spans if meant and _stem("".join(words[i : i + n])) == meant]
+    """Return the positions in a list of words where a name begins; endings do not matter."""
+    stem = _stem("".join(_WORD.findall(name.lower())))
+    spans = [(i, n) for i in range(len(words)) for n in range(1, _MAX_NAME_WORDS + 1) if i + n <= len(words)]
+    return [i for i, n in spans if stem and _stem("".join(words[i : i + n])) == stem]
 
 
 def instruction_words(task: Task) -> list[str]:
-    """The words of a task's title and instruction, in order."""
+    """Return the words of a task's title and instruction, in order."""
     return _WORD.findall(f"{task.title} {task.instruction}".lower())
 
 
 def _stem(word: str) -> str:
-    """A word without its ending: ``slice``, ``sliced`` and ``slices`` are one."""
+    """Return a word without its ending: ``slice`` for ``sliced`` and ``slices``."""
     for ending in ("ing", "ed", "es", "s", "e"):
         if word.endswith(ending) and len(word) > len(ending) + 2:
             return word.removesuffix(ending)
     return word
 
 
-def _goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    """Each named state of each named object, each relation named between two objects, each named action."""
+def _copy_goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
+    """Return each named state of each named object, each named relation of two objects, and named actions."""
     task = task.at_the_end
     notation, words = benchmark.notation.goals, instruction_words(task)
     lexicon = GoalLexicon(task, benchmark.domain, notation)
-    objects = {name: found for name in lexicon.objects if (found := mentions(words, name))}
+    objects = {name: positions for name in lexicon.objects if (positions := mentions(words, name))}
     goals = []
     for predicate, arity in lexicon.words:
-        places = mentions(words, predicate)
-        if arity == 1 and places:
+        mentioned_at = mentions(words, predicate)
+        if arity == 1 and mentioned_at:
             goals += [WrittenGoal(predicate, (name,)) for name in objects]
         elif arity == 2:
             goals += [
                 WrittenGoal(predicate, (name, other))
                 for name, before in objects.items()
                 for other, after in objects.items()
-                if name != other and any(before[0] < place < after[-1] for place in places)
+                if name != other and any(before[0] < position < after[-1] for position in mentioned_at)
             ]
     if notation.states_actions:
         goals += [WrittenGoal(name, is_action=True) for name in lexicon.actions if mentions(words, name)]
     return notation.write(goals)
 
 
-def _subgoals(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    """One subgoal: the goal."""
+def _copy_subgoals(benchmark: Benchmark, task: Task) -> Iterable[str]:
     task = task.at_the_end
     return [print_ltl(copied_goal(task, benchmark.subgoals()))] if task.goals else []
 
@@ -194,25 +193,27 @@ _achievers = lru_cache(maxsize=8)(Achievers)
 """Achievers of a domain, compiled once for all its tasks."""
 
 
-def _plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    """An action for each goal about states, then the action goals, about the first objects that will do."""
+def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
+    """Return an action for each goal about states, then the action goals, on the first suitable objects."""
     task, achievers = task.at_the_end, _achievers(benchmark.domain)
-    plan = [_first(_making(literal, task, achievers), task) for literal in _literals(task)]
+    plan = [
+        _choose_action(_find_achievers(literal, task, achievers), task) for literal in _list_literals(task)
+    ]
     actions = [achievers.find_operators(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
-    plan += [_first([(each, {}) for each in ways], task) for ways in actions]
+    plan += [_choose_action([(achiever, {}) for achiever in ways], task) for ways in actions]
     steps = dict.fromkeys(action for action in plan if action is not None)
     return benchmark.notation.plans.write(tuple(steps), task.scene)
 
 
-def _literals(task: Task) -> Iterator[Literal]:
-    """The conditions of the first way to meet each goal about states."""
+def _list_literals(task: Task) -> Iterator[Literal]:
+    """Yield the conditions of the first option of each goal about states."""
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
             yield from next(choice_options(ground(goal.formula, task.scene.names_of_category)), ())
 
 
-def _making(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_Match]:
-    """The actions that make a condition true that speaks of its objects, the straight ways first."""
+def _find_achievers(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_AchieverMatch]:
+    """Yield the actions that make a condition about given objects true, the direct ways first."""
     atom = literal.operand if isinstance(literal, f.Not) else literal
     if not isinstance(atom, f.Atom):
         return
@@ -228,8 +229,8 @@ def _making(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_Mat
                     yield achiever, scope
 
 
-def _first(matches: Iterable[_Match], task: Task) -> Action | None:
-    """The first action among these that can ever be taken with objects of the task; None if there is none."""
+def _choose_action(matches: Iterable[_AchieverMatch], task: Task) -> Action | None:
+    """Return the first of these actions that is possible with objects of the task in any state, or None."""
     usable = sum(1 << index for index in task.relevant)
     for achiever, scope in matches:
         for binding in achiever.bindings(task.initial, scope, usable, Effort(Limits().bindings)):
@@ -237,118 +238,122 @@ def _first(matches: Iterable[_Match], task: Task) -> Action | None:
     return None
 
 
-def _operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
-    """Operators of no condition, that assert of everything what the goal asserts, and deny what it denies."""
-    parts = list(walk(task.problem.goal))
-    denied = {p.operand.predicate for p in parts if isinstance(p, f.Not) and isinstance(p.operand, f.Atom)}
-    wanted = dict.fromkeys(part.predicate for part in parts if isinstance(part, f.Atom))
-    declared = {each.name: each.parameters for each in task.domain.header.predicates}
-    effects = [_everywhere(n, declared[n], adds=n not in denied) for n in wanted if n in declared]
+def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
+    """Return operators without preconditions that assert and deny the goal's predicates."""
+    subformulas = list(walk(task.problem.goal))
+    denied = {
+        p.operand.predicate for p in subformulas if isinstance(p, f.Not) and isinstance(p.operand, f.Atom)
+    }
+    wanted = dict.fromkeys(part.predicate for part in subformulas if isinstance(part, f.Atom))
+    declared = {predicate.name: predicate.parameters for predicate in task.domain.header.predicates}
+    effects = [_apply_to_all(n, declared[n], adds=n not in denied) for n in wanted if n in declared]
     effect = Both(tuple(effects))
     return [write_action(replace(gold, precondition=f.TRUE, effect=effect)) for gold in task.gold.values()]
 
 
-def _everywhere(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
-    """A predicate of all objects that it can be said of."""
-    atom = f.Atom(name, tuple([f.Variable(each.name) for each in parameters]))
+def _apply_to_all(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
+    """Return the effect that a predicate becomes true, or false, of all suitable objects."""
+    atom = f.Atom(name, tuple([f.Variable(parameter.name) for parameter in parameters]))
     effect: PddlEffect = Add(atom) if adds else Delete(atom)
     return quantify(Each, parameters, effect)
 
 
-_COPIED: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
-    Ability.GOAL_INTERPRETATION: _goals,
-    Ability.SUBGOAL_DECOMPOSITION: _subgoals,
-    Ability.ACTION_SEQUENCING: _plan,
-    Ability.TRANSITION_MODELING: _operators,
+_COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
+    Ability.GOAL_INTERPRETATION: _copy_goals,
+    Ability.SUBGOAL_DECOMPOSITION: _copy_subgoals,
+    Ability.ACTION_SEQUENCING: _copy_plan,
+    Ability.TRANSITION_MODELING: _copy_operators,
 }
 
 
 _NAME = re.compile(r"[\w.]+")
 
-_OF_TASKS = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
-"""The abilities whose answers are those of similar tasks; episodes of acting take plans."""
+_LOOKED_UP_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
+"""Abilities whose answers are adapted from similar tasks; episodes of acting take plans."""
 
 
 def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
-    """Return the answer of the lookup table.
+    """Return the answers of the lookup table.
 
-    Plans and subgoals are those of the task with the most similar goals, goals those of the task whose
-    instruction shares most words, operators those of any other task that asks for them.
+    Plans and subgoals are those of the task with the most similar goals. Goals are those of the task whose
+    instruction shares most words. Operators are those of any other task that needs them.
 
     Raises:
-        DataError: the data cannot be had.
+        DataError: the data cannot be obtained.
     """
     if ability is Ability.TRANSITION_MODELING:
-        return book_of(benchmark, ability, source, _other_operators(benchmark.operators(source)))
-    if ability not in _OF_TASKS:
+        return book_of(benchmark, ability, source, _make_operator_copier(benchmark.operators(source)))
+    if ability not in _LOOKED_UP_ABILITIES:
         raise no_answer("lookup", benchmark, ability)
-    known = replace(benchmark, open_tasks=benchmark.data.open_public or benchmark.open_tasks)
-    public = known.tasks_for(ability, source).values()
+    public_benchmark = replace(benchmark, open_tasks=benchmark.data.open_public or benchmark.open_tasks)
+    public = public_benchmark.tasks_for(ability, source).values()
     if ability is Ability.GOAL_INTERPRETATION:
         texts = [(task, Counter(instruction_words(task))) for task in public]
-        return book_of(benchmark, ability, source, partial(_similar_goals, benchmark, texts))
+        return book_of(benchmark, ability, source, partial(_adapt_goals, benchmark, texts))
     table = LookupTable(public, benchmark.domain)
     if ability is Ability.SUBGOAL_DECOMPOSITION:
-        answers = open_answer_book(known, ability, source)
-        return book_of(benchmark, ability, source, partial(_looked_up, benchmark, table, answers))
+        answers = open_answer_book(public_benchmark, ability, source)
+        return book_of(benchmark, ability, source, partial(_adapt_subgoals, benchmark, table, answers))
     plans = benchmark.notation.plans
     return book_of(benchmark, ability, source, lambda task: plans.write(table.plan(task), task.scene))
 
 
 class LookupTable:
-    """The tasks whose plans are known.
+    """The tasks with known plans.
 
     Args:
-        public: the tasks; those without a plan are passed over.
-        domain: the declaration.
+        public: the tasks; tasks without a plan are skipped.
+        domain: the domain.
     """
 
     def __init__(self, public: Iterable[Task], domain: Domain) -> None:
-        self._entries = [(task, _lifted(task)) for task in public if task.script]
+        self._entries = [(task, _lift_goals(task)) for task in public if task.script]
         numbered = enumerate(self._entries)
         self._of_goal = group_pairs((text, number) for number, (_, goals) in numbered for text in goals)
         self._domain = domain
 
     def plan(self, task: Task) -> tuple[Action, ...]:
-        """The plan of the nearest other task, about this one's objects; steps of no operator are left out."""
+        """Return the plan of the nearest other task about this task's objects, without unknown operators."""
         nearest = self.nearest(task)
-        plan = () if nearest is None else tuple(_renamed(nearest, task))
+        plan = () if nearest is None else tuple(_adapt_steps(nearest, task))
         arities = self._domain.arities
-        return tuple([each for each in plan if arities.get(each.operator) == len(each.arguments)])
+        return tuple([action for action in plan if arities.get(action.operator) == len(action.arguments)])
 
     def solves(self, task: Task) -> bool:
         """Whether the plan of the nearest other task solves a task."""
         return solves(self._domain, task, self.plan(task))
 
     def nearest(self, task: Task) -> Task | None:
-        """The other task that shares most goals, of those of either; the first of several."""
-        goals = _lifted(task)
+        """Return the other task with the largest share of common goals; the first of several."""
+        goals = _lift_goals(task)
         sharing = sorted({number for text in goals for number in self._of_goal.get(text, ())})
-        alike = _most_similar(goals, task, map(self._entries.__getitem__, sharing))
+        alike = _find_most_similar(goals, task, map(self._entries.__getitem__, sharing))
         return alike or next((other for other, _ in self._entries if other.id != task.id), None)
 
 
-def _looked_up(benchmark: Benchmark, table: LookupTable, answers: AnswerBook, task: Task) -> Sequence[str]:
-    """The subgoals of the nearest other task, about this one's objects; what is about others is left out."""
+def _adapt_subgoals(
+    benchmark: Benchmark, table: LookupTable, answers: AnswerBook, task: Task
+) -> Sequence[str]:
+    """Return the nearest task's subgoals with this task's objects, without subgoals on other objects."""
     nearest = table.nearest(task)
     if nearest is None:
         return ()
     notation = benchmark.subgoals()
     parts, here = answers[nearest.id].parts, notation.lexicon(task.scene)
     there = notation.lexicon(nearest.scene).objects
-    named = [there[word] for part in parts for word in _NAME.findall(part) if word in there]
-    meant = _correspondence(nearest, task, named)
-    names = {word: here.name(meant[index]) for word, index in there.items() if index in meant}
-    kept = [part for part in parts if all(w in names for w in _NAME.findall(part) if w in there)]
-    return [_NAME.sub(lambda match: names.get(match[0], match[0]), part) for part in kept]
+    mentioned = [there[word] for part in parts for word in _NAME.findall(part) if word in there]
+    counterparts = _match_objects(nearest, task, mentioned)
+    names = {word: here.name(counterparts[index]) for word, index in there.items() if index in counterparts}
+    complete_parts = [part for part in parts if all(w in names for w in _NAME.findall(part) if w in there)]
+    return [_NAME.sub(lambda match: names.get(match[0], match[0]), part) for part in complete_parts]
 
 
-def _similar_goals(
+def _adapt_goals(
     benchmark: Benchmark, texts: Iterable[tuple[Task, Counter[str]]], task: Task
 ) -> Sequence[str]:
-    """The goals of the task whose instruction shares most words, but for what does not exist here."""
+    """Return the goals of the task whose instruction shares most words, without names unknown here."""
     notation = benchmark.notation.goals
-    nearest = _most_similar(Counter(instruction_words(task)), task, texts)
+    nearest = _find_most_similar(Counter(instruction_words(task)), task, texts)
     parts = () if nearest is None else write_goals(nearest, benchmark.domain, notation)
     read = notation.read(notation.join(parts))
     stated = () if isinstance(read, Unreadable) else read.goals
@@ -356,66 +361,68 @@ def _similar_goals(
     return notation.write([goal for goal in stated if lexicon.find_unknown_name(goal) is None])
 
 
-def _other_operators(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
-    """Writes those of a task's operators that some other task asks for, as it has them."""
-    asked = Counter([name for task in tasks.values() for name in task.operators])
-    return lambda task: [task.domain.operators[name].pddl for name in task.operators if asked[name] > 1]
+def _make_operator_copier(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
+    """Return the function that writes a task's operators that some other task also needs."""
+    uses = Counter([name for task in tasks.values() for name in task.operators])
+    return lambda task: [task.domain.operators[name].pddl for name in task.operators if uses[name] > 1]
 
 
-def _lifted(task: Task) -> Counter[str]:
-    """The goals of a task with objects by category."""
-    return Counter([text for _, text in _goal_texts(task)])
+def _lift_goals(task: Task) -> Counter[str]:
+    """Return the goals of a task with objects replaced by their category."""
+    return Counter([text for _, text in _write_goals_by_category(task)])
 
 
-def _goal_texts(task: Task) -> Iterator[tuple[f.Formula, str]]:
-    """The goals of a task, each also as a text in which objects go by their category."""
-    category = {thing.name: thing.category for thing in task.scene.objects}
+def _write_goals_by_category(task: Task) -> Iterator[tuple[f.Formula, str]]:
+    """Yield each goal of a task, and its text with objects replaced by their category."""
+    category = {obj.name: obj.category for obj in task.scene.objects}
     for goal in task.goals:
         named = {name: category[name] for name in object_names(goal.formula)}
         yield goal.formula, print_ltl(rename_variables(rename_objects(goal.formula, named)))
 
 
-def _most_similar(
-    texts: Counter[str], asked: Task, among: Iterable[tuple[Task, Counter[str]]]
+def _find_most_similar(
+    texts: Counter[str], excluded: Task, among: Iterable[tuple[Task, Counter[str]]]
 ) -> Task | None:
-    """Another task than the asked one, of tasks with their texts: that with most common texts among all."""
-    others = [(task, known) for task, known in among if task.id != asked.id]
-    nearest = max(others, key=lambda entry: _similarity(texts, entry[1]), default=None)
+    """Return the task with the largest share of common texts, except the excluded task."""
+    others = [(task, task_texts) for task, task_texts in among if task.id != excluded.id]
+    nearest = max(others, key=lambda entry: _compute_similarity(texts, entry[1]), default=None)
     return None if nearest is None else nearest[0]
 
 
-def _similarity(texts: Counter[str], others: Counter[str]) -> int:
-    """How near texts are to each other: the share of common ones among all, in millionths."""
+def _compute_similarity(texts: Counter[str], others: Counter[str]) -> int:
+    """Return the share of common texts among all texts, in millionths."""
     return 1_000_000 * (texts & others).total() // max(1, (texts | others).total())
 
 
-def _renamed(known: Task, asked: Task) -> Iterator[Action]:
-    """The plan of a known task about the objects of another, without steps about what the other lacks."""
-    meant = _correspondence(known, asked, [index for action in known.script for index in action.arguments])
-    for action in known.script:
-        arguments = [meant.get(index) for index in action.arguments]
-        found = tuple([index for index in arguments if index is not None])
-        if len(found) == len(arguments):
-            yield Action(action.operator, found)
+def _adapt_steps(source: Task, target: Task) -> Iterator[Action]:
+    """Yield the plan of a source task with the objects of a target task, as far as they exist."""
+    counterparts = _match_objects(
+        source, target, [index for action in source.script for index in action.arguments]
+    )
+    for action in source.script:
+        arguments = [counterparts.get(index) for index in action.arguments]
+        indices = tuple([index for index in arguments if index is not None])
+        if len(indices) == len(arguments):
+            yield Action(action.operator, indices)
 
 
-def _correspondence(known: Task, asked: Task, named: Iterable[int]) -> Mapping[int, int]:
-    """For each named object of a known task one of another task: of the same goal, or category and name."""
-    meant: dict[int, int] = {}
-    goals = list(_goal_texts(asked))
-    for formula, text in _goal_texts(known):
-        same = next((i for i, (_, other) in enumerate(goals) if other == text), None)
-        if same is not None:
-            there = object_names(goals.pop(same)[0])
-            pairs = zip(object_names(formula), there, strict=False)
-            meant |= {known.scene.index[a]: asked.scene.index[b] for a, b in pairs}
-    relevant = dict.fromkeys((*asked.relevant, *range(len(asked.scene.objects))))
+def _match_objects(source: Task, target: Task, named: Iterable[int]) -> Mapping[int, int]:
+    """Return a target object for objects of a source task: from the same goal, or of the same category."""
+    counterparts: dict[int, int] = {}
+    goals = list(_write_goals_by_category(target))
+    for formula, text in _write_goals_by_category(source):
+        position = next((i for i, (_, other) in enumerate(goals) if other == text), None)
+        if position is not None:
+            target_names = object_names(goals.pop(position)[0])
+            pairs = zip(object_names(formula), target_names, strict=False)
+            counterparts |= {source.scene.index[a]: target.scene.index[b] for a, b in pairs}
+    relevant = dict.fromkeys((*target.relevant, *range(len(target.scene.objects))))
     for index in dict.fromkeys(named):
-        thing = known.scene.objects[index]
-        if index not in meant:
-            alike = [i for i in relevant if asked.scene.objects[i].category == thing.category]
-            free = [i for i in alike if i not in meant.values()] or alike
-            same_name = [i for i in free if asked.scene.objects[i].name == thing.name]
+        obj = source.scene.objects[index]
+        if index not in counterparts:
+            candidates = [i for i in relevant if target.scene.objects[i].category == obj.category]
+            free = [i for i in candidates if i not in counterparts.values()] or candidates
+            namesakes = [i for i in free if target.scene.objects[i].name == obj.name]
             if free:
-                meant[index] = (same_name or free)[0]
-    return meant
+                counterparts[index] = (namesakes or free)[0]
+    return counterparts

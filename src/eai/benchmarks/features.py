@@ -1,4 +1,4 @@
-"""Features of tasks, whatever is answered: all that a score may be set against."""
+"""Features of tasks, independent of answers, to which scores can be related."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ from eai.world.relation import bits, mask_of
 class Features:
     """The features of one task.
 
-    A *goal* is a part of the task's goal as plans are tested for it, which may speak of objects in general
-    ("every jar is open"). A *ground goal* is a condition on certain objects, as goal interpretation asks for
-    it: those of the first way to meet each goal, what stands in two of them twice.
+    A *goal* is a part of the task's goal as plans are tested for it. It may quantify over objects ("every jar
+    is open"). A *ground goal* is a condition on certain objects, as in goal interpretation. Ground goals are
+    counted in the first option of each goal; a condition in two options counts twice.
 
     Attributes:
-        annotated_steps: how many steps the data set's own plan has; None if there is none.
-        annotated_operators: how many different operators it uses; likewise.
-        tool_steps: how many of its steps need a thing of some kind that they do not name: something to
-            slice with, a sink to soak in; likewise.
-        goals: how many goals it has.
-        state_goals: those that speak of states alone.
-        relation_goals: those that speak of relations.
-        action_goals: those that are actions to be taken.
-        quantified_goals: those that speak of objects in general.
-        goal_options: how many ways there are to choose one way to meet each goal.
-        ground_goals: how many ground goals it has.
-        ground_state_goals: those of one object.
-        ground_relation_goals: those of two objects.
-        ground_action_goals: those that are actions.
-        goals_at_start: how many goals hold before anything is done.
-        objects: how many objects the task is about.
-        object_categories: of how many categories they are.
-        initial_facts: how many changeable facts about them alone hold at the start.
-        instruction_words: how many words the instruction has.
+        annotated_steps: number of steps of the data set's own plan; None if there is no plan.
+        annotated_operators: number of different operators of that plan; None if there is no plan.
+        tool_steps: number of its steps that need an object of a kind that they do not name, such as a knife
+            or a sink; None if there is no plan.
+        goals: number of goals.
+        state_goals: number of goals about states only.
+        relation_goals: number of goals with relations.
+        action_goals: number of goals that are actions to be taken.
+        quantified_goals: number of goals that quantify over objects.
+        goal_options: number of combinations of one option of each goal.
+        ground_goals: number of ground goals.
+        ground_state_goals: number of ground goals about one object.
+        ground_relation_goals: number of ground goals about two objects.
+        ground_action_goals: number of ground goals that are actions.
+        goals_at_start: number of goals that hold initially.
+        objects: number of relevant objects.
+        object_categories: number of categories of relevant objects.
+        initial_facts: number of changeable initial facts about relevant objects only.
+        instruction_words: number of words of the instruction.
     """
 
     annotated_steps: int | None
@@ -68,13 +68,13 @@ class Features:
 
 
 def features_of(task: Task, benchmark: Benchmark) -> Features:
-    """The features of a task of a benchmark."""
+    """Return the features of a task of a benchmark."""
     steps, tools = [step.operator for step in task.script], operators_with_tools(benchmark.domain)
     kinds = Counter(goal.kind for goal in task.goals)
     alternatives = benchmark.notation.goals.alternatives(task.at_the_end)
-    conditions = [part for goal in alternatives for part in next(choice_options(goal.options), ())]
-    ground = Counter(map(_kind, conditions))
-    about = set(task.relevant)
+    conditions = [condition for goal in alternatives for condition in next(choice_options(goal.options), ())]
+    ground = Counter(map(_classify_condition, conditions))
+    indices = set(task.relevant)
     return Features(
         annotated_steps=len(steps) or None,
         annotated_operators=len(set(steps)) or None,
@@ -92,14 +92,14 @@ def features_of(task: Task, benchmark: Benchmark) -> Features:
         ground_relation_goals=ground[GoalKind.RELATION],
         ground_action_goals=ground[GoalKind.ACTION],
         goals_at_start=sum(GoalTest(task).reached(task.initial, ())),
-        objects=len(about),
-        object_categories=len({task.scene.objects[i].category for i in about}),
-        initial_facts=_initial_facts(task),
+        objects=len(indices),
+        object_categories=len({task.scene.objects[i].category for i in indices}),
+        initial_facts=_count_initial_facts(task),
         instruction_words=len(task.instruction.split()),
     )
 
 
-def _kind(condition: Literal) -> GoalKind:
+def _classify_condition(condition: Literal) -> GoalKind:
     match condition.operand if isinstance(condition, Not) else condition:
         case Occurs():
             return GoalKind.ACTION
@@ -110,32 +110,37 @@ def _kind(condition: Literal) -> GoalKind:
 
 
 def _is_quantified(goal: Goal) -> bool:
-    return any(isinstance(part, (ForAll, Exists, Exactly, ForPairs)) for part in walk(goal.formula))
+    return any(isinstance(formula, (ForAll, Exists, Exactly, ForPairs)) for formula in walk(goal.formula))
 
 
-def _initial_facts(task: Task) -> int:
-    about, state = mask_of(task.relevant), task.initial
-    shown = [p for p in task.scene.vocabulary.predicates if p.visible and not p.static]
-    alone = sum((state.mask(p.name) & about).bit_count() for p in shown if p.arity == 1)
-    relations = [state.relation(p.name) for p in shown if p.arity == 2]
-    return alone + sum((each.row(i) & about).bit_count() for each in relations for i in bits(about))
+def _count_initial_facts(task: Task) -> int:
+    mask, state = mask_of(task.relevant), task.initial
+    predicates = [p for p in task.scene.vocabulary.predicates if p.visible and not p.static]
+    unary_facts = sum((state.mask(p.name) & mask).bit_count() for p in predicates if p.arity == 1)
+    relations = [state.relation(p.name) for p in predicates if p.arity == 2]
+    return unary_facts + sum(
+        (relation.row(i) & mask).bit_count() for relation in relations for i in bits(mask)
+    )
 
 
 def operators_with_tools(domain: Domain) -> frozenset[str]:
-    """The operators of which a check asks for a thing of some kind that the action does not name."""
+    """Return the operators with a check for an object of some kind that the action does not name."""
     kinds = {p.name for p in domain.vocabulary.predicates if p.static and p.arity == 1}
-    return frozenset(operator.name for operator in domain.operators if _needs_a_tool(operator, kinds))
+    return frozenset(operator.name for operator in domain.operators if _requires_tool(operator, kinds))
 
 
-def _needs_a_tool(operator: Operator, kinds: set[str]) -> bool:
-    checks = [*operator.checks, *(check for each in operator.tries for check in each.checks)]
-    return any(_asks_for(check.condition, kinds) for check in checks)
+def _requires_tool(operator: Operator, kinds: set[str]) -> bool:
+    checks = [*operator.checks, *(check for option in operator.tries for check in option.checks)]
+    return any(_requires_kind(check.condition, kinds) for check in checks)
 
 
-def _asks_for(formula: Formula, kinds: set[str]) -> bool:
-    """Whether there must be something of one of these kinds; what is denied is not asked for."""
+def _requires_kind(formula: Formula, kinds: set[str]) -> bool:
+    """Whether a formula requires an object of one of these kinds; negated formulas require none."""
     if isinstance(formula, Not):
         return False
     if isinstance(formula, Exists):
-        return any(isinstance(part, Atom) and part.predicate in kinds for part in walk(formula.body))
-    return any(_asks_for(part, kinds) for part in children(formula))
+        return any(
+            isinstance(subformula, Atom) and subformula.predicate in kinds
+            for subformula in walk(formula.body)
+        )
+    return any(_requires_kind(subformula, kinds) for subformula in children(formula))

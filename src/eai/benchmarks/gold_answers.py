@@ -1,6 +1,6 @@
-"""Answers of the built-in models: gold answers, plans found by search, and gold answers corrupted at random.
+"""Answers of the built-in models: gold answers, planned answers, and randomly corrupted gold answers.
 
-The last are those of `eai/noisy`, which mends them where feedback says what is wrong.
+Corrupted answers are those of `eai/noisy`, which repairs them if feedback names the error.
 """
 
 from __future__ import annotations
@@ -32,19 +32,20 @@ if TYPE_CHECKING:
     from eai.tasks.operator_task import TransitionTask
 
 _Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
-"""Parts of a gold answer that belong together, and those that stand in their place."""
+"""Consecutive parts of a gold answer, and the parts that replace them."""
 
 
 def noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) -> WrittenAnswer:
-    """A gold answer in which parts are corrupted, each by itself: a pure function of the arguments.
+    """Return a gold answer with randomly corrupted parts. Equal arguments give equal answers.
 
-    A part is dropped, repeated, swapped with the next, or replaced by a part of another task's answer.
+    Each part is corrupted independently: it is dropped, repeated, swapped with the next, or replaced by a
+    part of another task's answer.
 
     Args:
         book: the gold answers.
         task_id: the id of the task.
-        rate: how often a part is corrupted.
-        seed: of all that is random.
+        rate: probability that a part is corrupted.
+        seed: seed of all random choices.
     """
     return next(corrupted_versions(book, task_id, rate, seed))
 
@@ -52,37 +53,39 @@ def noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) -> Writ
 def heeding_answer(
     book: AnswerBook, task_id: str, question: str, attempt: int, *, rate: float, seed: str, heed: float
 ) -> WrittenAnswer:
-    """The answer of a noisy model that mends only mistakes that the question names.
+    """Return the answer of a noisy model that repairs only errors named by the question.
 
-    If the question contains its last answer and a reason after it, it mends the first corrupted part of that
-    answer with probability ``heed``; otherwise it says the same again.
+    If the question contains the model's last answer, followed by a reason, the model repairs the first
+    corrupted part of that answer with probability ``heed``. Otherwise it repeats its answer.
     """
     versions = list(corrupted_versions(book, task_id, rate, seed))
-    place, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
-    if attempt == 1 or place < 0:
+    position, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
+    if attempt == 1 or position < 0:
         return versions[0]
-    has_reason = REASONS in question[place + len(versions[last].text) :]
+    has_reason = REASONS in question[position + len(versions[last].text) :]
     heeds = has_reason and chance(f"{seed} {attempt}", task_id).random() < heed
     return versions[min(last + heeds, len(versions) - 1)]
 
 
 def corrupted_versions(book: AnswerBook, task_id: str, rate: float, seed: str) -> Iterator[WrittenAnswer]:
-    """The corrupted answer, then with one more corrupted part mended each time, up to the gold answer."""
+    """Yield the corrupted answer, then versions with one more repaired part each, up to the gold answer."""
     answer = book[task_id]
-    segments = list(_segments(book, answer.parts, rate, chance(seed, task_id)))
-    yield _written(segments, answer)
+    segments = list(_corrupt_parts(book, answer.parts, rate, chance(seed, task_id)))
+    yield _join_segments(segments, answer)
     for number, (gold, corrupted) in enumerate(segments):
         if gold != corrupted:
             segments[number] = gold, gold
-            yield _written(segments, answer)
+            yield _join_segments(segments, answer)
 
 
-def _written(segments: Iterable[_Segment], answer: WrittenAnswer) -> WrittenAnswer:
+def _join_segments(segments: Iterable[_Segment], answer: WrittenAnswer) -> WrittenAnswer:
     return WrittenAnswer(tuple([part for _, parts in segments for part in parts]), answer.join)
 
 
-def _segments(book: AnswerBook, parts: Iterable[str], rate: float, rng: random.Random) -> Iterator[_Segment]:
-    """The parts of a gold answer, some of them corrupted."""
+def _corrupt_parts(
+    book: AnswerBook, parts: Iterable[str], rate: float, rng: random.Random
+) -> Iterator[_Segment]:
+    """Yield the parts of a gold answer, some of them corrupted."""
     pending = list(parts)
     while pending:
         part = pending.pop(0)
@@ -103,7 +106,7 @@ def _segments(book: AnswerBook, parts: Iterable[str], rate: float, rng: random.R
 
 
 def chance(seed: str, task_id: str) -> random.Random:
-    """The source of all that is random in the answer to a task."""
+    """Return the random generator for the answer to a task."""
     digest = hashlib.sha256(f"{seed} {task_id}".encode()).digest()
     return random.Random(digest)  # noqa: S311 - chance, not secrets
 
@@ -114,8 +117,8 @@ class WrittenAnswer:
 
     Attributes:
         parts: the parts.
-        join: joins them.
-        why_none: why there is no answer; empty if there is one.
+        join: joins the parts.
+        why_none: reason why there is no answer; empty if there is an answer.
     """
 
     parts: tuple[str, ...]
@@ -124,24 +127,24 @@ class WrittenAnswer:
 
     @property
     def text(self) -> str:
-        """Return the text of all parts, or an empty text if the task has no answer."""
+        """Text of all parts; empty if the task has no answer."""
         return "" if self.why_none else self.join(self.parts)
 
 
 AnswerBook: TypeAlias = Mapping[str, WrittenAnswer]
-"""The answers to the tasks of a suite by their ids, in the order of these; each is made on first use."""
+"""Answers to the tasks of a suite by id, in the order of the suite; each is made on first use."""
 
 
 def book_of(
     benchmark: Benchmark, ability: Ability, source: Source, parts: Callable[[Any], Iterable[str]]
 ) -> AnswerBook:
-    """The answers to an ability whose parts are made of its tasks, joined as answers to it are written."""
+    """Return answers whose parts are made from an ability's tasks, joined in the ability's notation."""
     tasks, join = benchmark.tasks_for(ability, source), join_of(benchmark, ability)
     return TaskSet(tasks, lambda task_id: WrittenAnswer(tuple(parts(tasks[task_id])), join), tasks.sha256)
 
 
 def join_of(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]], str]:
-    """How the parts of an answer are joined: as its notation says; an answer of another form is one part."""
+    """Return the function that joins the parts of an answer; answers without a notation have one part."""
     match ability:
         case Ability.GOAL_INTERPRETATION:
             return benchmark.notation.goals.join
@@ -156,28 +159,28 @@ def join_of(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]],
 
 
 def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
-    """The gold answers of a benchmark: those of its data set, or else what the built-in search finds.
+    """Return the gold answers of a benchmark: the data set's own, or else plans found by the built-in search.
 
     Raises:
-        DataError: the data cannot be had.
+        DataError: the data cannot be obtained.
     """
 
-    def goals(task: Task) -> Iterable[str]:
+    def write_gold_goals(task: Task) -> Iterable[str]:
         return write_goals(task, benchmark.domain, benchmark.notation.goals)
 
-    def operators(task: TransitionTask) -> Iterable[str]:
+    def write_gold_operators(task: TransitionTask) -> Iterable[str]:
         return [task.domain.operators[name].pddl for name in task.operators]
 
     match ability:
         case Ability.GOAL_INTERPRETATION:
-            return book_of(benchmark, ability, source, goals)
+            return book_of(benchmark, ability, source, write_gold_goals)
         case Ability.TRANSITION_MODELING:
-            return book_of(benchmark, ability, source, operators)
+            return book_of(benchmark, ability, source, write_gold_operators)
         case Ability.ACTION_SEQUENCING | Ability.SUBGOAL_DECOMPOSITION:
-            return _of_plans(benchmark, ability, source, scripts=True)
+            return _open_plan_book(benchmark, ability, source, scripts=True)
     pose, world = declaration_of(ability).interaction.make_question, benchmark.world(source)
     if pose is None:
-        raise InputError(f"no right answers are known to {benchmark.name} {ability.value}")
+        raise InputError(f"{benchmark.name} {ability.value} has no known right answers")
     return book_of(benchmark, ability, source, lambda task: pose(world, task)[1:])
 
 
@@ -188,70 +191,70 @@ def open_planned_book(
     limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:
-    """Answers made of plans that the built-in search finds on the declared domain, instead of gold ones.
+    """Return answers from plans that the built-in search finds in the domain, instead of gold answers.
 
     If the search finds no plan, there is no answer (`WrittenAnswer.why_none`).
 
     Args:
         benchmark: the benchmark.
         ability: the ability.
-        source: where its data comes from.
-        limits: how much the search for a plan of action sequencing may do.
-        find: how that is looked for.
+        source: the source of the data.
+        limits: limits of the search for a plan of action sequencing.
+        find: the search for a plan of action sequencing.
 
     Raises:
-        InputError: a plan is no answer to this ability.
-        DataError: the data cannot be had.
+        InputError: answers to this ability are not made from plans.
+        DataError: the data cannot be obtained.
     """
     match ability:
         case Ability.ACTION_SEQUENCING:
-            return _of_plans(benchmark, ability, source, limits=limits, find=find)
+            return _open_plan_book(benchmark, ability, source, limits=limits, find=find)
         case Ability.SUBGOAL_DECOMPOSITION:
-            return _of_plans(benchmark, ability, source)
+            return _open_plan_book(benchmark, ability, source)
         case _:
             raise no_answer("planner", benchmark, ability)
 
 
 def no_answer(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
-    """The error that a built-in model answers nothing in a suite."""
+    """Return the error that a built-in model has no answers for a suite."""
     return InputError(f"eai/{model} has no answer to {benchmark.name} {ability.value}")
 
 
 def believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
-    """The benchmark whose tasks have the goals that answers state, by id, as far as they mean something."""
+    """Return the benchmark whose tasks have the meaningful goals of stated answers, given by task id."""
 
-    def believed(task: Task) -> Task:
+    def change_goals(task: Task) -> Task:
         answer = stated.get(task.id)
         if answer is None:
             return task
         goals = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
         return replace(task, goals=goals.meaningful)
 
-    return benchmark.with_changed(believed)
+    return benchmark.with_changed(change_goals)
 
 
 def continuing(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
-    """Return the benchmark in which some actions have been executed in the world of a task."""
+    """Return the benchmark in which some actions have been executed in the initial state of a task."""
 
-    def now(task: Task) -> Task:
+    def change_initial(task: Task) -> Task:
         if task.id != task_id:
             return task
         return replace(task, initial=execute(benchmark.domain, task.initial, done).final)
 
-    return benchmark.with_changed(now)
+    return benchmark.with_changed(change_initial)
 
 
 def lacking(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
-    """Return the benchmark in which a task has no more action goals that some actions have met."""
+    """Return the benchmark in which a task lacks the action goals that some actions have reached."""
     names = [action.operator for action in done]
 
-    def left(task: Task) -> Task:
+    def drop_goals(task: Task) -> Task:
         return task if task.id != task_id else replace(task, goals=remaining_goals(task, names))
 
-    return benchmark.with_changed(left)
+    return benchmark.with_changed(drop_goals)
 
 
-def _of_plans(
+def _open_plan_book(
     benchmark: Benchmark,
     ability: Ability,
     source: Source,
@@ -260,9 +263,9 @@ def _of_plans(
     limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:
-    """Plans, or subgoals that stand for them: the data set's own, where it has them and they are asked for.
+    """Return plans, or the subgoals of plans.
 
-    Else they are what the search finds.
+    The data set's own plans are used if ``scripts`` is true and they exist; other plans are searched.
     """
     planner, join = Planner(benchmark.domain), join_of(benchmark, ability)
     tasks, plans = benchmark.tasks_for(ability, source), benchmark.notation.plans
@@ -280,12 +283,12 @@ def _of_plans(
             return WrittenAnswer((refusal(f"{' or '.join(task.fits or ())}?", QUESTION),), "".join)
         if scripts and (task.script or task.unsolvable is not None):
             return WrittenAnswer(tuple(write(task, task.script)), join)
-        found = find(task, planner, limits)
-        return WrittenAnswer(tuple(write(task, found.plan)), join, why_no_plan(found.end))
+        search = find(task, planner, limits)
+        return WrittenAnswer(tuple(write(task, search.plan)), join, why_no_plan(search.end))
 
     return TaskSet(tasks, answer, tasks.sha256)
 
 
 def join_operators(operators: Iterable[str]) -> str:
-    """Operators as one answer."""
+    """Return operators as one answer."""
     return json.dumps({"output": "\n".join(operators)})

@@ -1,7 +1,7 @@
-"""The prompts of a suite: from a set, with the user's own files in place of single ones.
+"""The prompts of a suite: a set of prompts, with the user's own files in place of single prompts.
 
-`answer_form` is the schema of the answer to a question, with the words that stand there, for providers that
-enforce one.
+`answer_form` is the schema of the answer to a question, with the words of the question, for providers that
+enforce a schema.
 """
 
 from __future__ import annotations
@@ -30,39 +30,39 @@ from eai.tasks.task import Task
 
 
 def answer_form(benchmark: Benchmark, ability: Ability, task: Task | None, prompt: Prompt) -> Schema | None:
-    """The form of the answer to a question; None if it is not known.
+    """Return the schema of the answer to a question, or None if it is unknown.
 
-    Objects go by the words that the question lists. They may have any name where it does not list them all,
-    as the form is not to tell what the question does not, and where providers do not take as many words.
+    Objects have the names that the question lists. They may have any name if the question does not list all
+    of them, as a schema must not reveal more than the question, and if providers do not accept as many words.
 
     Args:
         benchmark: the benchmark.
-        ability: what is asked for.
-        task: whose objects the question lists; None if it tells of others.
+        ability: the ability of the question.
+        task: the task whose objects the question lists; None if it lists others.
         prompt: the question.
     """
     declared = declaration_of(ability).interaction.answer_form
     if declared is None:
         return None
     words, form = declared(benchmark.world(Source()), task)
-    schema = form(words) if words and _all_stand_in(f"{prompt.system or ''}\n{prompt.user}", words) else None
+    schema = form(words) if words and _contains_all(f"{prompt.system or ''}\n{prompt.user}", words) else None
     return schema if schema is not None and is_accepted(schema) else form(None)
 
 
-def _all_stand_in(question: str, words: Sequence[str]) -> bool:
+def _contains_all(question: str, words: Sequence[str]) -> bool:
     return all(re.search(rf"(?<!\w){re.escape(word)}(?!\w)", question) for word in words)
 
 
 @dataclass(frozen=True, slots=True)
 class Library:
-    """Where prompts come from.
+    """The source of prompts.
 
     Attributes:
         prompts: the set.
-        folder: the user's own files, or None. ``<domain>_<ability>.json`` and
-            ``<domain>_<ability>_system.json`` replace prompts and system message of a suite, template files
-            those of our sets.
-        source: where the data comes from.
+        folder: the folder of the user's own files, or None. ``<domain>_<ability>.json`` and
+            ``<domain>_<ability>_system.json`` replace prompts and system message of a suite; template files
+            replace templates of our sets.
+        source: the source of the data.
     """
 
     prompts: PromptSet
@@ -71,44 +71,44 @@ class Library:
 
     @property
     def templates(self) -> Templates:
-        """The templates of our prompts, with the user's own in place of single ones."""
+        """Templates of our prompts, with the user's own in place of single templates."""
         return Templates(self.folder, self.prompts)
 
     def open(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief] | None = None
     ) -> Mapping[str, Prompt]:
-        """The prompts of a suite by task id, in the order of the data set.
+        """Return the prompts of a suite by task id, in the order of the data set.
 
-        A benchmark without published prompts is asked with ours, rendered from its declaration.
+        A benchmark without published prompts gets our prompts, rendered from its domain.
 
         Args:
             benchmark: the benchmark.
             ability: the ability.
-            beliefs: the goals or scenes that prompts are to tell of instead of the tasks' own, by task id.
+            beliefs: goals or scenes for prompts to state instead of the tasks' own, by task id.
 
         Raises:
             DataError: the data cannot be obtained.
-            InputError: a file of the user's cannot be used, or the set has no such prompts.
+            InputError: a file of the user cannot be used, or the set has no such prompts.
         """
         beliefs = beliefs or {}
         if self.folder is not None:
-            _refuse_strangers(self.folder, benchmark)
+            _check_files(self.folder, benchmark)
         official = self.prompts == "official"
         published = benchmark.official_prompts(ability, self.source) if official else None
         if published is not None:
-            prompts = self._with_own_files(published, benchmark, ability)
-            return _believing(prompts, benchmark, ability, beliefs)
-        prompts = self._rendered(benchmark, ability, beliefs)
-        own = self._with_own_files(prompts, benchmark, ability)
+            prompts = self._replace_prompts(published, benchmark, ability)
+            return _insert_beliefs(prompts, benchmark, ability, beliefs)
+        prompts = self._render(benchmark, ability, beliefs)
+        own = self._replace_prompts(prompts, benchmark, ability)
         for task_id in beliefs.keys() & prompts.keys():
             if own[task_id].user != prompts[task_id].user:
                 raise InputError(
-                    f"{self.folder}: the prompt of {task_id} tells of the task as it is, not of a belief"
+                    f"{self.folder}: the prompt of {task_id} states the task itself and not a belief"
                 )
         return own
 
     def corrected(self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]) -> int:
-        """How many tasks' questions are the data set's as its errata correct them."""
+        """Return the number of tasks whose published question is corrected by errata."""
         if self.prompts != "official" or self._has_own_file(benchmark, ability):
             return 0
         return len(benchmark.errata_for(self.source).questioned(ability).intersection(task_ids))
@@ -120,47 +120,59 @@ class Library:
         prompts: Mapping[str, Prompt],
         look: ScenePerception | None = None,
     ) -> QuestionWriter:
-        """The asker in several attempts, beginning with these prompts; ``look`` perceives changed scenes.
+        """Return the asker of questions in several attempts, beginning with these prompts.
 
-        Ours are rendered anew where the world has changed; published ones and files of the user's are not.
+        Our prompts are rendered again after the world has changed; published prompts and files of the user
+        are not.
+
+        Args:
+            benchmark: the benchmark.
+            ability: the ability.
+            prompts: the first question by task id.
+            look: perceives changed scenes.
         """
         rendered = self.prompts != "official" or benchmark.data.prompts is None
         templates, restate = self.templates, None
         if rendered and not self._has_own_file(benchmark, ability):
-            restate = partial(render_task, self._questions(benchmark, ability, {}), templates=templates)
+            restate = partial(render_task, self._make_questions(benchmark, ability, {}), templates=templates)
         return QuestionWriter(prompts.__getitem__, benchmark.wording(ability), restate, templates, look)
 
-    def _rendered(
+    def _render(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
-        """Our prompts, rendered from the declaration, or as the ability poses them."""
+        """Return our prompts, rendered from the domain, or as the ability poses them."""
         templates, asked = self.templates, declaration_of(ability).interaction
         if asked.uses_operator_tasks:
             return operator_prompts(benchmark.operators(self.source), templates)
         if asked.make_question is not None:
-            return self._posed(asked.make_question, benchmark, ability, beliefs)
-        return render(self._questions(benchmark, ability, beliefs), templates)
+            return self._pose_questions(asked.make_question, benchmark, ability, beliefs)
+        return render(self._make_questions(benchmark, ability, beliefs), templates)
 
-    def _posed(
+    def _pose_questions(
         self, pose: QuestionMaker, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
-        """The questions that an ability poses, each made on first use, as pictures may be drawn for it."""
+        """Return the questions of an ability with its own form.
+
+        Each is made on first use: it may need pictures.
+        """
         world, tasks = benchmark.world(self.source), benchmark.tasks_for(ability, self.source)
         templates, pictures = self.templates, declaration_of(ability).interaction.pictures
 
-        def posed(task_id: str) -> Prompt:
+        def pose_question(task_id: str) -> Prompt:
             belief = beliefs.get(task_id)
             question, _ = pose(world, tasks[task_id] if belief is None else belief.task)
             text = question if isinstance(question, str) else templates.fill(f"{ability}.txt", question)
             if belief is not None:
                 return Prompt(text, images=belief.images)
             shown = () if pictures is None else pictures(world, tasks[task_id])
-            return Prompt(text, images=tuple([Image(*each) for each in shown]))
+            return Prompt(text, images=tuple([Image(*picture) for picture in shown]))
 
-        return TaskSet(tasks, posed, tasks.sha256)
+        return TaskSet(tasks, pose_question, tasks.sha256)
 
-    def _questions(self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]) -> Questions:
-        """The wording from which our prompts are rendered."""
+    def _make_questions(
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
+    ) -> Questions:
+        """Return the content from which our prompts are rendered."""
         templates = self.templates
         name = f"formats/{benchmark.name}_{ability.value}.txt"
         book, wording = open_answer_book(benchmark, ability, self.source), benchmark.wording(ability)
@@ -179,7 +191,7 @@ class Library:
     def _has_own_file(self, benchmark: Benchmark, ability: Ability) -> bool:
         return self.folder is not None and (self.folder / f"{benchmark.name}_{ability.value}.json").exists()
 
-    def _with_own_files(
+    def _replace_prompts(
         self, prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability
     ) -> Mapping[str, Prompt]:
         if self.folder is None:
@@ -198,14 +210,14 @@ class Library:
         return prompts
 
 
-def _believing(
+def _insert_beliefs(
     prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
 ) -> Mapping[str, Prompt]:
-    """The prompts with the believed goals in their goal sections."""
+    """Return the prompts with the believed goals in their goal sections."""
     section = benchmark.data.goal_sections.get(ability)
     if beliefs and section is None:
         raise InputError(
-            f"{benchmark.name} {ability.value}: it is not known where published prompts state goals; "
+            f"{benchmark.name} {ability.value}: the published prompts have no known section of goals; "
             "use --set eai"
         )
     return {
@@ -216,19 +228,19 @@ def _believing(
     }
 
 
-def _refuse_strangers(folder: Path, benchmark: Benchmark) -> None:
-    """Raise if this is no folder, or has prompts or templates that replace nothing."""
+def _check_files(folder: Path, benchmark: Benchmark) -> None:
+    """Raise InputError if the path is not a folder, or has prompts or templates that replace nothing."""
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of prompts")
     names = dict.fromkeys((*registered(), benchmark.name))
-    of_suites = {suite_name(name, ability) for name in names for ability in find_abilities()}
-    known = {
+    suites = {suite_name(name, ability) for name in names for ability in find_abilities()}
+    expected_names = {
         *template_names(),
-        *(f"{suite}{ending}.json" for suite in of_suites for ending in ("", "_system")),
-        *(f"formats/{suite}.txt" for suite in of_suites),
+        *(f"{suite}{ending}.json" for suite in suites for ending in ("", "_system")),
+        *(f"formats/{suite}.txt" for suite in suites),
     }
     for file in files_below(folder, "*.json", "*.txt"):
-        if file.relative_to(folder).as_posix() not in known:
+        if file.relative_to(folder).as_posix() not in expected_names:
             raise InputError(
                 f"{file}: replaces nothing; expected <domain>_<ability>.json, "
                 "<domain>_<ability>_system.json or the name of a template"

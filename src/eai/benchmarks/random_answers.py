@@ -1,7 +1,7 @@
-"""Chance as a baseline: what the built-in model `eai/random` answers, mostly random possible actions.
+"""A random baseline: the built-in model `eai/random` answers with random possible actions.
 
-It knows what can be done or stated and nothing of what is wanted; how often it succeeds all the same says how
-much of a task is luck.
+It knows the possible actions and statements, and nothing of the goals. Its success rate shows how much of a
+task can be solved by luck.
 """
 
 from __future__ import annotations
@@ -34,37 +34,37 @@ from eai.world.execution import attempt, execute
 from eai.world.history import History
 from eai.world.state import Fact, State
 
-_TRIES = 5_000
-"""How many actions are drawn without success before all are looked at."""
+_MAX_DRAWS = 5_000
+"""Maximum number of random draws before all actions are listed."""
 
-_EVEN = 0.5
+_HALF = 0.5
 
-_USUAL_STEPS = 5
-"""How long an answer is where no task has a plan."""
+_DEFAULT_STEPS = 5
+"""Length of an answer if no task has a plan."""
 
 
 RandomAnswers: TypeAlias = Callable[[str, str, Sequence[Action]], WrittenAnswer]
-"""From the id of a task, a seed and what has been executed in its world to the answer."""
+"""Returns the answer to a task id and a seed, after some executed actions."""
 
 
 def open_random_answers(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> RandomAnswers:
-    """Random answers: plans, what becomes of them step by step, or what they bring about.
+    """Return random answers: plans, the changes of their steps, or their outcomes.
 
-    A plan is a random walk: each action is drawn from all that are possible then with the objects that the
-    task is about, each equally likely. It is as long as the plan of some task of the data set. Subgoals are
-    one visible change of each of its steps, goals what has come about at its end. Operators have random
-    literals of their parameters, as many on each side as some operator of the data set.
+    A plan is a random walk: each action is drawn with equal probability from all possible actions on relevant
+    objects. Its length is that of the plan of some task of the data set. Subgoals are one visible change per
+    step. Goals are the changes at the end of the walk. Operators have random literals over their parameters,
+    as many on each side as some operator of the data set.
 
     Raises:
-        DataError: the data cannot be had.
+        DataError: the data cannot be obtained.
     """
     if ability is Ability.TRANSITION_MODELING:
-        return _operators(benchmark.operators(source))
+        return _open_operators(benchmark.operators(source))
     if ability not in _WRITERS:
         raise no_answer("random", benchmark, ability)
     tasks = benchmark.tasks_for(ability, source)
     public = tasks if benchmark.data.open_public is None else benchmark.data.open_public(source)
-    lengths = [len(task.script) for task in public.values() if task.script] or [_USUAL_STEPS]
+    lengths = [len(task.script) for task in public.values() if task.script] or [_DEFAULT_STEPS]
     write, join = _WRITERS[ability], join_of(benchmark, ability)
 
     def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
@@ -78,32 +78,30 @@ def open_random_answers(benchmark: Benchmark, ability: Ability, source: Source =
 
 
 def random_walk(
-    domain: Domain, initial: State, objects: Sequence[int], rng: random.Random, most: int
+    domain: Domain, initial: State, objects: Sequence[int], rng: random.Random, max_steps: int
 ) -> Iterator[tuple[Action, State]]:
-    """So many random possible actions, each with the state after it; fewer if nothing more is possible."""
+    """Yield up to this many random possible actions, each with the state after it."""
     state = initial
-    for _ in range(most):
-        action = _possible_action(domain, state, objects, rng)
+    for _ in range(max_steps):
+        action = _draw_action(domain, state, objects, rng)
         if action is None:
             return
         state = domain.apply(state, action)
         yield action, state
 
 
-def _possible_action(
-    domain: Domain, state: State, objects: Sequence[int], rng: random.Random
-) -> Action | None:
-    """Return a possible action, all equally likely, or None if no action is possible.
+def _draw_action(domain: Domain, state: State, objects: Sequence[int], rng: random.Random) -> Action | None:
+    """Return a possible action, all with equal probability, or None if no action is possible.
 
-    If there are too many actions to try all, the first possible ones are equally likely.
+    If there are too many actions to try all, the first possible actions have equal probability.
     """
     sizes = [len(objects) ** operator.arity for operator in domain.operators]
-    for operator in rng.choices(domain.operators, sizes, k=_TRIES):
+    for operator in rng.choices(domain.operators, sizes, k=_MAX_DRAWS):
         action = Action(operator.name, tuple(rng.choices(objects, k=operator.arity)))
         if isinstance(attempt(domain, History(state), action), State):
             return action
     bindings = Effort(Limits().bindings)
-    ways = [applicable_actions(domain, each, state, objects, bindings) for each in domain.operators]
+    ways = [applicable_actions(domain, operator, state, objects, bindings) for operator in domain.operators]
     possible = list(chain.from_iterable(ways))
     return rng.choice(possible) if possible else None
 
@@ -111,84 +109,89 @@ def _possible_action(
 _Steps = Sequence[tuple[Action, State]]
 
 
-def _plan(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
+def _write_plan(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
     return benchmark.notation.plans.write([action for action, _ in steps], task.scene)
 
 
-def _subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
-    """One of the changes that each step makes."""
+def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
+    """Return a random change of each step as a subgoal."""
     lexicon = benchmark.subgoals().lexicon(task.scene)
     states = [task.initial, *[state for _, state in steps]]
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)
-    changes = [list(_changes(wording, task, *pair)) for pair in pairwise(states)]
+    changes = [list(_list_changes(wording, task, *pair)) for pair in pairwise(states)]
     return [print_ltl(lexicon.worded(rng.choice(of_step))) for of_step in changes if of_step]
 
 
-def _goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
-    """The goals that have come about at the end."""
+def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
+    """Return the goals that became true by the end."""
     lexicon = GoalLexicon(task, benchmark.domain, benchmark.notation.goals)
     final = steps[-1][1] if steps else task.initial
     wording = benchmark.wording(Ability.GOAL_INTERPRETATION)
-    changes = _changes(wording, task, task.initial, final)
+    changes = _list_changes(wording, task, task.initial, final)
     return benchmark.notation.goals.write(
-        [lexicon.to_answer_goal(each) for each in changes if isinstance(each, Atom)]
+        [lexicon.to_answer_goal(change) for change in changes if isinstance(change, Atom)]
     )
 
 
-def _changes(wording: Wording, task: Task, before: State, after: State) -> Iterator[Literal]:
-    """The facts of which prompts speak that no longer hold, then those that have come to hold."""
-    was, is_now = (
-        dict.fromkeys([fact for each in wording.listings for fact in each.facts(state, subjects(task))])
+def _list_changes(wording: Wording, task: Task, before: State, after: State) -> Iterator[Literal]:
+    """Yield the facts in prompts that ceased to hold, negated, then those that began to hold."""
+    facts_before, facts_after = (
+        dict.fromkeys([fact for listing in wording.listings for fact in listing.facts(state, subjects(task))])
         for state in (before, after)
     )
-    yield from (Not(_atom_of(fact, task)) for fact in was if fact not in is_now)
-    yield from (_atom_of(fact, task) for fact in is_now if fact not in was)
+    yield from (Not(_make_atom(fact, task)) for fact in facts_before if fact not in facts_after)
+    yield from (_make_atom(fact, task) for fact in facts_after if fact not in facts_before)
 
 
-def _atom_of(fact: Fact, task: Task) -> Atom:
+def _make_atom(fact: Fact, task: Task) -> Atom:
     return Atom(fact.predicate, tuple([Constant(task.scene.objects[i].name) for i in fact.arguments]))
 
 
-def _operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
-    """Random operators."""
+def _open_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     gold = [action for task in tasks.values() for action in task.gold.values()]
-    lengths = [len([part for part in walk(each.precondition) if isinstance(part, Atom)]) for each in gold]
-    changes = [len(list(m.effect_atoms(each.effect))) for each in gold]
+    lengths = [
+        len([formula for formula in walk(action.precondition) if isinstance(formula, Atom)])
+        for action in gold
+    ]
+    changes = [len(list(m.effect_atoms(action.effect))) for action in gold]
 
     def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
         task, rng = tasks[task_id], chance(seed, task_id)
         written = []
         for action in task.gold.values():
-            can = list(_sayable(task, action))
-            asked, made = [
-                [_atom(*rng.choice(can), rng) for _ in range(rng.choice(numbers) if can else 0)]
+            predicates = list(_list_predicates(task, action))
+            needed, changed = [
+                [
+                    _draw_atom(*rng.choice(predicates), rng)
+                    for _ in range(rng.choice(numbers) if predicates else 0)
+                ]
                 for numbers in (lengths, changes)
             ]
-            needs = And(tuple([atom if rng.random() < _EVEN else Not(atom) for atom in asked]))
-            does = tuple([m.Add(atom) if rng.random() < _EVEN else m.Delete(atom) for atom in made])
+            needs = And(tuple([atom if rng.random() < _HALF else Not(atom) for atom in needed]))
+            does = tuple([m.Add(atom) if rng.random() < _HALF else m.Delete(atom) for atom in changed])
             written.append(write_action(replace(action, precondition=needs, effect=m.Both(does))))
         return WrittenAnswer(tuple(written), join_operators)
 
     return answer
 
 
-def _sayable(task: TransitionTask, action: m.PddlAction) -> Iterator[tuple[str, list[list[str]]]]:
-    """The predicates that can be said of an operator's parameters, each with those that fit each place."""
+def _list_predicates(task: TransitionTask, action: m.PddlAction) -> Iterator[tuple[str, list[list[str]]]]:
+    """Yield the predicates that apply to an operator's parameters, with suitable parameters by position."""
     above = m.parents(task.domain.header.types)
     kinds = {given.name: m.supertypes(above, m.type_of(given)) for given in action.parameters}
     for predicate in task.domain.header.predicates:
-        places = [m.type_of(variable) for variable in predicate.parameters]
-        fitting = [[name for name, known in kinds.items() if place in known] for place in places]
+        types = [m.type_of(variable) for variable in predicate.parameters]
+        fitting = [[name for name, supertypes in kinds.items() if wanted in supertypes] for wanted in types]
         if all(fitting):
             yield predicate.name, fitting
 
 
-def _atom(predicate: str, fitting: Sequence[Sequence[str]], rng: random.Random) -> Atom:
+def _draw_atom(predicate: str, fitting: Sequence[Sequence[str]], rng: random.Random) -> Atom:
     return Atom(predicate, tuple([Variable(rng.choice(names)) for names in fitting]))
 
 
 _WRITERS = {
-    Ability.ACTION_SEQUENCING: _plan,
-    Ability.SUBGOAL_DECOMPOSITION: _subgoals,
-    Ability.GOAL_INTERPRETATION: _goals,
+    Ability.ACTION_SEQUENCING: _write_plan,
+    Ability.SUBGOAL_DECOMPOSITION: _write_subgoals,
+    Ability.GOAL_INTERPRETATION: _write_goals,
 }

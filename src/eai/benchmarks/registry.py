@@ -1,7 +1,7 @@
-"""The benchmarks there are: by name, as an object of a Python module, as PDDL files or as task files.
+"""Find benchmarks by name, as an object of a Python module, as PDDL files or as task files.
 
-A distribution registers one by an entry point of the group ``eai.benchmarks``: a `Benchmark`, or a function
-without arguments that returns one. What opens the other kinds is imported where one is asked for.
+A distribution registers a benchmark by an entry point of the group ``eai.benchmarks``: a `Benchmark`, or a
+function without arguments that returns one. Openers of other references are imported on first use.
 """
 
 from __future__ import annotations
@@ -27,68 +27,68 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 GROUP = "eai.benchmarks"
-"""The group of entry points."""
+"""Group of the entry points of benchmarks."""
 
 PDDL = "pddl"
-"""The word before the colon in a reference to PDDL files."""
+"""Prefix of references to PDDL files, before the colon."""
 
 OPENERS = "eai.openers"
-"""The group of entry points of functions that open the rest of a reference ``word:rest``, by the word."""
+"""Group of entry points of functions that open references ``word:rest``, by the word."""
 
 REFERENCES = (
     "virtualhome, behavior, behavior-1k, another one by its name, module:object, pddl:DIR, pddl:FILE,DIR, "
     "alfworld:DIR, or task files, FILE.jsonl or DIR/"
 )
-"""How a benchmark is named, in words."""
+"""Forms of references to benchmarks, in words."""
 
 _SUFFIXES = (".pddl", ".jsonl", ".gz")
-"""How the names of files end whose change is noticed in a folder."""
+"""Suffixes of the files in a folder whose changes reload a benchmark."""
 
 CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
-"""How identifiers with capitals spell the benchmarks of the paper."""
+"""Names of the paper's benchmarks in identifiers with capitals."""
 
 TITLES = CAPITALISED | {"behavior": "BEHAVIOR"}
-"""How tables and pages spell them, so that records are shown without the worlds that they are about."""
+"""Names of the paper's benchmarks in tables and on pages, known without loading them."""
 
 FIRST = tuple(TITLES)
-"""These benchmarks are the paper's, in its order; the others follow by name."""
+"""The paper's benchmarks, in its order; other benchmarks follow by name."""
 
 
 @cache
-def _entry_points() -> Mapping[str, EntryPoint]:
+def _get_entry_points() -> Mapping[str, EntryPoint]:
     return get_entry_points(GROUP, FIRST)
 
 
 def registered() -> tuple[str, ...]:
-    """The names of all registered benchmarks."""
-    return tuple(_entry_points())
+    """Return the names of all registered benchmarks."""
+    return tuple(_get_entry_points())
 
 
 def of_the_paper() -> tuple[str, ...]:
-    """The names of the paper's two households, as far as they are registered: the default of commands."""
+    """Return the names of the paper's registered households, the default of commands."""
     return tuple([name for name in registered() if name in FIRST])
 
 
 def find_benchmark(reference: str) -> Benchmark:
-    """The benchmark that a name, ``module:object``, ``pddl:DOMAIN,PROBLEMS`` or the path of task files means.
+    """Return the benchmark of a name, ``module:object``, ``pddl:DOMAIN,PROBLEMS`` or a path of task files.
 
-    A module is also looked for in the working directory. The problems of a domain in PDDL are in a file or a
-    folder; ``pddl:FOLDER`` has the domain and its problems below it. ``alfworld:FOLDER`` has games of
-    ALFWorld. A task file ends in ``.jsonl`` or ``.jsonl.gz``, or is in a folder, which is known by having a
-    slash in its name. ``obfuscated:`` before any of them is its twin in other words, ``rules:`` the same
-    prompts in its own words.
+    A module is also searched in the working directory. The problems of a PDDL domain are in a file or a
+    folder; ``pddl:FOLDER`` contains the domain and its problems. ``alfworld:FOLDER`` contains games of
+    ALFWorld. A task file ends in ``.jsonl`` or ``.jsonl.gz``, or is in a folder, which is recognized by a
+    slash in its name. ``obfuscated:`` before a reference means the benchmark with other words; ``rules:``
+    means the same prompts with the original words.
 
-    It is loaded once, and again after its files of PDDL or tasks have changed.
+    A benchmark is loaded once, and again after its PDDL files or task files have changed.
 
     Raises:
-        InputError: there is none, or it cannot be loaded.
+        InputError: there is no such benchmark, or it cannot be loaded.
     """
-    return _find(reference, tuple(_versions(reference)))
+    return _find(reference, tuple(_list_versions(reference)))
 
 
-def _versions(reference: str) -> Iterator[tuple[str, int, int]]:
-    """The files of PDDL or tasks that a reference names, with what changes where their content does."""
-    named = [] if reference in _entry_points() else re.split("[:,]", reference)
+def _list_versions(reference: str) -> Iterator[tuple[str, int, int]]:
+    """Yield path, size and time of each PDDL or task file of a reference, to notice changes."""
+    named = [] if reference in _get_entry_points() else re.split("[:,]", reference)
     is_pddl = PDDL in named[:-1]
     for path in map(Path, named):
         inside = (files_below(path, "*.pddl") if is_pddl else path.iterdir()) if path.is_dir() else ()
@@ -107,26 +107,26 @@ def title_of(name: str) -> str:
 
 @cache
 def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchmark:
-    if reference in _entry_points():
-        return _as_benchmark(_entry_points()[reference].load(), reference)
+    if reference in _get_entry_points():
+        return _as_benchmark(_get_entry_points()[reference].load(), reference)
     module, separator, name = reference.partition(":")
     if _has_opener(reference):
         opener: Callable[[str], Benchmark] = get_entry_points(OPENERS)[module].load()
         return replace(opener(name), reference=reference)
     if is_task_files(reference):
         path = Path(reference)
-        return replace(_open_own(path) or _open_tasks(path), reference=reference)
+        return replace(_open_own_tasks(path) or _open_tasks(path), reference=reference)
     if separator:
         return _as_benchmark(loaded(reference), reference)
-    known = registered()
+    names = registered()
     expected = (
-        f"{', '.join(known)}, module:object, pddl:DOMAIN,PROBLEMS, pddl:FOLDER or a folder of task files"
+        f"{', '.join(names)}, module:object, pddl:DOMAIN,PROBLEMS, pddl:FOLDER or a folder of task files"
     )
-    raise InputError(f"{reference!r} is no benchmark: expected {expected}{did_you_mean(reference, known)}")
+    raise InputError(f"{reference!r} is not a benchmark: expected {expected}{did_you_mean(reference, names)}")
 
 
 def is_task_files(reference: str) -> bool:
-    """Whether a reference is the path of a task file, or of a folder of them."""
+    """Whether a reference is the path of a task file, or of a folder of task files."""
     from eai.tasks.task_files import ENDINGS
 
     if _has_opener(reference):
@@ -140,7 +140,7 @@ def _has_opener(reference: str) -> bool:
 
 
 def open_pddl(files: str) -> Benchmark:
-    """The benchmark of ``DOMAIN,PROBLEMS``, a file and a file or a folder, or of a folder that has both."""
+    """Return the benchmark of ``DOMAIN,PROBLEMS`` (a file, and a file or folder), or of one folder."""
     domain, separator, problems = files.partition(",")
     if not separator and not Path(domain).is_dir():
         expected = f"{PDDL}:DOMAIN,PROBLEMS, a file and a file or folder, or {PDDL}:FOLDER with both in it"
@@ -159,19 +159,19 @@ def open_pddl(files: str) -> Benchmark:
     return Benchmark(declared.name, declared, lambda source: tasks, notation, data)
 
 
-def _open_own(path: Path) -> Benchmark | None:
-    """The tasks in a file that an ability is asked of instead of a benchmark's; None if it has none."""
+def _open_own_tasks(path: Path) -> Benchmark | None:
+    """Return the benchmark of a file with an ability's own tasks, or None if the file has none."""
     from eai.abilities.declaration import declaration_of
 
     for ability in find_abilities() if path.is_file() else ():
         opener = declaration_of(ability).interaction.open_file
-        if opener is not None and (own := opener(path)) is not None:
-            return _benchmark_of(ability, *own)
+        if opener is not None and (tasks := opener(path)) is not None:
+            return _make_benchmark(ability, *tasks)
     return None
 
 
-def _benchmark_of(ability: Ability, name: str, tasks: TaskSet[Any]) -> Benchmark:
-    """The benchmark that has tasks of an ability's own, and nothing else."""
+def _make_benchmark(ability: Ability, name: str, tasks: TaskSet[Any]) -> Benchmark:
+    """Return a benchmark that has only an ability's own tasks."""
     from eai.benchmarks.benchmark import Benchmark, DataSet
     from eai.tasks.source import given
     from eai.world.domain import Domain
@@ -182,10 +182,10 @@ def _benchmark_of(ability: Ability, name: str, tasks: TaskSet[Any]) -> Benchmark
 
 
 def _open_tasks(path: Path) -> Benchmark:
-    """The benchmark of task files: the world of their base, with other tasks, scored as the paper says.
+    """Return the benchmark of task files: other tasks in the world of a base, scored under ``strict``.
 
-    Goals and subgoals are asked for where answers can be right: they can neither ask what is meant nor say
-    that nothing leads there. Prompts and gold operators follow from the declaration.
+    Tasks of goals and subgoals need answers that can be right: their answers can neither ask for a
+    clarification nor say that no plan exists. Prompts and gold operators follow from the domain.
     """
     from eai.tasks.task_files import open_task_files
 
@@ -195,12 +195,12 @@ def _open_tasks(path: Path) -> Benchmark:
 
 
 def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Benchmark:
-    """The benchmark of other tasks in the world of a base; it cannot be referred to.
+    """Return the benchmark of other tasks in the world of a base; it has no reference.
 
     Args:
         base: the base.
-        name: what sets these tasks apart, in the name of the benchmark.
-        open_tasks: opens them.
+        name: suffix of the benchmark's name.
+        open_tasks: opens the tasks.
     """
     from eai.benchmarks.errata import NO_ERRATA
 
@@ -227,10 +227,10 @@ def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Bench
 
 
 def loaded(reference: str) -> Any:
-    """The object that ``module:object`` names; the module may lie in the working directory.
+    """Return the object named by ``module:object``; the module may be in the working directory.
 
     Raises:
-        InputError: there is no such module or object, or what it declares is not sound.
+        InputError: there is no such module or object, or its declaration is invalid.
     """
     module, _, name = reference.partition(":")
     here = str(Path.cwd())
@@ -243,9 +243,9 @@ def loaded(reference: str) -> Any:
         raise InputError(f"{reference}: the module cannot be imported ({error})") from error
     except AttributeError as error:
         raise InputError(f"{reference}: {module} has no object {name!r}") from error
-    except EaiError as error:  # the declaration in the module is not sound
+    except EaiError as error:  # the declaration in the module is invalid
         file = f"{module.replace('.', '/')}.py"
-        frames = [each for each in extract_tb(error.__traceback__) if each.filename.endswith(file)]
+        frames = [frame for frame in extract_tb(error.__traceback__) if frame.filename.endswith(file)]
         raise InputError(f"{file}: line {frames[-1].lineno}: {error}" if frames else str(error)) from error
     finally:
         if added:
@@ -255,7 +255,7 @@ def loaded(reference: str) -> Any:
 def _as_benchmark(value: object, reference: str) -> Benchmark:
     from eai.benchmarks.benchmark import Benchmark
 
-    found = value if isinstance(value, Benchmark) or not callable(value) else value()
-    if not isinstance(found, Benchmark):
-        raise InputError(f"{reference}: expected a Benchmark, found {type(found).__name__}")
-    return replace(found, reference=reference)
+    benchmark = value if isinstance(value, Benchmark) or not callable(value) else value()
+    if not isinstance(benchmark, Benchmark):
+        raise InputError(f"{reference}: expected a Benchmark, found {type(benchmark).__name__}")
+    return replace(benchmark, reference=reference)

@@ -23,7 +23,7 @@ from eai.tasks.task import Task
 
 
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
-    """The scorers of an ability as it declares them; of one of the four as the paper has it (``strict``)."""
+    """Return the scorers of an ability's tasks, as the ability declares them (``strict``)."""
     tasks = benchmark.tasks_for(ability, source)
     make = declaration_of(ability).interaction.scorers(benchmark.world(source))
     return TaskSet(tasks, lambda task_id: make(tasks[task_id]), tasks.sha256)
@@ -34,10 +34,13 @@ class Suite:
     """The tasks of a benchmark and an ability under one protocol.
 
     Attributes:
-        scorers: those of all tasks, in the order of the data set.
-        reopen: opens the same suite once more, say in another process.
-        tasks: the tasks of the benchmark by id; empty where scorers are all that there is.
-        source: where its data comes from, the planner, and whether errata are used.
+        benchmark: the benchmark.
+        ability: the ability.
+        protocol: the protocol.
+        scorers: the scorers of all tasks, in the order of the data set.
+        reopen: opens the same suite again, for example in another process.
+        tasks: the tasks of the benchmark by id; empty if there are only scorers.
+        source: the source of the data, the planner, and whether errata are used.
     """
 
     benchmark: Benchmark
@@ -50,19 +53,19 @@ class Suite:
     source: Source = field(default_factory=Source)
 
     def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
-        """A suite is pickled as how it is opened, by name: a declaration holds functions, which are not."""
+        """Pickle a suite as the call that opens it, as domains contain functions that cannot be pickled."""
         if not self.portable:
-            raise InputError(f"{self.domain}: only what is opened by name or module:object can be pickled")
+            raise InputError(f"{self.domain}: only a suite opened by name or module:object can be pickled")
         return self.reopen, ()
 
     @cached_property
     def task_ids(self) -> tuple[str, ...]:
-        """The ids of all tasks, in the order of the data set."""
+        """Ids of all tasks, in the order of the data set."""
         return tuple(self.scorers)
 
     @property
     def data_sha256(self) -> str:
-        """The digest of the data behind them."""
+        """Digest of the data behind the scorers."""
         return self.scorers.sha256
 
     @cached_property
@@ -71,30 +74,30 @@ class Suite:
 
     @property
     def portable(self) -> bool:
-        """Whether it can be opened again elsewhere, such as in another process."""
+        """Whether the suite can be opened again elsewhere, such as in another process."""
         return bool(self.benchmark.reference)
 
     @property
     def domain(self) -> str:
-        """The name of the benchmark, as records have it."""
+        """Name of the benchmark, as in records."""
         return self.benchmark.name
 
     @property
     def has_plans(self) -> bool:
-        """Whether answers are carried out: plans and subgoals."""
+        """Whether answers are plans or subgoals, which are executed."""
         return declaration_of(self.ability).has_plans
 
     def reference(self, task_id: str) -> str:
-        """A task as `eai.reward` takes it, such as ``virtualhome/action_sequencing/27_2``."""
+        """Return a task's reference for `eai.reward`, such as ``virtualhome/action_sequencing/27_2``."""
         return str(TaskReference(self.benchmark.reference or self.domain, self.ability, task_id))
 
     @property
     def errata(self) -> Errata:
-        """The errata of its data that are used."""
+        """Errata in use."""
         return self.benchmark.errata_for(self.source)
 
     def over(self, answers: Iterable[str]) -> Suite:
-        """The suite as it scores these answers together: a protocol may read each as all are written."""
+        """Return the suite for scoring these answers together; a protocol may use the form of all answers."""
         implementation = implementation_of(self.protocol.value)
         if implementation is None or implementation.over is None:
             return self
@@ -102,7 +105,7 @@ class Suite:
         return self if opener is None else self.reopen(opener=opener)
 
     def scorer(self, task_id: str) -> Scorer:
-        """The scorer of a task; it is made once.
+        """Return the scorer of a task; it is made once.
 
         Raises:
             InputError: there is no such task.
@@ -113,15 +116,15 @@ class Suite:
         return self.scorers[task_id]
 
     def features(self, task_id: str) -> TaskFeatures | None:
-        """Return the features of a task; None if the benchmark has only operators of it."""
-        known = self._features.get(task_id)
-        own = declaration_of(self.ability).interaction.features
-        if known is None and own is not None:
+        """Return the features of a task, or None if the benchmark has only operators for it."""
+        features_of_task = self._features.get(task_id)
+        compute = declaration_of(self.ability).interaction.features
+        if features_of_task is None and compute is not None:
             task = self.benchmark.tasks_for(self.ability, self.source)[task_id]
-            known = self._features[task_id] = own(task)
-        if known is None and (task := self.tasks.get(task_id)) is not None:
-            known = self._features[task_id] = TaskFeatures.of(task)
-        return known
+            features_of_task = self._features[task_id] = compute(task)
+        if features_of_task is None and (task := self.tasks.get(task_id)) is not None:
+            features_of_task = self._features[task_id] = TaskFeatures.of(task)
+        return features_of_task
 
     def assess(self, task_id: str, text: str) -> Assessment:
         """Return the assessment of an answer to a task. If the scorer raises an exception, the answer fails.
@@ -137,7 +140,7 @@ class Suite:
         return self.assess(task_id, text).verdict
 
     def unanswered(self, task_id: str) -> Verdict:
-        """The verdict on a task without an answer: a failure, unless the task is in no statistics at all."""
+        """Return the verdict on a task without an answer: a failure, unless the task is excluded."""
         return self.scorer(task_id).score_missing_answer()
 
 
@@ -149,32 +152,34 @@ def open_suite(
     source: Source | None = None,
     opener: Opener | None = None,
 ) -> Suite:
-    """Open a suite; the data set is fetched first if it is not there.
+    """Open a suite; download the data set first if it is missing.
 
     Args:
-        benchmark: the benchmark, or what `find_benchmark` finds it by.
+        benchmark: the benchmark, or a reference for `find_benchmark`.
         ability: the ability.
         protocol: the rules for scoring.
-        source: where the data comes from; the user's default store if None. Errata are used under the default
-            protocol alone: another one is of the data as they are.
-        opener: what opens it, as `Suite.over` finds out; that of the protocol if None.
+        source: the source of the data; the user's default store if None. Only the default protocol uses
+            errata; other protocols score the published data.
+        opener: opens the scorers, as returned to `Suite.over`; the protocol's opener if None.
 
     Raises:
-        DataError: the data cannot be had.
-        InputError: there is no such benchmark, or it is not scored under this protocol.
+        DataError: the data cannot be obtained.
+        InputError: there is no such benchmark, or the protocol does not score it.
     """
-    found = find_benchmark(benchmark) if isinstance(benchmark, str) else benchmark
+    benchmark_ = find_benchmark(benchmark) if isinstance(benchmark, str) else benchmark
     source = source or Source()
     if protocol is not DEFAULT_PROTOCOL:
         source = replace(source, errata=ErrataChoice.NONE)
-    scorers = (opener or _opener(protocol))(found, ability, source)
-    tasks = found.tasks(source)
+    scorers = (opener or _get_opener(protocol))(benchmark_, ability, source)
+    tasks = benchmark_.tasks(source)
     source = replace(source, report=ignore_progress)
-    again = partial(open_suite, found.reference or found, ability, protocol, source=source, opener=opener)
-    return Suite(found, ability, protocol, scorers, again, tasks, source=source)
+    reopen = partial(
+        open_suite, benchmark_.reference or benchmark_, ability, protocol, source=source, opener=opener
+    )
+    return Suite(benchmark_, ability, protocol, scorers, reopen, tasks, source=source)
 
 
-def _opener(protocol: Protocol) -> Opener:
+def _get_opener(protocol: Protocol) -> Opener:
     """Return the opener of suites under a protocol.
 
     Raises:
@@ -184,6 +189,6 @@ def _opener(protocol: Protocol) -> Opener:
         return open_scorers
     implementation = implementation_of(protocol.value)
     if implementation is None:
-        known = ", ".join((DEFAULT_PROTOCOL.value, *find_protocols()))
-        raise InputError(f"protocol {protocol.value} is not installed: expected one of {known}")
+        names = ", ".join((DEFAULT_PROTOCOL.value, *find_protocols()))
+        raise InputError(f"protocol {protocol.value} is not installed: expected one of {names}")
     return implementation.open_suite

@@ -150,7 +150,7 @@ def test_a_question_without_an_answer_is_wrong(eai: Command, written: Path, tmp_
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--domain", "lamp", "--out", "q.jsonl"), "'lamp' is no benchmark"),
+        (("--domain", "lamp", "--out", "q.jsonl"), "'lamp' is not a benchmark"),
     ],
 )
 def test_what_cannot_be_used_is_told_in_a_line(

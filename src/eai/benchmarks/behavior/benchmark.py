@@ -1,11 +1,11 @@
-"""BEHAVIOR as a benchmark, and how its official prompts state goals that a model interpreted itself.
+"""BEHAVIOR as a benchmark, and the goal sections of its official prompts for goals from a model's answer.
 
-The published pipeline passes on what an answer says, not what it means, one entry a line
-(``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision 66a407d). Three of its ways show
-only in answers of another form: names that are no object's are spelt by a rule made for names of
-objects, so that ``next_to`` is ``next.to``; a bare word in the place of a condition is taken apart into
-letters, so that ``["not", "dusty", "bed.n.01_1"]`` is ``not d(u, s, t, y)``; and a condition stated twice
-stands there twice. Entries of which it makes nothing, where it stops, are left out here.
+The published pipeline copies the text of an answer, not its meaning, one entry a line
+(``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision 66a407d). Three of its effects
+show only in answers of another form. Names of other things are spelt by the rule for names of objects, so
+that ``next_to`` becomes ``next.to``. A bare word in place of a condition is split into letters, so that
+``["not", "dusty", "bed.n.01_1"]`` becomes ``not d(u, s, t, y)``. A condition stated twice appears twice.
+Entries at which the pipeline stops are left out here.
 """
 
 from __future__ import annotations
@@ -37,88 +37,90 @@ from eai.tasks.wording import ObjectName, Wording, declared_name
 _NOTATION = BehaviorGoals()
 
 
-def _for_plans(belief: Belief) -> str:
-    """Each entry as a flat list, objects by name: ``['not', 'open', 'jar_0']``."""
-    spelling = _names(belief)
-    entries = [[spelling.get(word, word) for word in _words(entry)] for entry in _entries(belief)]
+def _format_plan_goals(belief: Belief) -> str:
+    """Return each entry as a flat list with objects by name: ``['not', 'open', 'jar_0']``."""
+    spelling = _map_instances(belief)
+    entries = [
+        [spelling.get(word, word) for word in _flatten_words(entry)] for entry in _read_entries(belief)
+    ]
     return "\n".join([str(words) for words in entries if words])
 
 
-def _for_subgoals(belief: Belief) -> str:
-    """Each entry as a formula: ``forall(jar_n_01, (not open(jar_n_01)))``."""
-    names = _names(belief)
-    categories = {thing.category for thing in belief.task.scene.objects}
+def _format_subgoal_goals(belief: Belief) -> str:
+    """Return each entry as a formula: ``forall(jar_n_01, (not open(jar_n_01)))``."""
+    names = _map_instances(belief)
+    categories = {obj.category for obj in belief.task.scene.objects}
 
     def spelling(word: str) -> str:
-        return word.replace(".", "_") if word in categories else _numbered(names.get(word, word))
+        return word.replace(".", "_") if word in categories else _write_object_name(names.get(word, word))
 
-    formulas = [_formula(entry, spelling, nested=False) for entry in _entries(belief)]
+    formulas = [_format_formula(entry, spelling, nested=False) for entry in _read_entries(belief)]
     return "\n".join([formula for formula in formulas if formula is not None])
 
 
 GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
     Ability.ACTION_SEQUENCING: GoalSection(
-        "target environment state:\n", "\n\n\ninteractable objects", _for_plans
+        "target environment state:\n", "\n\n\ninteractable objects", _format_plan_goals
     ),
-    Ability.SUBGOAL_DECOMPOSITION: GoalSection("## Goal States\n", "\n\n## Output", _for_subgoals),
+    Ability.SUBGOAL_DECOMPOSITION: GoalSection("## Goal States\n", "\n\n## Output", _format_subgoal_goals),
 }
-"""Where the official prompts state the goals."""
+"""Sections of the official prompts that state the goals."""
 
 
-def _entries(belief: Belief) -> Iterator[object]:
-    """The entries of an answer, states first; none of an answer that cannot be read."""
+def _read_entries(belief: Belief) -> Iterator[object]:
+    """Yield the entries of an answer, states first; none if the answer cannot be read."""
     entries = _NOTATION.entries(belief.answer)
-    return iter(() if isinstance(entries, Unreadable) else [_unwrapped(entry) for _, entry in entries])
+    return iter(() if isinstance(entries, Unreadable) else [_unwrap_entry(entry) for _, entry in entries])
 
 
-def _names(belief: Belief) -> Mapping[str, str]:
-    """The name of the object that an instance is."""
-    things = belief.task.scene.objects
-    return {
-        instance: thing.name for instance, thing in zip(_NOTATION.names(belief.task), things, strict=True)
-    }
+def _map_instances(belief: Belief) -> Mapping[str, str]:
+    """Return the name of each object by its instance name."""
+    objects = belief.task.scene.objects
+    return {instance: obj.name for instance, obj in zip(_NOTATION.names(belief.task), objects, strict=True)}
 
 
-def _unwrapped(entry: object) -> object:
-    """The entry without lists around a single list."""
+def _unwrap_entry(entry: object) -> object:
+    """Return the entry without lists around a single list."""
     match entry:
         case [[*_] as inner]:
-            return _unwrapped(inner)
-        case [*parts]:
-            return [_unwrapped(part) for part in parts]
+            return _unwrap_entry(inner)
+        case [*items]:
+            return [_unwrap_entry(item) for item in items]
         case _:
             return entry
 
 
-def _words(entry: object) -> Iterator[str]:
+def _flatten_words(entry: object) -> Iterator[str]:
     match entry:
         case str(word):
             yield word
-        case [*parts]:
-            for part in parts:
-                yield from _words(part)
+        case [*items]:
+            for item in items:
+                yield from _flatten_words(item)
 
 
-def _numbered(name: str) -> str:
-    """A name as names of objects are written, ``carton.n.02_2`` as ``carton_n_02.2``."""
+def _write_object_name(name: str) -> str:
+    """Return a name in the form of object names: ``carton_n_02.2`` for ``carton.n.02_2``."""
     if "toggled" in name:
         return "toggledon"
     return ".".join(name.replace(".", "_").rsplit("_", 1)) if "_" in name else name
 
 
-def _formula(entry: object, spelling: Callable[[str], str], *, nested: bool) -> str | None:
-    """An entry as a formula, in brackets where it stands below a connective; None where it is none."""
+def _format_formula(entry: object, spelling: Callable[[str], str], *, nested: bool) -> str | None:
+    """Return an entry as a formula, in brackets below a connective, or None if it is not a condition."""
     match entry:
         case ["not", operand, *_]:
-            inner = _formula(operand, spelling, nested=True)
-            return None if inner is None else _bracketed(f"not {inner}", nested)
+            inner = _format_formula(operand, spelling, nested=True)
+            return None if inner is None else _put_in_brackets(f"not {inner}", nested)
         case ["and" | "or" as word, first, *others]:
-            texts = [_formula(part, spelling, nested=True) for part in unwrap_parts((first, *others))]
-            known = [text for text in texts if text is not None]
-            return _bracketed(f" {word} ".join(known), nested) if len(known) == len(texts) else None
+            texts = [_format_formula(part, spelling, nested=True) for part in unwrap_parts((first, *others))]
+            readable = [text for text in texts if text is not None]
+            return (
+                _put_in_brackets(f" {word} ".join(readable), nested) if len(readable) == len(texts) else None
+            )
         case ["forall" | "exists" | "forn" | "forpairs" | "fornpairs" as word, *head, body]:
-            inner = _formula(body, spelling, nested=True)
-            bound = [spelling(each[-1]) for part in head if (each := [*_words(part)])]
+            inner = _format_formula(body, spelling, nested=True)
+            bound = [spelling(words[-1]) for item in head if (words := [*_flatten_words(item)])]
             return None if inner is None else f"{word}({', '.join([*bound, inner])})"
         case ["not" | "and" | "or", *_]:
             return None
@@ -131,11 +133,11 @@ def _formula(entry: object, spelling: Callable[[str], str], *, nested: bool) -> 
             return None
 
 
-def _bracketed(text: str, nested: bool) -> str:
+def _put_in_brackets(text: str, nested: bool) -> str:
     return f"({text})" if nested else text
 
 
-_GOAL_PREDICATES = (*(state.name for state in GOAL_STATES), *(each.name for each in GOAL_RELATIONS))
+_GOAL_PREDICATES = (*(state.name for state in GOAL_STATES), *(relation.name for relation in GOAL_RELATIONS))
 _HANDS = {"in_right_hand": "holds_rh", "in_left_hand": "holds_lh"}
 
 
@@ -143,33 +145,33 @@ NAME = "behavior"
 
 
 def wording(ability: Ability) -> Wording:
-    """The words for an ability: subgoals also speak of hands, goal interpretation names instances."""
+    """Return the wording of an ability. Subgoals also name hands; goal interpretation names instances."""
     if ability is Ability.GOAL_INTERPRETATION:
-        return Wording(as_meant(), _GOAL_PREDICATES, {}, _instance_name)
+        return Wording(as_meant(), _GOAL_PREDICATES, {}, _get_instance_name)
     predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), declared_name
     if ability is Ability.SUBGOAL_DECOMPOSITION:
-        predicates, names = (*_GOAL_PREDICATES, *_HANDS), _dotted_name
+        predicates, names = (*_GOAL_PREDICATES, *_HANDS), _write_dotted_name
         written_as = {**_HANDS, "toggled_on": "toggledon"}
     halves = partial(_describe_halves, names)
     return Wording(as_meant(), predicates, written_as, names, conventions=halves, unchanging=(part_of.name,))
 
 
 def _describe_halves(name: ObjectName, task: Task) -> str:
-    """Return a line for each object that can be sliced, with its halves."""
-    halves = group_pairs((whole, part) for part, whole in task.initial.relation(part_of.name).pairs())
+    """Return a line for each sliceable object with its halves."""
+    halves = group_pairs((whole, half) for half, whole in task.initial.relation(part_of.name).pairs())
     return "\n".join(
-        f"SLICE makes {' and '.join([name(task, part) for part in parts])} of {name(task, whole)}."
-        for whole, parts in halves.items()
+        f"SLICE makes {' and '.join([name(task, half) for half in half_indices])} of {name(task, whole)}."
+        for whole, half_indices in halves.items()
     )
 
 
-def _dotted_name(task: Task, index: int) -> str:
-    """``rag_51`` as subgoals write it: ``rag.51``."""
+def _write_dotted_name(task: Task, index: int) -> str:
+    """Return an object's name in subgoals: ``rag.51`` for ``rag_51``."""
     return ".".join(declared_name(task, index).rsplit("_", 1))
 
 
-def _instance_name(task: Task, index: int) -> str:
-    """The name of an object in its problem file: ``rag.n.01_1``."""
+def _get_instance_name(task: Task, index: int) -> str:
+    """Return an object's name in its problem file: ``rag.n.01_1``."""
     return _NOTATION.names(task)[index]
 
 
@@ -181,7 +183,7 @@ open_operators = once_per_store(open_behavior)
 
 
 def behavior() -> Benchmark:
-    """The benchmark."""
+    """Return the benchmark."""
     return Benchmark(
         NAME,
         as_meant(),

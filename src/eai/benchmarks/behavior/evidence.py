@@ -66,7 +66,7 @@ class UnpublishedFacts:
 
 @cache
 def load_evidence() -> UnpublishedFacts:
-    """Return the table of this package."""
+    """Return the packaged facts about BEHAVIOR's scenes that no published file has."""
     content = resources.files("eai.benchmarks.behavior").joinpath(_FILE).read_bytes()
     table = parse_toml(content.decode())
     added, removed, volume = table["added_relations"], table["removed_relations"], table["volume"]

@@ -232,7 +232,7 @@ def set_state(
 
 
 def toggle_on() -> Operator:
-    """Return TOGGLE_ON; a running dishwasher cleans the objects directly in or on it."""
+    """Return the action TOGGLE_ON; a running dishwasher cleans the objects directly in or on it."""
     washed = (Delete(p.is_dusty(C)), Delete(p.is_stained(C)))
     return set_state(
         "TOGGLE_ON",
@@ -246,7 +246,7 @@ def toggle_on() -> Operator:
 
 
 def slice_() -> Operator:
-    """Return SLICE: the halves take over support, relations and states of the whole object."""
+    """Return the action SLICE: the halves take over support, relations and states of the whole object."""
     parts = p.part_of(P, X)
     states: tuple[Effect, ...] = tuple(
         effect
@@ -288,7 +288,7 @@ def _pass_relation_to_halves(label: Predicate) -> tuple[Effect, ...]:
 
 
 def clean() -> Operator:
-    """Return CLEAN: try to remove dust, then stains; the action succeeds if either is removed."""
+    """Return the action CLEAN: try to remove dust, then stains; the action succeeds if either is removed."""
     in_sink = Exists(Y, p.carried_by(X, Y) & p.is_toggled_on(Y) & p.sink(Y))
     in_dishwasher = Exists(Y, p.carried_by(X, Y) & p.is_toggled_on(Y) & p.dishwasher(Y))
     tool = Exists(Y, p.held(Y) & p.cleaning_tool(Y))
@@ -325,20 +325,20 @@ def _make_cleaning_try(dirt: Predicate, means: Formula, lacking: str, id: str) -
 
 
 def soak() -> Operator:
-    """Return SOAK: an object in a running sink or a teapot becomes wet."""
+    """Return the action SOAK: an object in a running sink or a teapot becomes wet."""
     vessel = (p.sink(Y) | p.teapot(Y)) & (p.is_toggled_on(Y) | ~p.toggleable(Y))
     in_water = missing(Exists(Y, p.carried_by(X, Y) & vessel), "{x} is in no running sink and no teapot")
     return set_state("SOAK", p.soakable, p.is_soaked, "make the object wet", to=True, last=(in_water,))
 
 
 def cook() -> Operator:
-    """Return COOK: an object in a saucepan becomes cooked."""
+    """Return the action COOK: an object in a saucepan becomes cooked."""
     in_pan = missing(Exists(Y, p.carried_by(X, Y) & p.saucepan(Y)), "{x} is in no saucepan")
     return set_state("COOK", p.cookable, p.is_cooked, "cook the object", to=True, last=(in_pan,))
 
 
 def freeze() -> Operator:
-    """Return FREEZE: an object in a fridge freezes."""
+    """Return the action FREEZE: an object in a fridge freezes."""
     in_cold = missing(Exists(Y, p.carried_by(X, Y) & p.cold_source(Y)), "{x} is in no fridge")
     return set_state("FREEZE", p.freezable, p.is_frozen, "freeze the object", to=True, last=(in_cold,))
 

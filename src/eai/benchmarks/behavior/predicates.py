@@ -27,7 +27,7 @@ def make_target_lookup(relation: str) -> LookupFunction:
 
 
 def combine_halves(values: LookupFunction) -> LookupFunction:
-    """Return a relation as goals use it: targets of a sliced object are the common targets of its halves."""
+    """Return a lookup for goals: the targets of a sliced object are those that all its halves share."""
 
     def find_common_values(state: State, arguments: tuple[int, ...]) -> int:
         (x,) = arguments

@@ -1,4 +1,4 @@
-"""BEHAVIOR-1K as a benchmark, with and without the conventions told."""
+"""BEHAVIOR-1K as a benchmark: prompts list the household's conventions, or test knowledge of them."""
 
 from __future__ import annotations
 
@@ -23,73 +23,77 @@ NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
 CHALLENGE, OF_100 = "behavior-1k-challenge-2025", "behavior-1k-behavior-100"
 
 
-_UNCHANGING = tuple([each.name for each in p.VOCABULARY.predicates if each.static and not each.visible])
+_UNCHANGING = tuple(
+    [predicate.name for predicate in p.VOCABULARY.predicates if predicate.static and not predicate.visible]
+)
 
 
 @cache
-def _english() -> English:
+def _load_english() -> English:
     return english_of("eai.benchmarks.behavior_1k")
 
 
-def _wording(told: Callable[[Task], str], ability: Ability) -> Wording:
-    """Return the words, with hidden facts for abilities that take plans."""
+def _make_wording(describe: Callable[[Task], str], ability: Ability) -> Wording:
+    """Return the wording of an ability; abilities that take plans also get hidden facts."""
     plain = Wording(declared(), p.GOAL_PREDICATES)
-    acts = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
-    return replace(plain, conventions=told, unchanging=_UNCHANGING) if acts else plain
+    takes_plans = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
+    return replace(plain, conventions=describe, unchanging=_UNCHANGING) if takes_plans else plain
 
 
 @once_per_store
-def _activities(source: Source) -> TaskSet[Task]:
-    return open_tasks(_english(), source)
+def _open_activities(source: Source) -> TaskSet[Task]:
+    return open_tasks(_load_english(), source)
 
 
-def _listed(subset: str, source: Source) -> TaskSet[Task]:
-    tasks = _activities(source)
+def _open_subset(subset: str, source: Source) -> TaskSet[Task]:
+    tasks = _open_activities(source)
     return TaskSet(subsets()[subset], tasks.__getitem__, tasks.sha256)
 
 
 @once_per_store
-def _operators(source: Source) -> TaskSet[TransitionTask]:
-    """The tasks of transition modeling; problems tell the rules, which operators read, but not rooms."""
-    tasks, vocabulary = _activities(source), declared().vocabulary
-    told = tuple([replace(each, visible=each is not p.by_floor) for each in vocabulary.predicates])
-    domain = replace(declared(), vocabulary=replace(vocabulary, predicates=told))
-    rules = {each.name: Category.NON_SPATIAL_RELATIONS for each in p.RULES}
-    asked = declared_tasks(domain, tasks, rules)
-    return TaskSet(asked, asked.__getitem__, tasks.sha256)
+def _open_operators(source: Source) -> TaskSet[TransitionTask]:
+    """Return the tasks of transition modeling. Problems list the rules that operators read, but no rooms."""
+    tasks, vocabulary = _open_activities(source), declared().vocabulary
+    shown = tuple(
+        [replace(predicate, visible=predicate is not p.by_floor) for predicate in vocabulary.predicates]
+    )
+    domain = replace(declared(), vocabulary=replace(vocabulary, predicates=shown))
+    rules = {rule.name: Category.NON_SPATIAL_RELATIONS for rule in p.RULES}
+    operator_tasks = declared_tasks(domain, tasks, rules)
+    return TaskSet(operator_tasks, operator_tasks.__getitem__, tasks.sha256)
 
 
 def behavior_1k() -> Benchmark:
-    """The benchmark: prompts tell the conventions that matter."""
-    return _variant(NAME, "BEHAVIOR-1K")
+    """Return the benchmark with prompts that list the relevant conventions."""
+    return _make_variant(NAME, "BEHAVIOR-1K")
 
 
-def _variant(
+def _make_variant(
     name: str,
     title: str,
-    open_activities: OpenTasks[Task] = _activities,
-    told: Callable[[Task], str] = conventions,
+    open_activities: OpenTasks[Task] = _open_activities,
+    describe: Callable[[Task], str] = conventions,
 ) -> Benchmark:
-    wordings, operators = partial(_wording, told), {Ability.TRANSITION_MODELING: _operators}
+    wordings, operators = partial(_make_wording, describe), {Ability.TRANSITION_MODELING: _open_operators}
     return Benchmark(
         name,
         declared(),
         open_activities,
-        Notation(wordings=wordings, also_observed=("held", "robot_on"), english=_english()),
+        Notation(wordings=wordings, also_observed=("held", "robot_on"), english=_load_english()),
         DataSet(title, own_tasks=operators, planner_seconds=200),
     )
 
 
 def untold() -> Benchmark:
     """Return BEHAVIOR-1K with prompts that do not explain tools, heat and recipes."""
-    return _variant(UNTOLD, "BEHAVIOR-1K, conventions untold", told=describe_situation)
+    return _make_variant(UNTOLD, "BEHAVIOR-1K, conventions untold", describe=describe_situation)
 
 
 def challenge_2025() -> Benchmark:
-    """The 50 activities of the 2025 BEHAVIOR challenge, in its order."""
-    return _variant(CHALLENGE, "BEHAVIOR-1K, 2025 challenge", partial(_listed, "challenge_2025"))
+    """Return the benchmark of the 50 activities of the 2025 BEHAVIOR challenge, in its order."""
+    return _make_variant(CHALLENGE, "BEHAVIOR-1K, 2025 challenge", partial(_open_subset, "challenge_2025"))
 
 
 def of_behavior_100() -> Benchmark:
-    """The 65 activities that BEHAVIOR-100 has by the same name."""
-    return _variant(OF_100, "BEHAVIOR-1K, also in BEHAVIOR-100", partial(_listed, "behavior_100"))
+    """Return the benchmark of the 65 activities that BEHAVIOR-100 has under the same name."""
+    return _make_variant(OF_100, "BEHAVIOR-1K, also in BEHAVIOR-100", partial(_open_subset, "behavior_100"))

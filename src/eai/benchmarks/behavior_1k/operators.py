@@ -99,14 +99,14 @@ def _go_to(obj: Variable) -> Effect:
 
 
 def navigate_to() -> Operator:
-    """Return NAVIGATE_TO (from primitives NAVIGATE_TO)."""
+    """Return the action NAVIGATE_TO (OmniGibson: primitives NAVIGATE_TO)."""
     return Operator(
         "NAVIGATE_TO", (X,), (require_existing(X),), (_go_to(X),), "go to the object", role=Role.MOVEMENT
     )
 
 
 def grasp() -> Operator:
-    """Return GRASP (from primitives GRASP). Hands have no names."""
+    """Return the action GRASP (OmniGibson: primitives GRASP). Hands have no names."""
     checks = (
         MOVABLE,
         affordance(~p.floor(X), "{x} is a floor"),
@@ -125,7 +125,7 @@ def grasp() -> Operator:
 
 
 def release() -> Operator:
-    """Return RELEASE (from primitives RELEASE)."""
+    """Return the action RELEASE (OmniGibson: primitives RELEASE)."""
     effects = (Delete(p.held(X)), Let(F, p.robot_on(F), (Add(p.lies_on(X, F)),)))
     text = "let go of the object in a hand; it comes to lie on the floor where the robot is"
     return Operator("RELEASE", (X,), (require_in_hand(X),), effects, text, role=Role.RELEASES)
@@ -149,7 +149,8 @@ def _make_placing_action(
 def make_placing_actions() -> Iterator[Operator]:
     """Yield all placing actions.
 
-    From primitives PLACE_ON_TOP and PLACE_INSIDE; states next_to, under, overlaid, draped, attached_to.
+    OmniGibson: primitives PLACE_ON_TOP and PLACE_INSIDE; states next_to, under, overlaid, draped,
+    attached_to.
     """
     first, is_cloth = "the first object, which is in a hand,", require_ability(X, p.cloth, "is no cloth")
     inside = require_ability(Y, p.container, "has no inside"), missing(~p.closed(Y), "{y} is closed")
@@ -177,7 +178,7 @@ def make_placing_actions() -> Iterator[Operator]:
 
 
 def detach() -> Operator:
-    """Return DETACH (from states attached_to)."""
+    """Return the action DETACH (OmniGibson: states attached_to)."""
     checks = (
         require_existing(X),
         missing(p.attached_to(X, Y), "{x} is not attached to {y}"),
@@ -213,7 +214,7 @@ def _make_state_action(
 def make_state_actions() -> Iterator[Operator]:
     """Yield the actions that set states: OPEN, CLOSE, TOGGLE_ON, TOGGLE_OFF, FOLD and UNFOLD.
 
-    From the primitives of the first four names; states folded.
+    OmniGibson: the primitives of the first four names; states folded.
     """
     hand = missing(p.held(X) | ~p.hands_full(), "both hands are full", (~p.hands_full(),))
     yield _make_state_action("OPEN", p.openable, p.is_open, "open the object", to=True)
@@ -230,9 +231,9 @@ def make_state_actions() -> Iterator[Operator]:
 
 
 def slice_() -> Operator:
-    """Return SLICE: the halves take over place, states and covers of the whole object.
+    """Return the action SLICE: the halves take over place, states and covers of the whole object.
 
-    From primitives CUT, rules SlicingRule.
+    OmniGibson: primitives CUT, rules SlicingRule.
     """
     halves = p.part_of(P, X)
     inherited = (
@@ -260,9 +261,9 @@ def _require_cutting(ability: Predicate, reason: str) -> tuple[Check, ...]:
 
 
 def dice() -> Operator:
-    """Return DICE: the dice are a substance, in the fillable container of the object or on its support.
+    """Return the action DICE: the dice are a substance, in the object's fillable container or on its support.
 
-    From rules DicingRule.
+    OmniGibson: rules DicingRule.
     """
     diced = (p.diced_as(X, S) & ~p.is_cooked(X)) | (p.diced_cooked_as(X, S) & p.is_cooked(X))
 
@@ -287,7 +288,7 @@ RUNNING = missing(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switched on
 
 
 def fill() -> Operator:
-    """Return FILL (from states particle_source_or_sink)."""
+    """Return the action FILL (OmniGibson: states particle_source_or_sink)."""
     checks = (
         require_ability(X, p.fillable, "cannot be filled"),
         affordance(p.fixed(Y) & Exists(S, p.gives(Y, S)), "{y} gives nothing"),
@@ -313,7 +314,7 @@ def _require_pouring(*checks: Check) -> tuple[Check, ...]:
 
 
 def pour() -> Operator:
-    """Return POUR (from states contains, filled). Some of the substance remains (D3)."""
+    """Return the action POUR (OmniGibson: states contains, filled). Some of the substance remains (D3)."""
     checks = _require_pouring(
         require_ability(Y, p.fillable, "cannot be filled"),
         HOLDS_SOMETHING,
@@ -328,7 +329,7 @@ def pour() -> Operator:
 
 
 def empty() -> Operator:
-    """Return EMPTY (from states particle_source_or_sink). Nothing remains (D3)."""
+    """Return the action EMPTY (OmniGibson: states particle_source_or_sink). Nothing remains (D3)."""
     spilt = p.has_in(X, S) | (p.has_cover(X, S) & ~p.visual(S))
     things = p.lies_in(Z, X) | p.lies_on(Z, X)
     checks = _require_pouring(
@@ -348,7 +349,10 @@ def empty() -> Operator:
 
 
 def apply() -> Operator:
-    """Return APPLY (from states particle_modifier, ParticleApplier). Liquids soak absorbent objects (D10)."""
+    """Return the action APPLY (OmniGibson: states particle_modifier, ParticleApplier).
+
+    Liquids soak absorbent objects (D10).
+    """
     effects = (
         ForEach(S, POURABLE, (Add(p.has_cover(Y, S)), Add(p.present(S)))),
         ForEach(S, POURABLE & p.liquid(S) & p.absorbent(Y), (Add(p.soaked_with(Y, S)),)),
@@ -361,7 +365,7 @@ COVERED = additional(Exists(S, p.has_cover(X, S)), "{x} is covered by nothing")
 
 
 def wipe() -> Operator:
-    """Return WIPE (from primitives WIPE, states particle_modifier, ParticleRemover)."""
+    """Return the action WIPE (OmniGibson: primitives WIPE, states particle_modifier, ParticleRemover)."""
     soaked = p.removes_soaked(T, S) & Exists(W, p.dissolved_by(S, W) & p.soaked_with(T, W))
     off = p.has_cover(X, S) & (p.removes_dry(T, S) | soaked | (p.removes_running(T, S) & p.is_toggled_on(T)))
     able = Exists(
@@ -380,7 +384,7 @@ def wipe() -> Operator:
 
 
 def soak() -> Operator:
-    """Return SOAK (from primitives SOAK_UNDER and SOAK_INSIDE)."""
+    """Return the action SOAK (OmniGibson: primitives SOAK_UNDER and SOAK_INSIDE)."""
     fluid = (p.gives(Y, S) & (~p.toggleable(Y) | p.is_toggled_on(Y) | ~p.fixed(Y))) | p.has_in(Y, S)
     checks = (
         require_ability(X, p.absorbent, "cannot soak anything up"),
@@ -395,7 +399,7 @@ def soak() -> Operator:
 
 
 def rinse() -> Operator:
-    """Return RINSE, by the washer's table of substances that water removes (D4)."""
+    """Return the action RINSE, by the washer's table of substances that water removes (D4)."""
     solvent = Exists(W, p.dissolved_by(S, W) & (p.has_cover(X, W) | p.has_in(Y, W)))
     off = p.has_cover(X, S) & (p.washes_off(Y, S) | solvent)
     checks = (
@@ -437,7 +441,10 @@ def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
 
 
 def run() -> Operator:
-    """Return RUN (from rules ToggleableMachineRule). Other contents must be taken out first (D6)."""
+    """Return the action RUN (OmniGibson: rules ToggleableMachineRule).
+
+    Other contents must be taken out first (D6).
+    """
     checks = (
         require_existing(H),
         require_ability(H, p.mixer, "is no machine that makes anything of what is in it"),
@@ -452,7 +459,7 @@ def run() -> Operator:
 
 
 def stir() -> Operator:
-    """Return STIR (from rules MixingToolRule)."""
+    """Return the action STIR (OmniGibson: rules MixingToolRule)."""
     checks = (
         affordance(p.fillable(C), "{c} cannot be filled"),
         require_ability(T, p.mixing_tool, "is no tool for mixing"),
@@ -478,9 +485,9 @@ def _require_exposure(source: Predicate, reason: str) -> tuple[Check, ...]:
 
 
 def heat() -> Operator:
-    """Return HEAT.
+    """Return the action HEAT: heat an object on a source, with all contents and recipes.
 
-    From states heat_source_or_sink, cooked; rules CookingSystemRule, CookingObjectRule, MeltingRule.
+    OmniGibson: states heat_source_or_sink, cooked; rules CookingSystemRule, CookingObjectRule, MeltingRule.
     """
 
     def warm(obj: Variable, where: Formula) -> Iterator[Effect]:
@@ -522,7 +529,10 @@ def heat() -> Operator:
 
 
 def freeze() -> Operator:
-    """Return FREEZE (from states heat_source_or_sink, frozen). Nothing freezes without this action (D8)."""
+    """Return the action FREEZE (OmniGibson: states heat_source_or_sink, frozen).
+
+    Nothing freezes without this action (D8).
+    """
     effects = (
         When(p.chills(H, X), (Add(p.is_frozen(X)),)),
         Delete(p.is_hot(X)),
@@ -545,7 +555,7 @@ def _require_running_machine(ability: Predicate, reason: str) -> tuple[Check, ..
 
 
 def wash() -> Operator:
-    """Return WASH (from rules WasherRule)."""
+    """Return the action WASH (OmniGibson: rules WasherRule)."""
     solvent = Exists(W, p.dissolved_by(S, W) & p.has_in(H, W))
     off = p.has_cover(X, S) & (p.washes_off(H, S) | solvent)
     effects = (
@@ -557,7 +567,7 @@ def wash() -> Operator:
 
 
 def dry() -> Operator:
-    """Return DRY (from rules DryerRule)."""
+    """Return the action DRY (OmniGibson: rules DryerRule)."""
     inside = p.within(X, H)
     effects = (
         ForEach(X, inside, (ForEach(W, p.soaked_with(X, W) & p.liquid(W), (Delete(p.soaked_with(X, W)),)),)),
@@ -568,7 +578,7 @@ def dry() -> Operator:
 
 
 def ignite() -> Operator:
-    """Return IGNITE (from states on_fire)."""
+    """Return the action IGNITE (OmniGibson: states on_fire)."""
     checks = (
         require_ability(X, p.flammable, "does not burn"),
         require_ability(T, p.lighter, "lights nothing"),
@@ -583,7 +593,7 @@ def ignite() -> Operator:
 
 
 def wait() -> Operator:
-    """Return WAIT (from states temperature, whose decay takes hours)."""
+    """Return the action WAIT (OmniGibson: states temperature, whose decay takes hours)."""
     kept_cold = Exists(Y, p.cold_source(Y) & p.working(Y) & p.exposed_to(X, Y))
     effects = (
         ForEach(X, p.is_frozen(X) & ~kept_cold, (Delete(p.is_frozen(X)),)),

@@ -181,7 +181,7 @@ class _SceneMaker:
         return f"{stem}_{number}"
 
     def _fill_sources(self) -> None:
-        """Let every source give the substances of its kind; some definitions omit them."""
+        """Add missing facts that a source gives the substances of its kind."""
         for name, kind in list(self._declared_kinds.items()):
             for substance in self._kinds.get_substances(kind):
                 objects = self._find_objects(substance)
@@ -356,7 +356,7 @@ class _SceneMaker:
                 yield from ((p.fits, (name, other)) for other in self._find_objects(to))
 
     def _yield_halves(self) -> _SceneFacts:
-        """Yield each half with its whole."""
+        """Yield the facts that relate each half to its whole."""
         for whole, (half, number) in self._kinds.rules.slice.items():
             halves = [name for name in self._find_objects(half) if name in self._future]
             for position, name in enumerate(self._find_objects(whole)):

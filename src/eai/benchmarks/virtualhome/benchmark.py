@@ -1,11 +1,11 @@
-"""VirtualHome as a benchmark: its official prompts, and the figures of its records that a store must show.
+"""VirtualHome as a benchmark: its official prompts, and the expected figures of its records.
 
-Of goal interpretation the data set ships a template instead of prompts. The reference prints Python sets in
-it, whose order changes from run to run; here each has the order of the data set (reference:
+For goal interpretation, the data set has a template instead of prompts. The reference prints Python sets into
+it, whose order changes from run to run; here each set has the order of the data set (reference:
 ``goal_interpretation/scripts/generate_prompts.py``, ``motion_planner.py``).
 
-Relations among the goals of a task have the order of the goals. In 21 of the published prompts of subgoal
-decomposition it is that of a Python set.
+Relations in goal sections have the order of the goals. In 21 of the published prompts of subgoal
+decomposition they have the order of a Python set.
 """
 
 from __future__ import annotations
@@ -46,28 +46,28 @@ if TYPE_CHECKING:
     from eai.tasks.wording import Wording
 
 _LINE = "-----------------"
-_HEADING_OF_ACTIONS = (
+_ACTIONS_HEADING = (
     "[Actions Must Include]: Actions are listed in the execution order, each line is one action to satisfy. "
     'If "A or B or ..." is presented in one line, then only one of them needs to be satisfied.'
 )
 _RELATIONS = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items()}
 
 
-def _for_plans(belief: Belief) -> str:
-    """Objects by class, relations as scene graphs name them; every line of actions stands there twice."""
+def _format_plan_goals(belief: Belief) -> str:
+    """Return the goals with objects by class and relations of scene graphs; lines of actions stand twice."""
     task = belief.task
-    classes = {thing.name: thing.category for thing in task.scene.objects}
+    classes = {obj.name: obj.category for obj in task.scene.objects}
     actions = [alternatives(goal) for goal in task.goals_of(GoalKind.ACTION)]
     required = ["There is no action requirement."]
     if actions:
-        lines = [line for each in actions for line in (" or ".join(each), "|".join(each))]
+        lines = [line for names in actions for line in (" or ".join(names), "|".join(names))]
         required = ["The following action(s) should be included:", *lines, _LINE]
     return "\n".join(
         [
-            *(_sentence(goal.formula, classes) for goal in task.goals_of(GoalKind.STATE)),
+            *(_format_sentence(goal.formula, classes) for goal in task.goals_of(GoalKind.STATE)),
             _LINE,
             "\n\nEdge goals are:",
-            *(_sentence(goal.formula, classes) for goal in task.goals_of(GoalKind.RELATION)),
+            *(_format_sentence(goal.formula, classes) for goal in task.goals_of(GoalKind.RELATION)),
             _LINE,
             "\n\nAction goals are:",
             *required,
@@ -75,17 +75,20 @@ def _for_plans(belief: Belief) -> str:
     )
 
 
-def _for_subgoals(belief: Belief) -> str:
-    """Objects by class and id, predicates as the vocabulary has them, and whether there are any actions."""
+def _format_subgoal_goals(belief: Belief) -> str:
+    """Return the goals with objects by class and id, and whether actions are required."""
     task = belief.task
     lasting = [goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]
     actions = [" or ".join(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
     return "\n".join(
         [
             "[States]",
-            *_or_none(f"{each.predicate}({', '.join(_names(each))})" for each in map(_atom, lasting)),
-            _HEADING_OF_ACTIONS,
-            *_or_none(actions),
+            *_list_or_none(
+                f"{atom.predicate}({', '.join(_get_argument_names(atom))})"
+                for atom in map(_require_atom, lasting)
+            ),
+            _ACTIONS_HEADING,
+            *_list_or_none(actions),
             "\n## Necessity to Use Actions",
             "Yes" if actions else "No",
         ]
@@ -93,36 +96,38 @@ def _for_subgoals(belief: Belief) -> str:
 
 
 GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
-    Ability.ACTION_SEQUENCING: GoalSection("Node goals are:\n", "\n\n\nPlease output the list", _for_plans),
-    Ability.SUBGOAL_DECOMPOSITION: GoalSection("## Goal States\n", "\n\n## Output", _for_subgoals),
+    Ability.ACTION_SEQUENCING: GoalSection(
+        "Node goals are:\n", "\n\n\nPlease output the list", _format_plan_goals
+    ),
+    Ability.SUBGOAL_DECOMPOSITION: GoalSection("## Goal States\n", "\n\n## Output", _format_subgoal_goals),
 }
-"""Where the official prompts state the goals."""
+"""Sections of the official prompts that state the goals."""
 
 
-def _sentence(formula: Formula, classes: Mapping[str, str]) -> str:
-    """``soap is ON to washing_machine``; a name that is no object's stays."""
-    atom = _atom(formula)
-    name, *others = [classes.get(each, each) for each in _names(atom)]
+def _format_sentence(formula: Formula, classes: Mapping[str, str]) -> str:
+    """Return ``soap is ON to washing_machine``; names that are not objects stay unchanged."""
+    atom = _require_atom(formula)
+    name, *others = [classes.get(argument, argument) for argument in _get_argument_names(atom)]
     first = f"{name} is {_RELATIONS.get(atom.predicate, atom.predicate)}"
     return " to ".join([first, *others])
 
 
-def _atom(formula: Formula) -> Atom:
+def _require_atom(formula: Formula) -> Atom:
     if not isinstance(formula, Atom):
-        raise TypeError(f"{formula} is no state and no relation")
+        raise TypeError(f"{formula} is neither a state nor a relation")
     return formula
 
 
-def _names(atom: Atom) -> list[str]:
+def _get_argument_names(atom: Atom) -> list[str]:
     return [term.name for term in atom.arguments]
 
 
-def _or_none(lines: Iterable[str]) -> list[str]:
+def _list_or_none(lines: Iterable[str]) -> list[str]:
     return list(lines) or ["None"]
 
 
 def goal_interpretation_prompts(source: Source) -> dict[str, str]:
-    """The prompt of every task, by id in data set order.
+    """Return the prompt of every task by id, in the order of the data set.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -131,50 +136,56 @@ def goal_interpretation_prompts(source: Source) -> dict[str, str]:
     resources = open_pack(packs.RESOURCES, source)
     template = open_pack(packs.TEMPLATES, source).read(packs.TEMPLATE_MEMBER).decode()
     states = resources.read_json("object_states_full.json")
-    possible = {**states, **{name.replace("_", ""): each for name, each in states.items()}}  # also so written
+    possible = {
+        **states,
+        **{name.replace("_", ""): values for name, values in states.items()},
+    }  # both spellings occur
     pairs = resources.read_json("relation_object_pairs.json")
     base = {record.id: record for record in records.base.added_objects}
-    # What is put in later is not searched for what was to be put in earlier: the reference's order.
+    # The order of replacement is the reference's: earlier placeholders inside later texts stay unchanged.
     shared = (
         ("<relation_types>", str(resources.read_json("relation_types.json"))),
         ("<action_space>", str(resources.read_json("action_space.json"))),
-        ("<rel_obj_pairs>", _braced(f"{name!r}: {_set_text(names)}" for name, names in pairs.items())),
+        (
+            "<rel_obj_pairs>",
+            _put_in_braces(f"{name!r}: {_format_set(names)}" for name, names in pairs.items()),
+        ),
     )
     return {
-        task_id: _fill(template, (*_of_task(task, base, possible), *shared))
+        task_id: _fill_template(template, (*_get_task_values(task, base, possible), *shared))
         for task_id, task in records.items()
     }
 
 
-def _of_task(
+def _get_task_values(
     task: TaskRecord, base: Mapping[int, ObjectRecord], possible: Mapping[str, Sequence[str]]
 ) -> tuple[tuple[str, str], ...]:
-    """Return the template filled for one task."""
+    """Return the text of each placeholder of the template for one task."""
     changed = (*task.initial.changed_objects, *task.initial.added_objects)
     objects = {**base, **{record.id: record for record in changed}}
     relevant = [objects[i] for i in task.relevant_in_order]
-    lines = "".join(_line(record, possible) for record in relevant)
-    # Name and description are lines of a file there, and keep their line ends.
+    lines = "".join(_format_object(record, possible) for record in relevant)
+    # Title and description are lines of a file in the reference, and keep their line ends.
     goal = f"Goal name: {task.title}\n\nGoal description: {task.description}\n\n"
     return (("<object_in_scene>", lines), ("<goal_str>", goal))
 
 
-def _line(record: ObjectRecord, possible: Mapping[str, Sequence[str]]) -> str:
+def _format_object(record: ObjectRecord, possible: Mapping[str, Sequence[str]]) -> str:
     states = [state.upper() for state in possible.get(record.class_name, ())]
     return f"{record.class_name}, initial states: {list(record.states)}, possible states: {states}\n"
 
 
-def _set_text(names: Sequence[str]) -> str:
-    return _braced(repr(name) for name in dict.fromkeys(names)) if names else "set()"
+def _format_set(names: Sequence[str]) -> str:
+    return _put_in_braces(repr(name) for name in dict.fromkeys(names)) if names else "set()"
 
 
-def _braced(parts: Iterable[str]) -> str:
+def _put_in_braces(parts: Iterable[str]) -> str:
     return "{" + ", ".join(parts) + "}"
 
 
-def _fill(template: str, values: Sequence[tuple[str, str]]) -> str:
-    for place, value in values:
-        template = template.replace(place, value)
+def _fill_template(template: str, values: Sequence[tuple[str, str]]) -> str:
+    for placeholder, value in values:
+        template = template.replace(placeholder, value)
     return template
 
 
@@ -182,12 +193,12 @@ NAME = "virtualhome"
 
 
 def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) -> TaskSet[VirtualHomeTask]:
-    """The 518 demonstrations in the reference package's wheel, or in a folder into which it is unpacked.
+    """Return the 518 demonstrations in the reference package's wheel, or in a folder with its unpacked files.
 
-    The store has 342 of them alone. Reading them takes a minute.
+    The store has only 342 of them. Reading them takes a minute.
 
     Raises:
-        DataError: it is not there, or damaged.
+        DataError: the wheel is absent or damaged.
     """
     with open_bundle(path) as wheel:
         from eai.benchmarks.virtualhome.convert import convert_demonstrations
@@ -208,13 +219,16 @@ def _find_surroundings(task: Task) -> Iterator[int]:
 
 
 def wording(ability: Ability) -> Wording:
-    """As declared; but goal interpretation speaks of classes, and names relations as scene graphs do."""
+    """Return the wording of an ability.
+
+    Goal interpretation names classes, and relations as in scene graphs.
+    """
     from eai.tasks.wording import Wording
 
-    said = Wording.of(as_meant()).predicates
+    predicates = Wording.of(as_meant()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:
-        return Wording(as_meant(), said, surroundings=_find_surroundings)
-    return Wording(as_meant(), said, _RELATIONS, lambda task, index: task.scene.objects[index].category)
+        return Wording(as_meant(), predicates, surroundings=_find_surroundings)
+    return Wording(as_meant(), predicates, _RELATIONS, lambda task, index: task.scene.objects[index].category)
 
 
 open_tasks = once_per_store(open_virtualhome_tasks)
@@ -225,7 +239,7 @@ open_operators = once_per_store(open_virtualhome)
 
 
 def virtualhome() -> Benchmark:
-    """The benchmark. Subgoals are asked for in the tasks that have a goal in temporal logic."""
+    """Return the benchmark. Subgoals are asked for in tasks with a temporal goal."""
     return Benchmark(
         NAME,
         as_meant(),
@@ -253,7 +267,7 @@ def virtualhome() -> Benchmark:
 
 
 def annotated_figures(source: Source) -> dict[str, tuple[int, str]]:
-    """The figures of the published data set; DataError if it cannot be had."""
+    """Return the figures of the published data set. Raises DataError if it cannot be obtained."""
     resources = open_pack(packs.RESOURCES, source)
     tasks = open_records(source)
     operators = resources.read_json("gold_action.json")
@@ -271,8 +285,8 @@ def count_annotated(
         operators: number of annotated operators.
     """
     records = tuple(tasks.values())
-    instructed = [each for each in records if each.node_goals or each.edge_goals or each.action_goals]
-    lost = [task for task in records if len(set(task.edge_goals)) > 1]
+    instructed = [task for task in records if task.node_goals or task.edge_goals or task.action_goals]
+    dropped = [task for task in records if len(set(task.edge_goals)) > 1]
     state = sum(len(task.node_goals) for task in records)
     relation = sum(len(task.edge_goals) for task in records)
     action = sum(len(task.action_goals) for task in records)
@@ -284,11 +298,14 @@ def count_annotated(
             f"tasks that have a goal; {len(records) - len(instructed)} have none",
         ),
         "action sequencing tasks": (
-            len(records) - len(lost),
-            f"under protocol eai-1.0.5: tasks less the {len(lost)} with two or more distinct relation goals, "
-            "which the reference drops",
+            len(records) - len(dropped),
+            f"under protocol eai-1.0.5: tasks less the {len(dropped)} with two or more distinct relation "
+            "goals, which the reference drops",
         ),
-        "transition modeling tasks": (len(transition_tasks), _left_out(instructed, transition_tasks)),
+        "transition modeling tasks": (
+            len(transition_tasks),
+            _describe_left_out_tasks(instructed, transition_tasks),
+        ),
         "goals": (state + relation + action, "of all tasks, as annotated, duplicates included"),
         "state goals": (state, "an object is in a state"),
         "relation goals": (relation, "two objects stand in a relation"),
@@ -298,7 +315,7 @@ def count_annotated(
     }
 
 
-def _left_out(instructed: Iterable[TaskRecord], transition_tasks: Collection[str]) -> str:
+def _describe_left_out_tasks(instructed: Iterable[TaskRecord], transition_tasks: Collection[str]) -> str:
     titles = Counter(task.title for task in instructed if task.id not in transition_tasks)
     names = ", ".join(f"{title} ({count})" for title, count in titles.most_common())
     return f"instructions less those the reference leaves out: {names or 'none'}"
@@ -317,15 +334,15 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = {
     "action steps": 2960,
     "transition models": 33,
 }
-"""Figures of the published data set, by their labels."""
+"""Figures of the published data set, by label."""
 
 
 def check_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -> Iterator[str]:
-    """Yield the figures that are not as published. All packs must be there.
+    """Yield the figures that differ from the published ones. All packs must exist.
 
     Args:
         store: the folder of packs.
-        counts: label of a statistic -> the figure it should show; that of the published data set if None.
+        counts: expected figures by label; those of the published data set if None.
     """
     counts = PUBLISHED_COUNTS if counts is None else counts
     tasks, resources = VirtualHome.of(store.open(PACK)), store.open(packs.RESOURCES)

@@ -118,7 +118,7 @@ def _find_unknown_section(members: Iterable[tuple[str, object]]) -> str | None:
 
 
 def _check_sections(sections: Sections) -> Sections | None:
-    """Return the sections, or None unless at least one section is known and no section is unknown."""
+    """Return the sections of an answer, or None if no section is known or any is unknown."""
     has_section = any(key in SECTIONS.values() for key, _ in sections.members)
     return sections if has_section and _find_unknown_section(sections.members) is None else None
 

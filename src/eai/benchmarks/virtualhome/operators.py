@@ -132,7 +132,7 @@ def go_to(target: f.Variable, effects_on_held: tuple[Effect, ...]) -> tuple[Effe
 
 
 def find(effects_on_held: tuple[Effect, ...]) -> Operator:
-    """Return FIND: step up to an object at hand, facing nothing else; walk to any other object."""
+    """Return the action FIND: step up to an object at hand, facing nothing else; walk to any other object."""
     checks = (
         missing(f.Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)), NEAR.reason, sought=(p.near(X),)),
         missing(f.Or((p.upright(), AT_HAND)), UPRIGHT.reason, sought=(p.upright(),)),
@@ -171,7 +171,7 @@ KEEP_CONTENTS = (
 
 
 def grab(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:
-    """Return GRAB: move an object to a free hand, the right one first, and remember its origin.
+    """Return the action GRAB: move an object to a free hand, the right one first, and remember its origin.
 
     Args:
         effects_on_contents: effects on the objects in and on the grabbed object.
@@ -200,7 +200,10 @@ def grab(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:
 
 
 def switch_hands() -> Operator:
-    """Return SWITCH_HANDS: move a held object to the other hand. Only subgoals name hands; plans cannot."""
+    """Return the action SWITCH_HANDS: move a held object to the other hand.
+
+    Only subgoals name hands; plans cannot.
+    """
     one_free = missing(p.right_hand_free() | p.left_hand_free(), "both hands are full")
     to_left = (Delete(p.holds_rh(AGENT, X)), Add(p.holds_lh(AGENT, X)))
     to_right = (Delete(p.holds_lh(AGENT, X)), Add(p.holds_rh(AGENT, X)))
@@ -209,7 +212,7 @@ def switch_hands() -> Operator:
 
 
 def put_back_where_it_was() -> Operator:
-    """Return PUTOBJBACK: return a held object to its origin."""
+    """Return the action PUTOBJBACK: return a held object to its origin."""
     closed = f.Exists(Y, p.taken_from_inside(X, Y) & p.can_open(Y) & ~p.open_(Y))
     checks = (
         missing(p.taken(X), "{x} was not grabbed, so it has no place to return to"),
@@ -225,7 +228,7 @@ def put_back_where_it_was() -> Operator:
 
 
 def watch() -> Operator:
-    """Return WATCH: look for a while at an object in the same room."""
+    """Return the action WATCH: look for a while at an object in the same room."""
     return _make_unary(
         "WATCH",
         affordance(p.lookable(X), "{x} cannot be watched"),
