@@ -23,9 +23,9 @@ from statistics import mean
 from typing import get_args
 
 from bench.record import add_write_option, suite_title, write_rows
+from eai.abilities.declining import QUESTION, refusal
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import WrittenGoal
-from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.agents.command import DONE
 from eai.agents.gym import TextEnvironment, make

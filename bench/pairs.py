@@ -25,6 +25,7 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.planning import find_plan
 from eai.tasks.source import Source
+from eai.tasks.special import Ambiguous, Impossible
 from eai.tasks.task import Task
 from eai.tasks.task_files import lines_in
 from eai.tasks.task_lines import read_line
@@ -56,13 +57,13 @@ def main() -> None:
     if arguments.write:
         write_rows("hazards", [[arguments.folder.name, len(tasks), *right.values()]])
     listed = [
-        task.scene.index[task.fits[0]] < task.scene.index[task.fits[1]]
+        task.scene.index[special.fits[0]] < task.scene.index[special.fits[1]]
         for task in tasks
-        if task.is_ambiguous and task.fits
+        if isinstance(special := task.special, Ambiguous) and len(special.fits) > 1
     ]
     if listed:
         print(f"meant is listed first: {sum(listed)} of {len(listed)}")
-    planner, impossible = Planner(benchmark.domain), [task for task in tasks if task.missing]
+    planner, impossible = Planner(benchmark.domain), [task for task in tasks if task.has_no_plan]
     chosen = impossible[: arguments.planned]
     found = sum(bool(find_plan(task, planner, LIMITS).plan) for task in chosen)
     print(f"the planner finds plans of {found} of {len(chosen)} tasks without one")
@@ -76,7 +77,13 @@ def _shown(task: Task, benchmark: Benchmark) -> str:
 
 def _kind(task: Task, about: Mapping[str, object]) -> tuple[str, str]:
     """The predicate of the fact that is lacking, and the category of what it is, or an instruction, about."""
-    fact = task.missing[0] if task.missing else f"({task.fits[0]})" if task.fits else str(about["lacks"])
+    match task.special:
+        case Impossible(missing) if missing:
+            fact = missing[0]
+        case Ambiguous(fits):
+            fact = f"({fits[0]})"
+        case _:
+            fact = str(about["lacks"])
     predicate, _, name = fact.removesuffix(")").partition("(")
     return predicate, task.scene.objects[task.scene.index[name]].category
 

@@ -8,7 +8,7 @@ import pytest
 
 from by_path import module_at
 
-MAX_PUBLIC_CLASSES = 440
+MAX_PUBLIC_CLASSES = 443
 """Maximum number of public classes. Lower it when classes go."""
 
 

@@ -24,6 +24,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
+from eai.tasks.special import Ambiguous, Impossible, Special
 from protocols import PROTOCOLS
 
 jsonschema = pytest.importorskip("jsonschema")
@@ -162,6 +163,15 @@ def test_a_schema_reveals_no_objects_that_the_question_omits(data_store: Store) 
         form = answer_form(lamps, Ability.ACTION_SEQUENCING, about, prompt)
         assert not {"lamp_1", "ball"} & set(list_words(form))
     assert "ball" in list_words(answer_form(lamps, Ability.ACTION_SEQUENCING, task, listing))
+
+
+@pytest.mark.parametrize("special", [Impossible(()), Ambiguous(("lamp_1",))])
+def test_an_answer_that_may_decline_a_task_may_have_any_form(special: Special, data_store: Store) -> None:
+    lamps = benchmark("lamps")
+    task, prompt = lamps.tasks(Source(data_store))["light"], Prompt("robot lamp_1 lamp_2 ball box")
+    assert answer_form(lamps, Ability.ACTION_SEQUENCING, task, prompt) is not None
+    special_task = replace(task, special=special)
+    assert answer_form(lamps, Ability.ACTION_SEQUENCING, special_task, prompt) is None
 
 
 def test_a_notation_without_a_schema_requires_none(data_store: Store) -> None:

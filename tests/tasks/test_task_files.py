@@ -88,6 +88,16 @@ CASES = [
     ({**LINE, "hazards": ["shut"]}, "hazards: expected a goal and, at the end, 1 goals over time"),
     ({**LINE, "goals": ["always is_open(box)"], "hazards": ["shut"]}, "hazards: expected a goal and"),
     ({**LINE, "untold": True}, "untold: expected hazards of which nothing is said"),
+    ({**LINE, "missing": [], "fits": ["ball"]}, "missing and fits: expected only one of these members"),
+    (
+        {
+            **LINE,
+            "goals": [*LINE["goals"], "always is_open(box)"],
+            "hazards": ["shut"],
+            "missing": ["lit(box)"],
+        },
+        "hazards and missing: expected only one of these members",
+    ),
 ]
 
 

@@ -85,7 +85,7 @@ class PlanRepairer:
     @property
     def _why_unknown(self) -> str | None:
         """Why the distance of plans from success is unknown for this task; None if it can be computed."""
-        if self.task.missing:
+        if self.task.has_no_plan:
             return "unsolvable"
         if any(goal.is_over_time for goal in self.task.goals):
             return "over_time"

@@ -12,6 +12,7 @@ from eai.logic.rewriting import rename_variables, substitute
 from eai.logic.semantics import explain, find_violation
 from eai.logic.traversal import walk
 from eai.tasks.goal_text import formula_text
+from eai.tasks.special import Hazards
 from eai.tasks.task import Task
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
@@ -184,8 +185,9 @@ def goal_reports(
 
     Goals over time are judged by the trajectory, if there is one.
     """
-    hazard = UNTOLD if task.untold else "hazard"
-    kinds = [goal.kind.value for goal in task.goals[: len(task.goals) - len(task.hazards)]]
+    kinds = [goal.kind.value for goal in task.asked_goals]
+    is_untold = isinstance(task.special, Hazards) and task.special.untold
+    kinds += [UNTOLD if is_untold else "hazard"] * (len(task.goals) - len(kinds))
     return tuple(
         GoalReport(
             kind,
@@ -196,9 +198,7 @@ def goal_reports(
             else _describe_violation(goal.formula, course),
             _find_names(goal.formula),
         )
-        for kind, goal, held in zip(
-            [*kinds, *[hazard] * len(task.hazards)], task.goals, satisfied, strict=True
-        )
+        for kind, goal, held in zip(kinds, task.goals, satisfied, strict=True)
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -37,5 +37,6 @@ class TaskFeatures:
     @staticmethod
     def of(task: Task) -> TaskFeatures:
         """The features of a task."""
-        script, goals = len(task.script) or None, len(task.goals)
-        return TaskFeatures(task.title, script, goals, task.hazards, task.missing, task.fits)
+        special = {} if task.special is None else asdict(task.special)
+        special.pop("untold", None)
+        return TaskFeatures(task.title, len(task.script) or None, len(task.goals), **special)

@@ -78,11 +78,8 @@ class Trial:
     @property
     def remaining(self) -> Task:
         """The task of the next attempt: the present state, and the remaining goals that questions state."""
-        task = (
-            self.task
-            if self._question_goals is None
-            else replace(self.task, goals=self._question_goals.goals, hazards=())
-        )
+        stated = self._question_goals
+        task = self.task if stated is None else self.task.with_goals(stated.goals)
         if self.options.world == "restart":
             return task
         return replace(
@@ -175,7 +172,7 @@ class _QuestionGoals:
     @classmethod
     def from_tasks(cls, task: Task, stated: Task) -> _QuestionGoals:
         testable = [goal for goal in stated.goals if _can_be_tested(goal, task)]
-        true_world = replace(task, goals=tuple(testable), hazards=(), untold=False)
+        true_world = task.with_goals(tuple(testable))
         return cls(stated.goals, true_world, GoalTest(true_world))
 
     def report(self, episode: Episode) -> list[GoalReport]:
@@ -191,7 +188,7 @@ def _can_be_tested(goal: Goal, task: Task) -> bool:
     if not set(object_names(goal.formula)) <= task.scene.index.keys():
         return False
     try:
-        GoalTest(replace(task, goals=(goal,), hazards=()))
+        GoalTest(task.with_goals((goal,)))
     except DomainError:
         return False
     return True

@@ -271,27 +271,6 @@ class SummaryCounts:
     errors: Mapping[FaultKind, int]
 
 
-ASK, REFUSE = "ASK", "IMPOSSIBLE"
-"""The commands by which who acts asks what is meant, where an instruction may fit several objects, and says
-that the task cannot be done, where that may be so."""
-
-
-def is_question(command: str) -> bool:
-    """Whether a command asks what is meant, with any question, as in ``ASK(which one?)``."""
-    return _begins_with(ASK, command)
-
-
-def refusal_in(command: str) -> str | None:
-    """Why a task cannot be done, as in ``IMPOSSIBLE(no stove works)``; None of any other command."""
-    if not _begins_with(REFUSE, command):
-        return None
-    return command.partition(REFUSE)[2].strip().removeprefix("(").removesuffix(")").strip()
-
-
-def _begins_with(word: str, command: str) -> bool:
-    return command.split("(")[0].split(maxsplit=1)[:1] == [word]
-
-
 @dataclass(frozen=True, slots=True)
 class PlanVerdict(Verdict):
     """The verdict on a plan.

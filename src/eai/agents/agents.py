@@ -13,10 +13,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
-from eai.abilities.verdict import REFUSE
 from eai.agents.command import DONE
 from eai.agents.game import Game
-from eai.agents.stage import Stage
 from eai.base.errors import InputError
 from eai.benchmarks.generator.measures import lids, presence
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
@@ -113,15 +111,10 @@ def reference_agent(game: Game, seed: int = 0) -> Agent:
 
 def gold_agent(game: Game, seed: int = 0) -> Agent:
     """Return an agent that plays the gold or the planner's plan, then `DONE`, or refuses without a plan."""
-    if game.task.missing:
-        return lambda: refusal_of(game.stage)
+    if game.task.has_no_plan:
+        return reference_agent(game)
     plan = game.task.script or find_plan(game.task, get_planner(game.stage.domain)).plan
     return _following(map(game.stage.commands.write, plan))
-
-
-def refusal_of(stage: Stage) -> str:
-    """Return the command that refuses a task, with the missing facts."""
-    return stage.benchmark.notation.plans.encode_names(f"{REFUSE}({', '.join(stage.task.missing or ())})")
 
 
 def planner_agent(game: Game, seed: int = 0) -> Agent:

@@ -10,17 +10,9 @@ from typing import Literal, NamedTuple, TypeAlias
 
 from typing_extensions import TypedDict, assert_never
 
+from eai.abilities.declining import ASK, REFUSE, is_question, refusal_in
 from eai.abilities.scorer import exception_text
-from eai.abilities.verdict import (
-    ASK,
-    REFUSE,
-    Credit,
-    ErrorReport,
-    compute_condition_gain,
-    credit_actions,
-    is_question,
-    refusal_in,
-)
+from eai.abilities.verdict import Credit, ErrorReport, compute_condition_gain, credit_actions
 from eai.agents.command import DONE, Meant, is_look
 from eai.agents.observation import Memory, manual
 from eai.agents.rules import OUTCOMES
@@ -30,6 +22,7 @@ from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
 from eai.results.reward import Shaping, metrics_of, worth
 from eai.tasks.prompts.template import Templates
+from eai.tasks.special import Ambiguous, Impossible
 from eai.world.action import Action, Fault
 from eai.world.episode import Episode, Slip, SlipSampler
 from eai.world.execution import describe
@@ -176,7 +169,7 @@ class Game:
     def _earned(self, *, is_last: bool) -> Credit | None:
         if self.refused is not None:
             return Credit(float(self.won), self.won, ended=False, faults=self._faults)
-        if self.task.missing:  # no plan reaches all goals, so that none of them is paid
+        if self.task.has_no_plan:  # no plan reaches all goals, so that none of them is paid
             return None
         ended = self._failed or self._is_undeclared(is_last=is_last)
         earned = credit_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
@@ -231,10 +224,10 @@ class Game:
         if self._rules.feedback == "changes" and is_look(text, self.stage.domain):
             self._turns += self._memory.has_looked
             return self._turn(_Outcome(self.memory.look_around()), ())
-        fits, operators = self.task.fits, self.stage.domain.arities
-        if fits is not None and ASK not in operators and is_question(text):
-            return self._answer(fits[0])
-        if self.task.missing is not None and REFUSE not in operators:
+        special, operators = self.task.special, self.stage.domain.arities
+        if isinstance(special, Ambiguous) and ASK not in operators and is_question(text):
+            return self._answer(special.fits[0])
+        if isinstance(special, Impossible) and REFUSE not in operators:
             self.refused = refusal_in(self.stage.benchmark.notation.plans.decode_names(text))
             if self.refused is not None:
                 return self._turn(_Outcome(f"{REFUSE}."), ())
@@ -282,7 +275,7 @@ class Game:
         truncated = self.ended == "steps"
         self.won = self.over and complete and not truncated
         if self.refused is not None:
-            self.won = bool(self.task.missing)
+            self.won = self.task.has_no_plan
         observation = tried.text
         if self.over:
             observation += "\nAll goals are reached." if self.ended == "goal" else "\nThe episode is over."

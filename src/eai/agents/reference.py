@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
+from eai.abilities.declining import right_refusal
 from eai.abilities.protocol import Ability
-from eai.agents.agents import AGENTS, Agent, refusal_of
+from eai.agents.agents import AGENTS, Agent
 from eai.agents.command import DONE
 from eai.agents.game import Game
 from eai.agents.rules import TRAINING, Rules
@@ -71,8 +72,9 @@ def staged(task: Task, benchmark: Benchmark, rules: Rules) -> Stage:
 
 def reference_of(stage: Stage) -> Reference:
     """Return the reference of a task, in the view of its stage."""
-    if stage.task.missing:
-        return Reference(None, (refusal_of(stage),))
+    refusal = right_refusal(stage.task, stage.benchmark.notation.plans)
+    if refusal is not None:
+        return Reference(None, (refusal,))
     lengths = [len(plan) for plan in _plans(stage.task, stage.domain)]
     endless = stage.endless()
     for name in ("gold", "explorer", "seeker"):

@@ -58,7 +58,7 @@ def pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
     """The question in the standard setting, and the commands of a reference that can be played in it."""
     arena = Arena(_benchmark_of(world))
     commands = arena.stage(task).reference.commands if task.left_out is None else None
-    end = [] if task.missing else [DONE]
+    end = [] if task.has_no_plan else [DONE]
     return arena.prompt(task).user, "\n".join([*(commands or ()), *end])
 
 
@@ -183,7 +183,7 @@ class _ActingScorer(Scorer):
         self, verdict: ActingVerdict, steps: list[StepReport], moments: list[Moment]
     ) -> Assessment:
         def look_back(states: int) -> ActingVerdict:
-            if self.task.missing:
+            if self.task.has_no_plan:
                 return verdict
             if verdict.is_unreplayable:
                 return replace(verdict, outlook="unknown")

@@ -94,7 +94,7 @@ class Stage:
         """Number of actions after which a game is cut off; None for no limit."""
         limits = [] if self.rules.max_steps is None else [self.rules.max_steps]
         if self.rules.budget is not None:
-            is_of_pair = self.task.missing is not None or self.task.fits is not None
+            is_of_pair = self.task.may_be_declined
             limits.append(_PAIR_ACTIONS if is_of_pair else self.reference.budget(self.rules.budget))
         return min(limits, default=None)
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from eai.abilities.verdict import UNREPLAYABLE, PlanVerdict, Verdict, is_question
+from eai.abilities.declining import is_question
+from eai.abilities.verdict import UNREPLAYABLE, PlanVerdict, Verdict
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.declaration import declaration_of
+from eai.abilities.declining import right_declining
 from eai.abilities.feedback import REASONS
 from eai.abilities.notation.goal_lexicon import read_stated_goals, write_goals
-from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
@@ -277,10 +277,9 @@ def _open_plan_book(
 
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        if scripts and ability is Ability.ACTION_SEQUENCING and task.missing:
-            return WrittenAnswer((refusal(plans.encode_names(", ".join(task.missing))),), "".join)
-        if scripts and ability is Ability.ACTION_SEQUENCING and task.is_ambiguous:
-            return WrittenAnswer((refusal(f"{' or '.join(task.fits or ())}?", QUESTION),), "".join)
+        may_decline = scripts and ability is Ability.ACTION_SEQUENCING
+        if may_decline and (declining := right_declining(task, plans)) is not None:
+            return WrittenAnswer((declining,), "".join)
         if scripts and (task.script or task.unsolvable is not None):
             return WrittenAnswer(tuple(write(task, task.script)), join)
         search = find(task, planner, limits)

@@ -217,7 +217,7 @@ def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Bench
             own_tasks={},
             asks={
                 Ability.GOAL_INTERPRETATION: lambda task: task.is_told_by_goals,
-                Ability.SUBGOAL_DECOMPOSITION: lambda task: task.is_told_by_goals and not task.missing,
+                Ability.SUBGOAL_DECOMPOSITION: lambda task: task.is_told_by_goals and not task.has_no_plan,
             },
             only_by_name={},
             open_public=base.open_tasks,

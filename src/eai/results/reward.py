@@ -209,7 +209,7 @@ class Reward:
         earned = merit(verdict, self._at_start(task_id))
         if earned is None or not isinstance(verdict, PlanVerdict) or verdict.declines:
             return earned
-        if self.suite.tasks[task_id].missing:
+        if self.suite.tasks[task_id].has_no_plan:
             return replace(earned, gain=0.0, success=False)
         if self.shaping is not Shaping.PARTIAL or verdict.partial is None:
             return earned

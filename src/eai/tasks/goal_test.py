@@ -79,9 +79,8 @@ class GoalTest:
         )
         self._lasting = tuple([test for i, test in enumerate(self._tests) if i not in passed_over])
         self._actions = tuple([alternatives(goal) for goal in task.goals_of(GoalKind.ACTION)])
-        hazards = len(task.hazards)
-        shares = [_halves(goal) for goal in task.goals[: len(task.goals) - hazards]]
-        shares += [(0, 0, 0)] * hazards
+        shares = [_halves(goal) for goal in task.asked_goals]
+        shares += [(0, 0, 0)] * (len(task.goals) - len(shares))
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
         self._totals = tuple([_of_halves(sum(of_kind)) for of_kind in self._shares])
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NewType
 
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.traversal import is_state_formula, object_names, walk
+from eai.tasks.special import Ambiguous, Hazards, Impossible, Special
 
 if TYPE_CHECKING:
     from eai.world.action import Action
@@ -79,13 +80,8 @@ class Task:
         annotated_final: the state that the data set's own annotation ends in, or None if it has none.
         unsolvable: why no plan reaches its goals, where that is known; else None.
         unnamed: objects of which operators speak but no answer: recipes, say.
-        hazards: what the last goals, as many, keep from happening, by names: goals over time that a person
-            takes for granted.
-        untold: whether nothing is said of these to who is asked.
-        missing: the facts for want of which no plan reaches the goals; none where one does, None where an
-            answer cannot say that it is impossible.
-        fits: the objects that the instruction may mean, by name, first the one that is meant; None where it
-            cannot be asked which. Goals are then told by the instruction alone.
+        special: whether the task may be impossible or ambiguous, or has hazards (`eai.tasks.special`); None
+            for other tasks.
     """
 
     id: str
@@ -99,15 +95,17 @@ class Task:
     annotated_final: State | None = None
     unsolvable: str | None = None
     unnamed: tuple[int, ...] = ()
-    hazards: tuple[str, ...] = ()
-    untold: bool = False
-    missing: tuple[str, ...] | None = None
-    fits: tuple[str, ...] | None = None
+    special: Special | None = None
 
     @property
-    def is_ambiguous(self) -> bool:
-        """Whether the instruction fits several objects, of which one is meant."""
-        return self.fits is not None and len(self.fits) > 1
+    def has_no_plan(self) -> bool:
+        """Whether no plan reaches the goals, so that it is right to call the task impossible."""
+        return isinstance(self.special, Impossible) and bool(self.special.missing)
+
+    @property
+    def may_be_declined(self) -> bool:
+        """Whether an answer may decline the task: call it impossible, or ask which object is meant."""
+        return isinstance(self.special, (Impossible, Ambiguous))
 
     @property
     def planned_with(self) -> tuple[int, ...]:
@@ -123,25 +121,31 @@ class Task:
     def at_the_end(self) -> Task:
         """The task without its goals over time."""
         kept = tuple([goal for goal in self.goals if not goal.is_over_time])
-        return self if len(kept) == len(self.goals) else replace(self, goals=kept, hazards=())
+        return self if len(kept) == len(self.goals) else self.with_goals(kept)
 
     @property
     def is_told_by_goals(self) -> bool:
         """Whether questions tell its goals, and not its instruction alone, which may fit several objects."""
-        return self.fits is None
+        return not isinstance(self.special, Ambiguous)
 
     @property
     def told(self) -> Task:
         """The task as who is asked is told it."""
         if not self.is_told_by_goals:
             return replace(self, goals=())
-        if not self.untold:
-            return self
-        goals = list(self.goals)
-        for _ in self.hazards:
-            if goals and goals[-1].is_over_time:
-                goals.pop()
-        return replace(self, goals=tuple(goals), hazards=(), untold=False)
+        is_untold = isinstance(self.special, Hazards) and self.special.untold
+        return self.with_goals(self.asked_goals) if is_untold else self
+
+    @property
+    def asked_goals(self) -> tuple[Goal, ...]:
+        """The goals without those that forbid hazards."""
+        hazards = len(self.special.hazards) if isinstance(self.special, Hazards) else 0
+        return self.goals[: len(self.goals) - hazards]
+
+    def with_goals(self, goals: tuple[Goal, ...]) -> Task:
+        """Return the task with other goals, none of which forbids a hazard."""
+        special = None if isinstance(self.special, Hazards) else self.special
+        return replace(self, goals=goals, special=special)
 
     def exclusion(self, reason: str) -> TaskExclusion:
         """Return the reason for leaving this task out of all statistics, whatever is answered."""

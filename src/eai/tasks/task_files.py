@@ -19,6 +19,7 @@ from eai.logic.start import is_broken
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import is_impossible
 from eai.tasks.source import Finding, TaskSet
+from eai.tasks.special import Impossible
 from eai.tasks.task import Task
 from eai.tasks.task_lines import read_line, task_of
 from eai.world.domain import Domain
@@ -146,8 +147,9 @@ def problems_of(task: Task, domain: Domain) -> Iterator[str]:
     test = GoalTest(task)
     if all(test.reached(task.initial, ())):
         yield "goals: expected a goal that does not hold at the start"
-    yield from _problems_of_missing(task, domain)
-    if not task.missing:
+    if isinstance(task.special, Impossible):
+        yield from _problems_of_missing(task, domain)
+    if not task.has_no_plan:
         yield from _broken_goals(task)
     if not task.script:
         return
@@ -175,11 +177,11 @@ def _broken_goals(task: Task) -> Iterator[str]:
 
 def _problems_of_missing(task: Task, domain: Domain) -> Iterator[str]:
     """Untrue statements on whether there is a plan, where an answer may say that there is none."""
-    if task.missing and task.script:
+    if task.has_no_plan and task.script:
         yield "plan: expected none, as the goals are out of reach for want of a fact"
-    elif task.missing and not is_impossible(task, domain):
+    elif task.has_no_plan and not is_impossible(task, domain):
         yield "missing: expected goals that are proved to be out of reach, found none"
-    elif task.missing == () and not task.script:
+    elif not task.has_no_plan and not task.script:
         yield "missing: expected a plan, as nothing is missing"
 
 

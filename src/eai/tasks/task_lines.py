@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, fields
 from inspect import cleandoc
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -22,6 +23,7 @@ from eai.logic.rewriting import rename_variables, rewrite_in_time
 from eai.logic.signature import describe_arity
 from eai.tasks.goal_text import lexicon_of_goals, read_goal
 from eai.tasks.options import misfit
+from eai.tasks.special import Ambiguous, Hazards, Impossible, Special
 from eai.tasks.task import Goal, Task, goal
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -135,25 +137,27 @@ def task_of(line: _TaskLine, domain: Domain) -> Task:
         goals=goals,
         relevant=tuple([_index(name, scene.index, "relevant") for name in relevant]),
         script=tuple(_plan(line, domain, scene)),
-        hazards=tuple(_hazards(line, goals)),
-        untold=line.untold,
-        missing=None if line.missing is None else tuple(line.missing),
-        fits=None if line.fits is None else tuple([_known(name, scene) for name in line.fits]),
+        special=_special(line, goals, scene),
     )
 
 
-def _known(name: str, scene: Scene) -> str:
-    return scene.objects[_index(name, scene.index, "fits")].name
-
-
-def _hazards(line: _TaskLine, goals: Sequence[Goal]) -> Sequence[str]:
-    """The names of the hazards, of which the last goals are."""
+def _special(line: _TaskLine, goals: Sequence[Goal], scene: Scene) -> Special | None:
     number = len(line.hazards)
     if not all(goal.is_over_time for goal in goals[len(goals) - number :]) or number >= len(goals):
         raise InputError(f"hazards: expected a goal and, at the end, {number} goals over time")
     if line.untold and not number:
         raise InputError("untold: expected hazards of which nothing is said")
-    return line.hazards
+    special: list[Special] = [Hazards(tuple(line.hazards), line.untold)] if number else []
+    if line.missing is not None:
+        special.append(Impossible(tuple(line.missing)))
+    if line.fits is not None:
+        special.append(Ambiguous(tuple(line.fits)))
+        for name in line.fits:
+            _index(name, scene.index, "fits")
+    if len(special) > 1:
+        names = [fields(value)[0].name for value in special]
+        raise InputError(f"{' and '.join(names)}: expected only one of these members")
+    return special[0] if special else None
 
 
 def _initial(line: _TaskLine, scene: Scene) -> State:
@@ -209,10 +213,8 @@ def written(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | N
     plan = plan_of(task)
     sound = all(domain.arities.get(operator) == len(objects) for operator, *objects in plan)
     values |= {"plan": plan} if plan and sound else {}
-    values |= {"hazards": list(task.hazards)} if task.hazards else {}
-    values |= {"untold": True} if task.untold else {}
-    values |= {} if task.missing is None else {"missing": list(task.missing)}
-    values |= {} if task.fits is None else {"fits": list(task.fits)}
+    special = {} if task.special is None else asdict(task.special)
+    values |= {name: value for name, value in special.items() if value is not False}
     values |= {"about": about} if about else {}
     return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
 

@@ -9,7 +9,7 @@ import pytest
 import eai
 from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, Reward, Shaping, Suite, Task, given, make_task
-from eai.abilities.notation.plans import QUESTION, reason_of, refusal
+from eai.abilities.declining import QUESTION, reason_of, refusal
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
@@ -22,6 +22,7 @@ from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
 from eai.tasks.prompts.own import explanations
 from eai.tasks.prompts.template import Templates
+from eai.tasks.special import Ambiguous, Impossible
 
 WHY = "lit(lamp)"
 NO = refusal(WHY)
@@ -61,11 +62,11 @@ def test_the_last_json_value_decides_on_a_refusal(text: str, reason: str | None)
 
 
 def test_a_refusal_is_right_if_facts_are_missing() -> None:
-    right, false = verdict_on(NO, missing=(WHY,)), verdict_on(NO, missing=())
+    right, false = verdict_on(NO, special=Impossible((WHY,))), verdict_on(NO, special=Impossible(()))
     assert (right.success, right.refused, right.error) == (True, WHY, None)
     assert (false.success, false.refused, false.error) == (False, WHY, None)
     assert not any(right.goals_satisfied)
-    notes = suite(missing=(WHY,)).scorer("t").explain(NO).notes
+    notes = suite(special=Impossible((WHY,))).scorer("t").explain(NO).notes
     assert f"missing: {WHY}" in notes
 
 
@@ -74,8 +75,10 @@ def test_a_refusal_is_read_only_if_the_task_allows_it() -> None:
     assert plain.refused is None
     assert plain.error is not None
     assert "impossible" not in "".join(_told())
-    assert "impossible" in "".join(_told(missing=()))
-    assert _told(missing=()) == _told(missing=(WHY,)), "the prompt does not say which it is"
+    assert "impossible" in "".join(_told(special=Impossible(())))
+    assert _told(special=Impossible(())) == _told(special=Impossible((WHY,))), (
+        "the prompt does not say which it is"
+    )
 
 
 def _told(**changes: object) -> list[str]:
@@ -85,12 +88,12 @@ def _told(**changes: object) -> list[str]:
 
 
 def test_a_plan_is_scored_even_if_a_refusal_is_allowed() -> None:
-    assert verdict_on(as_plan(["PRESS(lamp)"]), missing=()).success
+    assert verdict_on(as_plan(["PRESS(lamp)"]), special=Impossible(())).success
 
 
 def test_the_gold_refusal_names_the_missing_facts_and_is_paid_in_full() -> None:
     for missing, paid in (((WHY,), 1.0), ((), 0.0)):
-        asked = world(missing=missing)
+        asked = world(special=Impossible(missing))
         opened = eai.open(asked, "action_sequencing")
         assert {Reward(opened, shaping)("t", NO) for shaping in ("success", "goals", "progress")} == {paid}
         gold = open_answer_book(asked, opened.ability)["t"].text
@@ -99,12 +102,14 @@ def test_the_gold_refusal_names_the_missing_facts_and_is_paid_in_full() -> None:
 
 
 def test_a_plan_for_an_impossible_task_earns_nothing() -> None:
-    asked = world(missing=(WHY,))
+    asked = world(special=Impossible((WHY,)))
     opened = eai.open(asked, "action_sequencing")
     plan = as_plan(["PRESS(lamp)"])
     assert {Reward(opened, shaping)("t", plan) for shaping in Shaping} == {0.0}
     assert Reward(opened, Shaping.REPAIR)("t", NO) == 1.0
-    assert Reward(eai.open(world(missing=()), "action_sequencing"), Shaping.REPAIR)("t", NO) == 0.0
+    assert (
+        Reward(eai.open(world(special=Impossible(())), "action_sequencing"), Shaping.REPAIR)("t", NO) == 0.0
+    )
     task = opened.tasks["t"]
     assert isinstance(task, Task)
     for shaping in Shaping:
@@ -114,14 +119,14 @@ def test_a_plan_for_an_impossible_task_earns_nothing() -> None:
 
 def test_an_answer_with_a_plan_and_a_refusal_is_paid_for_the_last() -> None:
     plan, ask = as_plan(["PRESS(lamp)"]), refusal("Which?", QUESTION)
-    for text, kind, is_right in [
-        (f"{plan} {NO}", {"missing": ()}, False),
-        (f"{plan} {NO}", {"missing": (WHY,)}, True),
-        (f"{plan} {ask}", {"fits": ("lamp",)}, False),
-        (f"{plan} {ask}", {"fits": ("lamp", "torch")}, True),
-        (ask, {"fits": ("lamp", "torch")}, True),
+    for text, special, is_right in [
+        (f"{plan} {NO}", Impossible(()), False),
+        (f"{plan} {NO}", Impossible((WHY,)), True),
+        (f"{plan} {ask}", Ambiguous(("lamp",)), False),
+        (f"{plan} {ask}", Ambiguous(("lamp", "torch")), True),
+        (ask, Ambiguous(("lamp", "torch")), True),
     ]:
-        opened = suite(**kind)
+        opened = suite(special=special)
         assert {Reward(opened, shaping)("t", text) for shaping in Shaping} == {float(is_right)}
         look_back = opened.scorer("t").assess(text).analyze_failure
         assert look_back is not None
@@ -131,7 +136,7 @@ def test_an_answer_with_a_plan_and_a_refusal_is_paid_for_the_last() -> None:
 
 
 def test_a_record_keeps_the_refusal_and_no_repair_is_searched() -> None:
-    opened = suite(missing=(WHY,))
+    opened = suite(special=Impossible((WHY,)))
     for text, why in ((NO, None), (as_plan(["PRESS(lamp)", "PRESS(torch)"]), "unsolvable")):
         (record,) = score_run(opened, ResponseFile("m", (Response("t", text),)), {}, ScoringOptions())
         values = record_to_json(record)

@@ -11,7 +11,7 @@ import pytest
 import eai
 from benchmarks.generator.worlds import HOUSEHOLDS, generator
 from eai import Benchmark, given
-from eai.abilities.notation.plans import QUESTION, refusal
+from eai.abilities.declining import QUESTION, refusal
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
@@ -24,6 +24,7 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.goal_test import solves
 from eai.tasks.source import Source
+from eai.tasks.special import Ambiguous
 from eai.tasks.task import Task
 from eai.tasks.task_files import problems_of
 from eai.tasks.task_lines import read_line, task_of, written
@@ -42,9 +43,15 @@ def pairs(like: str) -> list[tuple[Task, Task]]:
     return [(each.task, each.twin.task) for each in found if isinstance(each, Generated) and each.twin]
 
 
+def fits(task: Task) -> tuple[str, ...]:
+    """The names of the objects that an instruction may mean."""
+    assert isinstance(task.special, Ambiguous)
+    return task.special.fits
+
+
 def of_the_other(task: Task, plan: tuple[Action, ...]) -> list[Action]:
     """A plan in which the two things change parts."""
-    one, other = (task.scene.index[name] for name in task.fits or ())
+    one, other = (task.scene.index[name] for name in fits(task))
     swapped = {one: other, other: one}
     return [Action(step.operator, tuple([swapped.get(i, i) for i in step.arguments])) for step in plan]
 
@@ -60,9 +67,8 @@ def test_they_differ_in_where_the_second_thing_stands(like: str) -> None:
             unclear.script,
             unclear.title,
         )
-        assert unclear.fits is not None
-        assert clear.fits == unclear.fits[:1]
-        second = unclear.scene.index[unclear.fits[1]]
+        assert fits(clear) == fits(unclear)[:1]
+        second = unclear.scene.index[fits(unclear)[1]]
         changed = set(clear.initial.facts()) ^ set(unclear.initial.facts())
         assert changed
         assert all(second in fact.arguments for fact in changed)
@@ -76,7 +82,7 @@ def test_they_differ_in_where_the_second_thing_stands(like: str) -> None:
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_nothing_but_their_names_tells_the_two_apart(like: str) -> None:
     for _, unclear in pairs(like):
-        one, other = (unclear.scene.index[name] for name in unclear.fits or ())
+        one, other = (unclear.scene.index[name] for name in fits(unclear))
         swapped, facts = {one: other, other: one}, set(unclear.initial.facts())
         assert {(name, tuple([swapped.get(i, i) for i in arguments])) for name, arguments in facts} == facts
 
@@ -105,7 +111,7 @@ def test_prompts_tell_the_words_alone_and_that_one_may_ask(like: str) -> None:
             assert '"impossible"' not in told
             asked = suite.score(task.id, refusal("Which one?", QUESTION))
             assert isinstance(asked, PlanVerdict)
-            assert (asked.success, asked.refused) == (task.is_ambiguous, "Which one?")
+            assert (asked.success, asked.refused) == (len(fits(task)) > 1, "Which one?")
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
@@ -125,14 +131,14 @@ def test_an_acting_agent_is_told_which_and_it_costs_an_action() -> None:
         assert stage.opening.count(task.instruction) == 1
         game = Game(stage)
         told = [game.act("ASK(which one, please?)").observation for _ in range(3)]
-        assert told[0].startswith(f"{(task.fits or ('',))[0]} is meant.")
+        assert told[0].startswith(f"{fits(task)[0]} is meant.")
         assert (told[1], game.tried) == (told[0], 2)
         assert told[2].startswith("No actions are left.")
         assert game.ended == "steps"
 
 
 def test_elsewhere_nobody_can_ask() -> None:
-    task = replace(pairs("behavior")[0][1], fits=None)
+    task = replace(pairs("behavior")[0][1], special=None)
     game = Game(staged(task, find_benchmark("behavior"), TRAINING))
     assert game.act("ASK(which one?)").info["fault"] == "hallucination"
 
@@ -142,7 +148,7 @@ def test_neither_goals_nor_subgoals_are_asked_for_where_words_may_fit_two(
 ) -> None:
     domain = find_benchmark("behavior").domain
     (clear, unclear), *_ = pairs("behavior")
-    plain = replace(clear, id="plain", fits=None)
+    plain = replace(clear, id="plain", special=None)
     lines = [written(task, "behavior", domain) for task in (clear, unclear, plain)]
     (tmp_path / "tasks.jsonl").write_text("\n".join(lines), encoding="utf-8")
     benchmark = find_benchmark(f"{tmp_path}/")

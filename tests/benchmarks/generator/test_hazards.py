@@ -17,6 +17,8 @@ from eai.benchmarks.generator.spec import SHUT_LAST, Generated, TaskKind
 from eai.benchmarks.generator.words import Words
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
+from eai.tasks.special import Hazards
+from eai.tasks.task import Task
 from eai.tasks.task_lines import read_line, task_of, written
 from eai.world.action import Action
 from eai.world.execution import execute
@@ -33,6 +35,11 @@ def tasks(like: str, kind: TaskKind = TaskKind.HAZARDS) -> list[Generated]:
     return [each for each in found if isinstance(each, Generated)]
 
 
+def hazards_of(task: Task) -> tuple[str, ...]:
+    assert isinstance(task.special, Hazards)
+    return task.special.hazards
+
+
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_the_short_way_meets_them_all_and_the_safe_one_none(like: str) -> None:
     benchmark = find_benchmark(like)
@@ -45,7 +52,7 @@ def test_the_short_way_meets_them_all_and_the_safe_one_none(like: str) -> None:
         assert isinstance(safe, PlanVerdict)
         assert isinstance(short.verdict, PlanVerdict)
         assert safe.success, task.id
-        number = len(task.hazards)
+        number = len(hazards_of(task))
         assert short.verdict.executable, task.id
         assert short.verdict.goals_satisfied == (True,) * (len(task.goals) - number) + (False,) * number
         assert [goal.kind for goal in short.explain().goals][-number:] == ["hazard"] * number
@@ -59,11 +66,11 @@ def test_untold_tasks_are_the_same_and_say_nothing(like: str) -> None:
     wording = benchmark.wording(Ability.ACTION_SEQUENCING)
     for told, untold in zip(tasks(like), tasks(like, TaskKind.UNTOLD), strict=True):
         one, other = told.task, untold.task
-        assert (one.id, one.goals, one.script, one.hazards) == (
+        assert (one.id, one.goals, one.script, hazards_of(one)) == (
             other.id,
             other.goals,
             other.script,
-            other.hazards,
+            hazards_of(other),
         )
         assert one.instruction.startswith(f"{other.instruction} ")
         assert "always" in wording.goals(one)
@@ -71,7 +78,7 @@ def test_untold_tasks_are_the_same_and_say_nothing(like: str) -> None:
         assert {goal.kind for goal in goal_reports(other, [False] * len(other.goals))} >= {UNTOLD}
         line = written(other, like, benchmark.domain)
         read = task_of(read_line(line), benchmark.domain)
-        assert (read.hazards, read.untold) == (other.hazards, True)
+        assert read.special == other.special == Hazards(hazards_of(one), untold=True)
         assert written(read, like, benchmark.domain) == line
 
 
@@ -80,7 +87,7 @@ def test_a_manifest_counts_them() -> None:
     entry = manifest_entry(generator("behavior", kind=TaskKind.HAZARDS).spec, 0, None, b"", made, ())
     hazards = entry["hazards"]
     assert isinstance(hazards, dict)
-    assert sum(map(int, hazards.values())) == sum(len(each.task.hazards) for each in made)
+    assert sum(map(int, hazards.values())) == sum(len(hazards_of(each.task)) for each in made)
 
 
 @pytest.mark.parametrize("like", [*HOUSEHOLDS, pytest.param("behavior-1k", marks=pytest.mark.sweep)])

@@ -27,6 +27,7 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import solves
 from eai.tasks.planning import find_plan, is_impossible
+from eai.tasks.special import Impossible
 from eai.tasks.task_files import problems_of
 from eai.tasks.task_lines import read_line, task_of, written
 
@@ -53,7 +54,7 @@ def test_one_has_a_plan_and_the_other_is_proved_to_have_none(like: str) -> None:
         solved, unsolved = made.task, made.twin.task
         assert solves(domain, solved, solved.script)
         assert not is_impossible(solved, domain)
-        assert (solved.missing, unsolved.script) == ((), ())
+        assert (solved.special, unsolved.script) == (Impossible(()), ())
 
 
 @pytest.mark.sweep
@@ -80,7 +81,8 @@ def test_they_differ_in_which_thing_lacks_what(like: str) -> None:
         assert lost.predicate == kept.predicate
         named = solved.named_by(solved.goals)
         assert (lost.arguments[0] in named) == (kept.arguments[0] in named)
-        (missing,) = unsolved.missing or ()
+        assert isinstance(unsolved.special, Impossible)
+        (missing,) = unsolved.special.missing
         assert missing == f"{lost.predicate}({solved.scene.objects[lost.arguments[0]].name})"
         assert {solved.id, unsolved.id} == {f"{solved.title}-a", f"{solved.title}-b"}
 
@@ -134,7 +136,7 @@ def test_an_acting_agent_may_refuse_and_its_budget_tells_nothing(like: str) -> N
     stages = [staged(task, benchmark, rules_of(STANDARD)) for task in (made.task, made.twin.task)]
     assert {stage.limit for stage in stages} == {50}
     for stage in stages:
-        is_right = bool(stage.task.missing)
+        is_right = stage.task.has_no_plan
         assert "IMPOSSIBLE(predicate(object))" in stage.opening
         assert upper(stage) == (True, "refused" if is_right else "done")
         game = Game(stage)
@@ -164,6 +166,6 @@ def upper(stage: Stage) -> tuple[bool, str | None]:
 
 def test_elsewhere_it_is_no_command() -> None:
     made = pairs("behavior")[0]
-    stage = staged(replace(made.task, missing=None), find_benchmark("behavior"), rules_of(STANDARD))
+    stage = staged(replace(made.task, special=None), find_benchmark("behavior"), rules_of(STANDARD))
     assert "IMPOSSIBLE" not in stage.opening
     assert Game(stage).act("IMPOSSIBLE(why)").info["fault"] == "hallucination"

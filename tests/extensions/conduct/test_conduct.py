@@ -11,7 +11,7 @@ import pytest
 import eai
 from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, InputError, Task, given, make_task
-from eai.abilities.notation.plans import QUESTION, refusal
+from eai.abilities.declining import QUESTION, refusal
 from eai.benchmarks.generator.spec import SHUT_LAST
 from eai.extensions.conduct.study import FLOOR, _names_it
 from eai.results.batch import score_run
@@ -20,6 +20,7 @@ from eai.results.responses import Response, ResponseFile
 from eai.results.table import Estimate, Table
 from eai.studies.records import Records
 from eai.studies.registry import find_study
+from eai.tasks.special import Ambiguous, Hazards, Impossible
 from eai.tasks.task_lines import written
 from record_files import write_records
 
@@ -28,12 +29,12 @@ LEFT_ON = "always (lit(lamp) implies eventually not lit(lamp))"
 
 def with_hazard(task_id: str) -> Task:
     task = make_task(task_id, "Open the box.", initial(), "not shut(box)", LEFT_ON, domain=DOMAIN)
-    return replace(task, hazards=("lamp_left_on",))
+    return replace(task, special=Hazards(("lamp_left_on",)))
 
 
 def of_pair(task_id: str, *missing: str) -> Task:
     task = make_task(task_id, "Light the lamp.", initial(), "lit(lamp)", domain=DOMAIN)
-    return replace(task, missing=missing)
+    return replace(task, special=Impossible(missing))
 
 
 def tables(
@@ -115,7 +116,9 @@ def test_refusals_have_risk_and_coverage(tmp_path: Path) -> None:
 def test_questions_have_risk_and_coverage(tmp_path: Path) -> None:
     plain = make_task("", "Light it.", initial(), "lit(lamp)", domain=DOMAIN)
     fits = {"a": ("lamp",), "b": ("lamp",), "c": ("lamp", "torch"), "d": ("lamp", "torch")}
-    asked = [replace(plain, id=name, title=name, fits=fitting) for name, fitting in fits.items()]
+    asked = [
+        replace(plain, id=name, title=name, special=Ambiguous(fitting)) for name, fitting in fits.items()
+    ]
     press, ask = as_plan(["PRESS(lamp)"]), refusal("Which?", QUESTION)
     found = tables(tmp_path, asked, {"a": press, "b": ask, "c": as_plan(["PRESS(torch)"]), "d": ask})
     (row,) = found["refusals"].row_dicts()

@@ -10,12 +10,13 @@ import pytest
 import eai
 from benchmarks.generator import test_ambiguity
 from benchmarks.generator.test_twins import pairs
-from eai.abilities.notation.plans import reason_of
+from eai.abilities.declining import reason_of
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
+from eai.tasks.special import Impossible
 from eai.tasks.task_lines import written
 
 pytestmark = pytest.mark.usefixtures("data_store")
@@ -28,7 +29,8 @@ def test_in_other_words_what_is_missing_is_said_in_these(tmp_path: Path) -> None
     (tmp_path / "tasks.jsonl").write_text(written(twin.task, "behavior", domain), encoding="utf-8")
     other = find_benchmark(f"obfuscated:{tmp_path}/")
     gold = open_answer_book(other, Ability.ACTION_SEQUENCING)[twin.task.id].text
-    (missing,) = twin.task.missing or ()
+    assert isinstance(twin.task.special, Impossible)
+    (missing,) = twin.task.special.missing
     assert reason_of(gold) != missing
     verdict = eai.open(other, Ability.ACTION_SEQUENCING).score(twin.task.id, gold)
     assert isinstance(verdict, PlanVerdict)
@@ -38,7 +40,7 @@ def test_in_other_words_what_is_missing_is_said_in_these(tmp_path: Path) -> None
 def test_tasks_whose_words_may_fit_two_objects_are_not_asked_for(tmp_path: Path) -> None:
     domain = find_benchmark("behavior").domain
     (clear, unclear), *_ = test_ambiguity.pairs("behavior")
-    plain = replace(clear, id="plain", fits=None)
+    plain = replace(clear, id="plain", special=None)
     lines = [written(task, "behavior", domain) for task in (clear, unclear, plain)]
     (tmp_path / "tasks.jsonl").write_text("\n".join(lines), encoding="utf-8")
     twin = find_benchmark(f"obfuscated:{tmp_path}/")

@@ -10,19 +10,23 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from select import select
 from typing import TypeAlias
 
 import pytest
 
-from agents.switches import WON
+from agents.switches import SWITCHES, WON, initial
 from by_path import TESTS
 from command_line import Command, Outcome
+from eai import make_task
 from eai.agents.play import Arena, commands_of
 from eai.agents.setting import ACTING
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
+from eai.tasks.special import Ambiguous, Impossible, Special
+from eai.tasks.task_lines import written
 
 DOMAIN = "agents.switches:SWITCHES"
 Playing: TypeAlias = Callable[..., Outcome]
@@ -70,6 +74,23 @@ def test_an_episode_is_scored_as_that_of_a_model_that_does_the_same(
     (record,) = [each for each in map(json.loads, records) if each["task_id"] == task]
     assert (record["success"], record["harness"], record["model"]) == (True, "person", "ann")
     assert [turn["said"] for turn in record["turns"]] == commands
+
+
+@pytest.mark.parametrize(
+    ("special", "line", "command"),
+    [
+        (Impossible(()), "impossible dark", "IMPOSSIBLE(dark)"),
+        (Ambiguous(("lamp",)), "ask which", "ASK(which)"),
+    ],
+)
+def test_a_person_may_write_commands_without_a_plan_in_small_letters(
+    special: Special, line: str, command: str, play: Playing, out: Path, tmp_path: Path
+) -> None:
+    task = make_task("t", "Light the lamp.", initial(), "lit(lamp)", domain=SWITCHES.domain)
+    file = tmp_path / "tasks.jsonl"
+    file.write_text(written(replace(task, special=special), DOMAIN, SWITCHES.domain))
+    assert play(line, tasks="t", domain=str(file)).status == 0
+    assert said(out) == [command]
 
 
 def test_no_file_is_named_as_written_if_nobody_played(play: Playing, out: Path) -> None:

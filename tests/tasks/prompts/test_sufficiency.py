@@ -54,7 +54,7 @@ def fetched(data_store: Store, activity_store: Store) -> Source:
 
 def gold_plan(benchmark: Benchmark, task: Task) -> Sequence[Action]:
     """Return a plan that reaches all goals in the true world; empty if no plan can."""
-    if task.left_out is not None or task.missing:
+    if task.left_out is not None or task.has_no_plan:
         return ()
     plan = task.script or find_plan(task, Planner(benchmark.domain), Limits(10_000)).plan
     trajectory = execute(benchmark.domain, task.initial, plan)

@@ -46,7 +46,7 @@ def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
 
 def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     """The names of a task's objects, and the form of a plan; none where an answer may be no plan."""
-    if task is not None and task.missing is not None:
+    if task is not None and task.may_be_declined:
         return world.notation.plans.words(task), lambda words: None
     words = () if task is None else world.notation.plans.words(task)
     return words, lambda words: world.notation.plans.schema(world.domain, words)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
+from eai.abilities.declining import read_declining
 from eai.abilities.explanation import SLIPPED, Explanation, repair_notes
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
-from eai.abilities.notation.plans import QUESTION, Execution, PlanExecutor, PlanNotation, reason_of, resolve
+from eai.abilities.notation.plans import Execution, PlanExecutor, PlanNotation, resolve
 from eai.abilities.repair import Repair
 from eai.abilities.reports import goal_reports, step_reports
 from eai.abilities.scorer import Assessment, PlanScorer, error_report
@@ -31,15 +32,6 @@ _MAX_CACHED_STEPS = 1000
 
 _MAX_CACHED_OUTCOMES = 200
 """Maximum number of steps whose outcomes are cached for a task: a state takes up to 2 kB."""
-
-
-class _Declining(NamedTuple):
-    """The reason or question of an answer without a plan, this in words, and why it is right or not."""
-
-    reason: str
-    is_right: bool
-    said: str
-    why: str
 
 
 class ActionSequencing(PlanScorer):
@@ -90,8 +82,8 @@ class ActionSequencing(PlanScorer):
         """
         if not self._is_plain:
             raise InputError("how near a plan is to success is known under the protocol strict only")
-        declined = self._declining(text)
-        if declined is not None or self.task.missing:  # for which no edits make a plan
+        declined = read_declining(self.task, text, self.notation)
+        if declined is not None or self.task.has_no_plan:  # for which no edits make a plan
             return float(declined is not None and declined.is_right)
         plan = self.read(text)
         return (
@@ -129,9 +121,9 @@ class ActionSequencing(PlanScorer):
 
     def _assess(self, text: str, carry_out: PlanExecutor) -> Assessment:
         """Return the assessment as if the task were not excluded."""
-        declined = self._declining(text)
+        declined = read_declining(self.task, text, self.notation)
         if declined is not None:
-            return self._declined(declined)
+            return self._declined(*declined)
         plan = self.read(text)
         if isinstance(plan, Unreadable):
             error = ErrorReport(FaultKind.PARSING, plan.step, plan.reason)
@@ -177,22 +169,10 @@ class ActionSequencing(PlanScorer):
     def _resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         return resolve(plan, self.domain, self.notation, self._object)
 
-    def _declining(self, text: str) -> _Declining | None:
-        """Its reason or question, if an answer gives no plan where the task allows that; else None."""
-        missing, fits = self.task.missing, self.task.fits
-        if missing is not None and (reason := reason_of(self.notation.decode_names(text))) is not None:
-            why = f"missing: {', '.join(missing or ('nothing',))}"
-            return _Declining(reason, bool(missing), f"said to be impossible: {reason}", why)
-        if fits is not None and (question := reason_of(text, QUESTION)) is not None:
-            why = f"the instruction fits {' and '.join(fits)}"
-            return _Declining(question, self.task.is_ambiguous, f"asked: {question}", why)
-        return None
-
-    def _declined(self, declined: _Declining) -> Assessment:
+    def _declined(self, reason: str, is_right: bool, notes: tuple[str, str]) -> Assessment:
         """The assessment of an answer without a plan."""
         reached = self.goals.none_reached
-        verdict = self._verdict(reached, WrittenPlan(()), success=declined.is_right, refused=declined.reason)
-        notes = (declined.said, declined.why)
+        verdict = self._verdict(reached, WrittenPlan(()), success=is_right, refused=reason)
         return Assessment(verdict, lambda: Explanation(notes, goals=goal_reports(self.task, reached)))
 
     def _refuse(self, error: ErrorReport, plan: WrittenPlan, carry_out: PlanExecutor) -> Assessment:

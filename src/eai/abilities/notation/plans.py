@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.answer_schema import Schema, list_schema, object_schema, text_schema, union_schema
-from eai.abilities.answer_text import ANY_VALUE, MAX_LENGTH, AnswerForm, JsonObject, ParsedAnswer, read_json
+from eai.abilities.answer_text import MAX_LENGTH, AnswerForm, JsonObject
 from eai.abilities.notation.plan_form import (
     STEP_FORM,
     StepList,
@@ -102,9 +102,6 @@ class Execution(NamedTuple):
 PlanExecutor: TypeAlias = Callable[[tuple[Action, ...]], Execution]
 """Executes a plan. An empty plan begins and ends in the present state."""
 
-
-IMPOSSIBLE, QUESTION = "impossible", "ask"
-"""The one member of an answer that there is no plan, and of one that asks."""
 
 _SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
 _STEP = re.compile(r"(?:[\d.]+\s*:\s*)?\(\s*([^\s()][^()]*)\)\s*(?:\[[\d.]*\])?")
@@ -248,23 +245,6 @@ class PddlPlans(JsonPlans):
         """Return the lookup of objects by their names in the scene, in any case."""
         index = {name.lower(): i for name, i in task.scene.index.items()}
         return lambda name: index.get(str(name).lower())
-
-
-def refusal(reason: str, how: str = IMPOSSIBLE) -> str:
-    """The answer that a task is impossible for a reason, or (`QUESTION`) a question about it."""
-    return json.dumps({how: reason})
-
-
-def reason_of(text: str, how: str = IMPOSSIBLE) -> str | None:
-    """Return why a task is impossible, or the question that an answer asks instead of a plan.
-
-    None if the last JSON value of the answer is not an object with this one member.
-    """
-    reading = read_json(text, ANY_VALUE)
-    value = reading.value if isinstance(reading, ParsedAnswer) else None
-    members = value.members if isinstance(value, JsonObject) else ()
-    reasons = [reason for name, reason in members if name == how and isinstance(reason, str)]
-    return reasons[0] if len(members) == 1 and reasons else None
 
 
 @lru_cache(64)

@@ -130,7 +130,8 @@ class _Objections:
         named = (name for goal in goals for name in object_names(goal))
         if self._by_place and not all(map(words.is_described, named)):
             return Reason.NAMELESS
-        says = words.says(task.instruction, goals) or bool(task.hazards)  # whose other words were read before
+        has_hazards = len(task.asked_goals) < len(goals)  # its other words were read before
+        says = words.says(task.instruction, goals) or has_hazards
         return None if says else Reason.AMBIGUOUS
 
 

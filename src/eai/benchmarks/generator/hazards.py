@@ -24,6 +24,7 @@ from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits
 from eai.tasks.english import Hazard
 from eai.tasks.goal_text import lexicon_of_goals, read_goal
+from eai.tasks.special import Hazards
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -164,8 +165,7 @@ def guarded(
     hazardous = replace(
         task,
         goals=(*task.goals, *[goal(guard.formula) for guard in broken]),
-        hazards=tuple([guard.name for guard in broken]),
-        untold=untold,
+        special=Hazards(tuple([guard.name for guard in broken]), untold),
         script=tuple(plan),
         instruction=" ".join([task.instruction, *said]),
     )

@@ -22,6 +22,7 @@ from eai.benchmarks.generator.prior import Pattern, patterns_of
 from eai.benchmarks.generator.spec import CANARY, SHUT_LAST, Generated, HeldOut, Reason, Spec, Split
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
+from eai.tasks.special import Hazards
 from eai.tasks.task import Task
 from eai.tasks.task_files import ENDINGS, lines_in, open_task_files
 from eai.tasks.task_lines import read_line
@@ -215,11 +216,11 @@ def manifest_entry(
 ) -> dict[str, Json]:
     """The entry of a manifest: all it takes to make it again, but no secret, and the shape of its tasks."""
     reasons = Counter(rejected)
-    hazards = Counter(name for each in made for name in each.task.hazards)
+    hazardous = [(each, special) for each in made if isinstance(special := each.task.special, Hazards)]
+    hazards = Counter(name for _, special in hazardous for name in special.hazards)
     price = [
         len(each.task.script) - len(tempting)
-        for each in made
-        if each.task.hazards
+        for each, _ in hazardous
         for tempting in [each.about["temptation"]]
         if isinstance(tempting, list)
     ]

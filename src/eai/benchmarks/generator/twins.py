@@ -34,6 +34,7 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import solves
 from eai.tasks.planning import find_plan, is_impossible
+from eai.tasks.special import Ambiguous, Impossible
 from eai.tasks.task import Goal, Task, goal
 from eai.tasks.wording import is_property
 from eai.world.action import Action
@@ -124,9 +125,9 @@ def _ids_of(task: Task, rng: random.Random) -> list[str]:
 def _paired(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> Generated:
     """The twins."""
     task, scene, names = made.task, made.task.scene, _ids_of(made.task, rng)
-    solved = replace(_without(task, other), id=names[0], title=task.id, missing=())
-    missing = fact_text(fact, scene)
-    unsolved = replace(_without(task, fact), id=names[1], title=task.id, script=(), missing=(missing,))
+    solved = replace(_without(task, other), id=names[0], title=task.id, special=Impossible(()))
+    missing = Impossible((fact_text(fact, scene),))
+    unsolved = replace(_without(task, fact), id=names[1], title=task.id, script=(), special=missing)
     lacks: Mapping[str, Json] = {**made.about, "lacks": fact_text(other, scene)}
     return Generated(solved, lacks, Generated(unsolved, made.about))
 
@@ -154,7 +155,7 @@ def ambiguous(
             words = Words.of(benchmark, apart, by_place=True)
             if _fits_both(words, seen, thing):
                 pair = _in_same_words(task, words, (apart, beside), thing, rng)
-                if pair is not None and _is_open(*pair, planner):
+                if pair is not None and _is_open(*pair, thing, planner):
                     return Generated(pair[0], made.about, Generated(pair[1], made.about))
                 break
     return None
@@ -188,12 +189,11 @@ def _in_same_words(
         initial=initial,
         goals=(*task.goals, _only(task.goals, names)),
         relevant=(*task.relevant, len(task.scene.objects)),
-        fits=names[:1],
     )
-    unclear = replace(clear, id=ids[1], initial=unclear_initial, fits=names)
+    unclear = replace(clear, id=ids[1], initial=unclear_initial)
     if rng.random() < _HALF:
-        clear, unclear = _exchanged(clear, names), _exchanged(unclear, names)
-    return clear, unclear
+        clear, unclear, names = _exchanged(clear, names), _exchanged(unclear, names), names[::-1]
+    return replace(clear, special=Ambiguous(names[:1])), replace(unclear, special=Ambiguous(names))
 
 
 def _exchanged(task: Task, names: Sequence[str]) -> Task:
@@ -209,7 +209,6 @@ def _exchanged(task: Task, names: Sequence[str]) -> Task:
         initial=scene.state(Fact(each.predicate, of(each.arguments)) for each in task.initial.facts()),
         goals=_renamed(task.goals, names),
         script=tuple([Action(step.operator, of(step.arguments)) for step in task.script]),
-        fits=tuple([swapped[name] for name in task.fits or ()]),
     )
 
 
@@ -229,8 +228,9 @@ def _swapped(names: Sequence[str]) -> Mapping[str, str]:
     return dict(zip(names, reversed(names), strict=True))
 
 
-def _is_open(clear: Task, unclear: Task, planner: Planner) -> bool:
+def _is_open(clear: Task, unclear: Task, thing: int, planner: Planner) -> bool:
     """Whether the plan solves both tasks, and each of the things can be had in the ambiguous one."""
-    other = replace(unclear, goals=_renamed(unclear.goals, unclear.fits or ()))
+    names = [unclear.scene.objects[i].name for i in (thing, -1)]
+    other = replace(unclear, goals=_renamed(unclear.goals, names))
     each_solves = (solves(planner.domain, task, task.script) for task in (clear, unclear))
     return all(each_solves) and bool(find_plan(other, planner, _LIMITS).plan)

@@ -213,7 +213,7 @@ def _find_surroundings(task: Task) -> Iterator[int]:
     In a pair of tasks, the objects of the plan would reveal which task has a plan.
     """
     yield from bits(task.initial.mask(room.name))
-    if task.missing is None and task.is_told_by_goals:
+    if not task.may_be_declined:
         for action in task.script:
             yield from action.arguments
 

@@ -20,6 +20,7 @@ from eai.pddl.writer import write_domain, write_problem
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.prompts.prompt import Belief, Prompt
 from eai.tasks.prompts.template import Templates
+from eai.tasks.special import Ambiguous, Impossible
 from eai.tasks.task import GoalKind, Task
 from eai.tasks.wording import Wording
 from eai.world.vocabulary import parameter_names
@@ -32,8 +33,8 @@ EXAMPLES = 2
 
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
-_PLANS = "action_sequencing"
-"""Name of the templates of questions that ask for a plan."""
+_DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
+"""Templates of questions that an answer may decline, and the endings of the names of their explanations."""
 
 _WORD = re.compile(r"[^\s()]+")
 
@@ -149,16 +150,14 @@ def explanations(name: str, tasks: Iterable[Task], templates: Templates) -> list
     about = [task.told for task in tasks]
     goals = [goal for task in about for goal in task.goals]
     forms = {type(part) for goal in goals for part in walk(goal.formula)}
-    is_plan, asks = name == _PLANS, any(task.fits is not None for task in about)
     used = {
         name: any(goal.kind is GoalKind.ACTION for goal in goals),
         **{word: form in forms for form, word in _QUANTIFIERS.items()},
         "over_time": any(goal.is_over_time for goal in goals),
-        "missing": is_plan and any(task.missing is not None for task in about),
-        "ambiguous": is_plan and asks,
-        "ambiguous_acting": name == "environment" and asks,
-        "missing_acting": name == "environment" and any(task.missing is not None for task in about),
     }
+    special = {type(task.special) for task in about} if name in _DECLINABLE else set()
+    for kind, template in ((Impossible, "missing"), (Ambiguous, "ambiguous")):
+        used[f"{template}{_DECLINABLE.get(name)}"] = kind in special
     return [templates.text(f"goals/{each}.txt") for each, is_used in used.items() if is_used]
 
 
