@@ -147,8 +147,7 @@ def problems_of(task: Task, domain: Domain) -> Iterator[str]:
     test = GoalTest(task)
     if all(test.reached(task.initial, ())):
         yield "goals: expected a goal that does not hold at the start"
-    if isinstance(task.special, Impossible):
-        yield from _problems_of_missing(task, domain)
+    yield from _problems_of_missing(task, domain)
     if not task.has_no_plan:
         yield from _broken_goals(task)
     if not task.script:
@@ -181,7 +180,7 @@ def _problems_of_missing(task: Task, domain: Domain) -> Iterator[str]:
         yield "plan: expected none, as the goals are out of reach for want of a fact"
     elif task.has_no_plan and not is_impossible(task, domain):
         yield "missing: expected goals that are proved to be out of reach, found none"
-    elif not task.has_no_plan and not task.script:
+    elif task.special == Impossible(()) and not task.script:
         yield "missing: expected a plan, as nothing is missing"
 
 

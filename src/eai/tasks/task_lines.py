@@ -148,12 +148,10 @@ def _special(line: _TaskLine, goals: Sequence[Goal], scene: Scene) -> Special | 
     if line.untold and not number:
         raise InputError("untold: expected hazards of which nothing is said")
     special: list[Special] = [Hazards(tuple(line.hazards), line.untold)] if number else []
-    if line.missing is not None:
-        special.append(Impossible(tuple(line.missing)))
-    if line.fits is not None:
-        special.append(Ambiguous(tuple(line.fits)))
-        for name in line.fits:
-            _index(name, scene.index, "fits")
+    special += [] if line.missing is None else [Impossible(tuple(line.missing))]
+    special += [] if line.fits is None else [Ambiguous(tuple(line.fits))]
+    for name in line.fits or ():
+        _index(name, scene.index, "fits")
     if len(special) > 1:
         names = [fields(value)[0].name for value in special]
         raise InputError(f"{' and '.join(names)}: expected only one of these members")

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import pytest
 
 import eai
-from benchmarks.generator.worlds import HOUSEHOLDS, generator
+from benchmarks.generator.worlds import HOUSEHOLDS, PAIR_SEEDS, pairs
 from eai import given
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict
@@ -20,7 +19,7 @@ from eai.agents.play import Play, rules_of
 from eai.agents.reference import staged
 from eai.agents.setting import STANDARD
 from eai.agents.stage import Stage
-from eai.benchmarks.generator.spec import Generated, TaskKind
+from eai.benchmarks.generator.spec import Generated
 from eai.benchmarks.generator.twins import Leaning, twins_of
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.planner import Planner
@@ -34,21 +33,10 @@ from eai.tasks.task_lines import read_line, task_of, written
 pytestmark = pytest.mark.usefixtures("data_store")
 
 
-SEEDS = {"virtualhome": (0,), "behavior": (2,)}
-"""Of which each gives a pair."""
-
-
-@cache
-def pairs(like: str) -> list[Generated]:
-    made = generator(like, kind=TaskKind.PAIRS)
-    found = [made.task(f"tasks-7-{seed}") for seed in SEEDS[like]]
-    return [each for each in found if isinstance(each, Generated)]
-
-
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_one_has_a_plan_and_the_other_is_proved_to_have_none(like: str) -> None:
     domain = find_benchmark(like).domain
-    assert len(pairs(like)) == len(SEEDS[like])
+    assert len(pairs(like)) == len(PAIR_SEEDS[like])
     for made in pairs(like):
         assert made.twin is not None
         solved, unsolved = made.task, made.twin.task

@@ -9,7 +9,7 @@ import pytest
 
 import eai
 from benchmarks.generator import test_ambiguity
-from benchmarks.generator.test_twins import pairs
+from benchmarks.generator.worlds import pairs
 from eai.abilities.declining import reason_of
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
