@@ -203,7 +203,7 @@ def test_two_files_of_one_model_are_refused(eai: Command) -> None:
         ([], "m_outputs.json: expected at least one answer, found an empty list"),
         ({"11_1": "x"}, 'm_outputs.json: expected a list of {"identifier", "llm_output"}, not an object'),
         ([{"identifier": "11_1"}], 'm_outputs.json, row 1: the key "llm_output" is missing'),
-        ([WALK, WALK], "m_outputs.json, row 2: identifier '11_1' stands there twice"),
+        ([WALK, WALK], "m_outputs.json, row 2: identifier '11_1' occurs twice"),
         (
             [WALK, {"identifier": "0_0", "llm_output": ""}],
             "m_outputs.json, row 2: identifier '0_0' is not one of the tasks",

@@ -20,7 +20,7 @@ from eai.base.errors import InputError
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
-from eai.results.codec import COMMON, SCHEMA, fields_of, record_from_json, record_to_json, sha256_of
+from eai.results.codec import COMMON_FIELDS, SCHEMA, fields_of, record_from_json, record_to_json, sha256_of
 from eai.results.record import Origin, Record
 from eai.tasks.share import GoalTallies, Share
 from eai.world.fault import FaultKind
@@ -60,7 +60,7 @@ OPERATORS = OperatorVerdict(
     ),
 )
 HEAD = ("schema", "protocol", "domain", "ability", "model", "task_id", "response_sha256", "data_sha256")
-FIRST = (*HEAD, "status", "excluded_reason", *COMMON, "repairs")
+FIRST = (*HEAD, "status", "excluded_reason", *COMMON_FIELDS, "repairs")
 
 
 def record(verdict: Verdict, ability: Ability = Ability.ACTION_SEQUENCING) -> Record:

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import gc
 
-from eai.results.collector import SELDOM, collect_seldom
+from eai.results.collector import OBJECTS_BETWEEN_COLLECTIONS, collect_seldom
 
 
 def test_the_garbage_collector_is_spared_what_is_there() -> None:
@@ -12,7 +12,7 @@ def test_the_garbage_collector_is_spared_what_is_there() -> None:
     try:
         collect_seldom()
         assert gc.get_freeze_count() > 0
-        assert gc.get_threshold() == (SELDOM, 10, 10)
+        assert gc.get_threshold() == (OBJECTS_BETWEEN_COLLECTIONS, 10, 10)
     finally:
         gc.set_threshold(*threshold)
         if not is_spared:

@@ -13,7 +13,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.benchmarks.errata import ErrataUse
 from eai.cli.console import counted, dollars
 from eai.cli.table import result_json
-from eai.results.epochs import ModelAnswers, majority_index, meaning, score_answers
+from eai.results.epochs import ModelAnswers, majority_index, normalise_answer, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.totals import Totals
 from eai.results.trials import Answer
@@ -38,7 +38,7 @@ OPERATORS = Ability.TRANSITION_MODELING
     ],
 )
 def test_accidents_do_not_matter(ability: Ability, one: str, other: str) -> None:
-    assert meaning(one, ability) == meaning(other, ability) is not None
+    assert normalise_answer(one, ability) == normalise_answer(other, ability) is not None
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_accidents_do_not_matter(ability: Ability, one: str, other: str) -> None
     ],
 )
 def test_what_is_said_matters(ability: Ability, one: str, other: str) -> None:
-    assert meaning(one, ability) != meaning(other, ability)
+    assert normalise_answer(one, ability) != normalise_answer(other, ability)
 
 
 @pytest.mark.parametrize(
@@ -71,7 +71,7 @@ def test_the_first_answer_of_the_most_frequent_meaning_is_chosen(answers: list[s
 
 
 def test_plans_that_are_no_json_mean_nothing() -> None:
-    assert [meaning("no", each) for each in PAPER_ABILITIES] == [None] * 4
+    assert [normalise_answer("no", each) for each in PAPER_ABILITIES] == [None] * 4
 
 
 @pytest.mark.parametrize("epochs", [1, 2, 3])

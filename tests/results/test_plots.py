@@ -23,8 +23,8 @@ DRAWN = """
 import sys
 from pathlib import Path
 from matplotlib.figure import Figure
-from eai.results.plots import styled, write
-with styled():
+from eai.results.plots import use_plot_style, write
+with use_plot_style():
     figure = Figure(figsize=(3, 2), layout="constrained")
     panel = figure.subplots()
     panel.set_title("difficult offices: first flight")

@@ -121,7 +121,7 @@ def test_who_does_nothing_or_means_nothing_earns_nothing(name: str) -> None:
 
 
 def test_only_plans_are_paid_so() -> None:
-    with pytest.raises(InputError, match="repair is of action_sequencing only, not of goal_interpretation"):
+    with pytest.raises(InputError, match="repair is for action_sequencing only, not for goal_interpretation"):
         Reward(eai.open("virtualhome", "goal_interpretation"), "repair")
 
 

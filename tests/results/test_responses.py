@@ -63,10 +63,10 @@ def test_answers_are_read_in_the_order_of_the_file(tmp_path: Path) -> None:
         ([{**GOOD, "identifier": "0_0"}], ", row 1: identifier '0_0' is not one of the tasks"),
         ([{**GOOD, "identifier": "\ud800\n"}], ", row 1: identifier '\\ud800\\n' is not one of the tasks"),
         ([{**GOOD, "identifier": "x" * 10_000}], ", row 1: identifier 'xxx"),
-        ([GOOD, GOOD], ", row 2: identifier '27_2' stands there twice"),
+        ([GOOD, GOOD], ", row 2: identifier '27_2' occurs twice"),
         (
             [GOOD, {**GOOD, "identifier": "scene_1_27_2"}],
-            ", row 2: identifier '27_2' stands there twice",
+            ", row 2: identifier '27_2' occurs twice",
         ),
     ],
     ids=lambda content: str(content)[:30],

@@ -98,7 +98,7 @@ def test_the_form_of_the_file_and_who_scores_make_no_difference(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("row", "complaint"),
     [
-        ({**ROWS[0]}, "row 601: sample 0 of identifier '1_1' stands there twice"),
+        ({**ROWS[0]}, "row 601: sample 0 of identifier '1_1' occurs twice"),
         ({**ROWS[0], "sample": None}, 'row 601: "sample" must be a whole number from 0 to 9999999'),
         ({**ROWS[0], "sample": -1}, 'row 601: "sample" must be a whole number'),
         ({**ROWS[0], "sample": True}, 'row 601: "sample" must be a whole number'),
@@ -115,7 +115,7 @@ def test_a_bad_row_is_named_before_anything_is_scored(
 
 def test_who_takes_one_answer_a_task_says_so(tmp_path: Path) -> None:
     file = written(tmp_path)
-    with pytest.raises(InputError, match="row 7: identifier '1_1' stands there twice"):
+    with pytest.raises(InputError, match="row 7: identifier '1_1' occurs twice"):
         read_responses(file, TASK_IDS)
     scored(read(file), tmp_path)
     several = "has several samples a task; reports take one answer a task"

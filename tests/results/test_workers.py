@@ -90,7 +90,7 @@ def test_a_worker_that_is_killed_while_it_sends_keeps_nobody_waiting(place: int)
         results = pool.map_batches(large, range(12), batch_sizes=(1, 1))
         next(results)
         taken = 1
-        while not pool._workers[place].has:  # the other, started sooner, has done all that was given out
+        while not pool._workers[place].pending:  # the other, started sooner, has done all that was given out
             next(results)
             taken += 1
         sends = pool._workers[place]
@@ -185,7 +185,7 @@ def test_what_starts_workers_never_hears_of_an_interrupt() -> None:
         "from pathlib import Path\n"
         "from eai.results.workers import Workers\n"
         "with Workers(2) as pool:\n"
-        "    list(pool.each(list, range(3)))\n"
+        "    list(pool.map_batches(list, range(3)))\n"
         "    print(Path(f'/proc/{_forkserver._forkserver_pid}/status').read_text())\n"
     )
     status = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
@@ -215,13 +215,13 @@ class Noted:
 
 def given_out(monkeypatch: pytest.MonkeyPatch, workers: int, sizes: list[int]) -> list[int]:
     """How many of batches of so many items each process has that was started for them, and how many wait."""
-    monkeypatch.setattr(Workers, "_started", lambda self: _Worker(Noted(), Noted()))  # type: ignore[arg-type]
+    monkeypatch.setattr(Workers, "_start_worker", lambda self: _Worker(Noted(), Noted()))  # type: ignore[arg-type]
     pool = Workers(workers)
     for size in sizes:
         pool._waiting.append(_Batch(b"", tuple(range(size))))
         pool._give()
-    assert all(len(worker.connection.sent) == len(worker.has) for worker in pool._workers)  # type: ignore[attr-defined]
-    return [*(len(worker.has) for worker in pool._workers), len(pool._waiting)]
+    assert all(len(worker.connection.sent) == len(worker.pending) for worker in pool._workers)  # type: ignore[attr-defined]
+    return [*(len(worker.pending) for worker in pool._workers), len(pool._waiting)]
 
 
 @pytest.mark.parametrize(

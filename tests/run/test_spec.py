@@ -125,7 +125,7 @@ def test_keys_of_servers_are_in_no_file(tmp_path: Path) -> None:
         ({"perception": {"scene": "noisy", "noise": {"mising": 1}}}, "noise mising=1: expected NAME=NUMBER"),
         (
             {"tasks": {"adaptive": 0.5}, "perception": {"scene": "image"}},
-            "tasks.adaptive: not with perception.scene image; it chooses tasks by how difficult ",
+            "tasks.adaptive: not with perception.scene image; adaptive runs choose tasks by the difficulty ",
         ),
         (
             {"attempts": ONWARD, "perception": {"scene": "rendered"}},

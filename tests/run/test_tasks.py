@@ -56,7 +56,7 @@ def test_arguments_of_a_task() -> None:
         assert [sample.id for sample in task.dataset] == ids
     for wrong, message in (
         ({"tasks": "0_0"}, "tasks: '0_0' is not a task of this suite"),
-        ({"tasks": 99}, "tasks=99 is a number and no task"),
+        ({"tasks": 99}, "tasks=99 is a number, not a task"),
         ({"planner": "fast"}, "planner: expected 'auto', 'full', 'built_in'"),
         (
             {"protocol": "lax"},

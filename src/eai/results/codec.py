@@ -1,7 +1,8 @@
-"""The one form of records outside the program: JSON objects, whose fields are in ``docs/records.md``.
+"""Converts records to JSON objects and back; ``docs/records.md`` describes the fields.
 
-The dataclasses are the schema: their fields have the names that stand in a file. Enums are their values,
-tuples lists; goals by kind and errors by their number are objects. What an ability has no use for is null.
+The dataclasses are the schema: their fields have the names of the file's fields. Enums are written as their
+values, tuples as lists, goals by kind and errors by step as objects. Fields without a meaning for an ability
+are null.
 """
 
 from __future__ import annotations
@@ -35,26 +36,35 @@ from eai.tasks.share import GoalTallies
 SCHEMA = 4
 """The version of the record format."""
 
-READABLE = (2, 3, SCHEMA)
-"""The versions that are read."""
+READABLE_SCHEMAS = (2, 3, SCHEMA)
+"""Versions of the record format that can be read."""
 
-_HALVES = ("goals", "partial")
-"""Fields that count halves. All their numbers are written as floats, so that each has one type."""
+_FIELDS_WITH_HALVES = ("goals", "partial")
+"""Fields that count halves. All their numbers are written as floats, so that each field has one type."""
 
-COMMON = ("executable", "success", "error", "additional_steps", "category", "goals", "counts", "planner")
-"""The fields that stand in the record of every ability, in their order; null where it has no use for them."""
+COMMON_FIELDS = (
+    "executable",
+    "success",
+    "error",
+    "additional_steps",
+    "category",
+    "goals",
+    "counts",
+    "planner",
+)
+"""Fields in the record of every ability, in order; null if the ability has no value for them."""
 
 T = TypeVar("T")
 
 
 def sha256_of(text: str) -> str:
-    """The digest of a text; lone surrogates, which JSON can carry, are kept apart."""
+    """Return the SHA-256 digest of a text; lone surrogates, which JSON allows, are encoded too."""
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def record_to_json(record: Record) -> dict[str, Json]:
-    """A record as a JSON object."""
-    written: dict[str, Json] = {
+    """Return a record as a JSON object."""
+    fields: dict[str, Json] = {
         "schema": SCHEMA,
         "protocol": record.protocol.value,
         "domain": record.domain,
@@ -66,26 +76,28 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "response_sha256": sha256_of(record.response),
         "data_sha256": record.data_sha256,
         **({} if record.errata is None else {"errata": dataclass_to_json(record.errata)}),
-        **_written(record.verdict),
+        **_verdict_fields(record.verdict),
         "repairs": list(record.repairs),
         "unanswered": record.unanswered,
         "suite_size": record.suite_size,
     }
     if record.experiment is not None:
-        written |= experiment_to_json(record.experiment, record.summaries)
+        fields |= experiment_to_json(record.experiment, record.summaries)
     if record.attempts:
-        written["attempts"] = [_attempt_to_json(attempt) for attempt in record.attempts]
+        fields["attempts"] = [_attempt_to_json(attempt) for attempt in record.attempts]
     if record.origin is not None:
-        written |= dataclass_to_json(record.origin)
+        fields |= dataclass_to_json(record.origin)
     if record.explanation is not None:
-        written["explanation"] = _plain(record.explanation)
-    return {**written, "response": record.response}
+        fields["explanation"] = _to_json(record.explanation)
+    return {**fields, "response": record.response}
 
 
 def _features_to_json(task: TaskFeatures) -> dict[str, Json]:
-    """The features of a task, without those that most have not."""
-    absent: tuple[tuple[str, Json], ...] = (("hazards", []), ("missing", None), ("fits", None))
-    return {name: value for name, value in dataclass_to_json(task).items() if (name, value) not in absent}
+    """Return the features of a task as JSON, without the rare ones if they are absent."""
+    absent_values: tuple[tuple[str, Json], ...] = (("hazards", []), ("missing", None), ("fits", None))
+    return {
+        name: value for name, value in dataclass_to_json(task).items() if (name, value) not in absent_values
+    }
 
 
 def experiment_to_json(
@@ -95,12 +107,12 @@ def experiment_to_json(
 
     Args:
         experiment: the experiment.
-        summaries: what studies say of one answer, by the name of the study.
+        summaries: summaries of one answer by the name of the study.
     """
     study: dict[str, Json] = {}
     for name, choice in experiment.ordered_choices.items():
-        summary = {"summary": _plain(summaries[name])} if name in summaries else {}
-        study[name] = {"label": choice.label, "options": _plain(choice.options), **summary}
+        summary = {"summary": _to_json(summaries[name])} if name in summaries else {}
+        study[name] = {"label": choice.label, "options": _to_json(choice.options), **summary}
     agent = {name: getattr(experiment, name) for name in ("harness", "effort", "rules")}
     fields = (("study", study, study), ("agent", agent, experiment.agent_settings))
     return {name: value for name, value, is_chosen in fields if is_chosen}
@@ -129,14 +141,14 @@ def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
     return None if experiment == Experiment() else replace(experiment, study=ordered)
 
 
-def _experiment(values: Mapping[str, Any]) -> Experiment | None:
+def _read_experiment(values: Mapping[str, Any]) -> Experiment | None:
     older = _read(dict[str, Any], values.get("experiment") or {}, "experiment")
     return experiment_from_json(
         older or {name: values[name] for name in ("study", "agent") if values.get(name)}
     )
 
 
-def _summaries(values: Mapping[str, Any]) -> Mapping[str, Mapping[str, Any]]:
+def _read_summaries(values: Mapping[str, Any]) -> Mapping[str, Mapping[str, Any]]:
     if not values.get("study"):
         return older_summaries(values)
     parts = _read(dict[str, dict[str, Any]], values["study"], "study")
@@ -144,62 +156,64 @@ def _summaries(values: Mapping[str, Any]) -> Mapping[str, Mapping[str, Any]]:
 
 
 def read_summary(record: Record, study: str, kind: type[T]) -> T | None:
-    """Return what a study says of an answer as a value of the study's type, or None if it says nothing.
+    """Return a study's summary of an answer as a value of a type, or None if there is no summary.
 
     Raises:
-        InputError: the summary is no such value.
+        InputError: the summary does not have the type.
     """
     summary = record.summaries.get(study)
     return None if summary is None else _read(kind, summary, f"study.{study}.summary")
 
 
 def _attempt_to_json(attempt: Attempt) -> dict[str, Json]:
-    """An attempt as a record has it: with the fields that a record of its own would have."""
+    """Return an attempt as a JSON object with the fields of a record of its own."""
     explanation = attempt.explanation
     return {
         "prompt_sha256": attempt.prompt_sha256,
         "response_sha256": sha256_of(attempt.response),
-        **_written(attempt.verdict),
+        **_verdict_fields(attempt.verdict),
         "repairs": [*attempt.answer_repairs, *attempt.verdict.repairs],
         "slipped_at": attempt.slipped_at,
         "goal_held_at": attempt.goal_held_at,
-        "usage": _plain(attempt.usage),
+        "usage": _to_json(attempt.usage),
         "answer_repairs": list(attempt.answer_repairs),
-        **({} if explanation is None else {"explanation": _plain(explanation)}),
+        **({} if explanation is None else {"explanation": _to_json(explanation)}),
         "response": attempt.response,
     }
 
 
 def fields_of(verdict: Verdict) -> dict[str, Json]:
-    """A verdict's part of its record."""
-    own = dataclass_to_json(verdict)
-    reason = own.pop("excluded")
+    """Return the fields of a record that its verdict gives."""
+    fields = dataclass_to_json(verdict)
+    reason = fields.pop("excluded")
     status = "scored" if reason is None else "excluded"
-    repairs = own.pop("repairs")
+    repairs = fields.pop("repairs")
     for name in ("repair", "refused", "partial"):
-        if own.get(name, name) is None:
-            del own[name]
+        if fields.get(name, name) is None:
+            del fields[name]
     return {
         "status": status,
         "excluded_reason": reason,
-        **dict.fromkeys(COMMON),
+        **dict.fromkeys(COMMON_FIELDS),
         "repairs": repairs,
-        **own,
+        **fields,
     }
 
 
-def _written(verdict: Verdict) -> dict[str, Json]:
-    """The fields of a verdict as a record has them: each with one type in all records."""
+def _verdict_fields(verdict: Verdict) -> dict[str, Json]:
+    """Return the fields of a verdict, each with one type in all records."""
     fields = fields_of(verdict)
-    return fields | {name: _converted(fields[name], float) for name in _HALVES if name in fields}
+    return fields | {
+        name: _convert_numbers(fields[name], float) for name in _FIELDS_WITH_HALVES if name in fields
+    }
 
 
-def _converted(value: Any, convert: Callable[[float], int | float]) -> Any:
-    """A JSON value with all of its numbers converted."""
+def _convert_numbers(value: Any, convert: Callable[[float], int | float]) -> Any:
+    """Return a JSON value with all of its numbers converted."""
     if isinstance(value, Mapping):
-        return {name: _converted(part, convert) for name, part in value.items()}
+        return {name: _convert_numbers(item, convert) for name, item in value.items()}
     if isinstance(value, list):
-        return [_converted(part, convert) for part in value]
+        return [_convert_numbers(item, convert) for item in value]
     return convert(value) if type(value) in (int, float) else value
 
 
@@ -208,49 +222,51 @@ def _whole_if_possible(number: float) -> int | float:
 
 
 def record_from_json(values: Mapping[str, Any]) -> Record:
-    """The record that a JSON object is; fields that are not known are passed over.
+    """Return the record that a JSON object describes; unknown fields are ignored.
 
     Raises:
-        InputError: it is not a record; the message names the field.
+        InputError: the object is not a record; the message names the field.
     """
-    ability = _read(Ability, _present(values, "ability"), "ability")
-    origin = _origin(values)
+    ability = _read(Ability, _require_field(values, "ability"), "ability")
+    origin = _read_origin(values)
     record = _read(
         Record,
         {
-            **{name: values[name] for name in _names(Record) if name in values},
+            **{name: values[name] for name in _field_names(Record) if name in values},
             "ability": ability,
             "response": values.get("response") or "",
-            "verdict": _verdict(values, ability, 0 if origin is None else len(origin.answer_repairs)),
+            "verdict": _read_verdict(values, ability, 0 if origin is None else len(origin.answer_repairs)),
             "origin": origin,
-            "explanation": _explanation(values.get("explanation")),
-            "experiment": _experiment(values),
-            "summaries": _summaries(values),
-            "attempts": _attempts(values, ability),
+            "explanation": _explanation_values(values.get("explanation")),
+            "experiment": _read_experiment(values),
+            "summaries": _read_summaries(values),
+            "attempts": _read_attempts(values, ability),
         },
     )
-    sha256 = _read(str, _present(values, "response_sha256"), "response_sha256")
+    sha256 = _read(str, _require_field(values, "response_sha256"), "response_sha256")
     if values.get("response") is not None and sha256_of(record.response) != sha256:
-        raise InputError("expected the response that was scored; response_sha256 is another text's")
+        raise InputError(
+            "expected the response that was scored; response_sha256 is the digest of another text"
+        )
     return record
 
 
 def dataclass_to_json(value: Any) -> dict[str, Json]:
-    """A dataclass as a JSON object: an explanation, say, or where an answer comes from."""
-    return {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}
+    """Return a dataclass, such as an explanation or the origin of an answer, as a JSON object."""
+    return {name: _to_json(getattr(value, name)) for name in value.__dataclass_fields__}
 
 
-def _plain(value: Any) -> Json:
+def _to_json(value: Any) -> Json:
     kind: Any = type(value)
-    return value if kind in _WRITTEN_AS_IT_IS else _form(kind)(value)
+    return value if kind in _PLAIN_TYPES else _find_encoder(kind)(value)
 
 
-_WRITTEN_AS_IT_IS = frozenset({type(None), bool, int, float, str})
+_PLAIN_TYPES = frozenset({type(None), bool, int, float, str})
 
 
 @cache
-def _form(kind: type) -> Callable[[Any], Json]:
-    """How the values of a type are written: a record has some fifty, of a dozen types."""
+def _find_encoder(kind: type) -> Callable[[Any], Json]:
+    """Return the function that encodes values of a type; cached, because records have few types."""
     if issubclass(kind, Enum):
         return attrgetter("value")
     if issubclass(kind, str | int | float):
@@ -262,78 +278,85 @@ def _form(kind: type) -> Callable[[Any], Json]:
     if issubclass(kind, GoalTallies):
         return lambda tallies: dict(zip(GoalTallies._fields, map(list, tallies), strict=True))
     if issubclass(kind, Mapping):
-        return lambda value: {getattr(key, "value", key): _plain(part) for key, part in value.items()}
-    return dataclass_to_json if is_dataclass(kind) else lambda value: [_plain(part) for part in value]
+        return lambda value: {getattr(key, "value", key): _to_json(part) for key, part in value.items()}
+    return dataclass_to_json if is_dataclass(kind) else lambda value: [_to_json(part) for part in value]
 
 
 def _explanation_to_json(explanation: Explanation) -> dict[str, Json]:
-    """An explanation, whose atoms are a list: the fields of a record do not depend on the answer."""
+    """Return an explanation as JSON, with its atoms as a list: field names must not depend on the answer."""
     atoms = explanation.atoms
     listed = None if atoms is None else [{"text": text, **_statement_to_json(atoms[text])} for text in atoms]
     return {**dataclass_to_json(explanation), "atoms": listed}
 
 
 def _statement_to_json(statement: Statement) -> dict[str, Json]:
-    return {name: _plain(part) for name, part in statement._asdict().items()}
+    return {name: _to_json(part) for name, part in statement._asdict().items()}
 
 
-def _explanation(value: Any) -> Any:
-    """An explanation as it is written, with its atoms by their texts."""
+def _explanation_values(value: Any) -> Any:
+    """Return the values of a written explanation, with its atoms by their texts."""
     if not isinstance(value, dict) or not isinstance(value.get("atoms"), list):
         return value
     atoms = {atom.get("text"): {n: p for n, p in atom.items() if n != "text"} for atom in value["atoms"]}
     return {**value, "atoms": atoms}
 
 
-def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> Verdict:
-    """The verdict; of the repairs those are its own that were not made before scoring."""
-    for name in COMMON:
-        _present(values, name)
-    status = _present(values, "status")
-    reason = _present(values, "excluded_reason")
+def _read_verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> Verdict:
+    """Read a verdict; the first ``made_before`` repairs were made before scoring and are not its own."""
+    for name in COMMON_FIELDS:
+        _require_field(values, name)
+    status = _require_field(values, "status")
+    reason = _require_field(values, "excluded_reason")
     if status != ("scored" if reason is None else "excluded"):
         raise InputError(f"field status: expected 'excluded' with a reason, or 'scored', not {status!r}")
-    repairs = _read(tuple[str, ...], _present(values, "repairs"), "repairs")
+    repairs = _read(tuple[str, ...], _require_field(values, "repairs"), "repairs")
     declared: type[Verdict] = declaration_of(ability).verdict
-    own = {name: values[name] for name in _names(declared) if name in values}
-    own |= {name: _converted(own[name], _whole_if_possible) for name in _HALVES if name in own}
-    if "tried_actions" in _names(declared) and isinstance(values.get("attempts"), int):  # schema 2
-        own["tried_actions"] = values["attempts"]
-    return _read(declared, {**own, "excluded": reason, "repairs": repairs[made_before:]})
+    fields = {name: values[name] for name in _field_names(declared) if name in values}
+    fields |= {
+        name: _convert_numbers(fields[name], _whole_if_possible)
+        for name in _FIELDS_WITH_HALVES
+        if name in fields
+    }
+    if "tried_actions" in _field_names(declared) and isinstance(values.get("attempts"), int):  # schema 2
+        fields["tried_actions"] = values["attempts"]
+    return _read(declared, {**fields, "excluded": reason, "repairs": repairs[made_before:]})
 
 
-def _attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
-    """The attempts of a record."""
+def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
     if isinstance(values.get("attempts"), int):  # schema 2: the actions that were tried for subgoals
         return ()
-    found = []
-    for number, own in enumerate(_read(list[dict[str, Any]], values.get("attempts") or [], "attempts")):
+    attempts = []
+    for number, values_of_attempt in enumerate(
+        _read(list[dict[str, Any]], values.get("attempts") or [], "attempts")
+    ):
         made_before = _read(
-            tuple[str, ...], own.get("answer_repairs", ()), f"attempts.{number}.answer_repairs"
+            tuple[str, ...], values_of_attempt.get("answer_repairs", ()), f"attempts.{number}.answer_repairs"
         )
-        known = {name: own[name] for name in _names(Attempt) if name in own}
-        known["explanation"] = _explanation(own.get("explanation"))
-        verdict = _verdict(own, ability, len(made_before))
-        found.append(_read(Attempt, {**known, "verdict": verdict}, f"attempts.{number}"))
-    return tuple(found)
+        fields = {
+            name: values_of_attempt[name] for name in _field_names(Attempt) if name in values_of_attempt
+        }
+        fields["explanation"] = _explanation_values(values_of_attempt.get("explanation"))
+        verdict = _read_verdict(values_of_attempt, ability, len(made_before))
+        attempts.append(_read(Attempt, {**fields, "verdict": verdict}, f"attempts.{number}"))
+    return tuple(attempts)
 
 
-def _origin(values: Mapping[str, Any]) -> Origin | None:
-    known = {name: values[name] for name in _names(Origin) if name in values}
-    return _read(Origin, known) if known else None
+def _read_origin(values: Mapping[str, Any]) -> Origin | None:
+    fields = {name: values[name] for name in _field_names(Origin) if name in values}
+    return _read(Origin, fields) if fields else None
 
 
-def _present(values: Mapping[str, Any], name: str) -> Any:
+def _require_field(values: Mapping[str, Any], name: str) -> Any:
     if name not in values:
         raise InputError(f"field {name}: is missing")
     return values[name]
 
 
 def _read(kind: type[T], value: object, *place: str) -> T:
-    """A value of a type, from JSON.
+    """Return a value of a type from JSON.
 
     Raises:
-        InputError: it is not one.
+        InputError: the value does not have the type; the message names the field.
     """
     hashable: Any = kind
     try:
@@ -348,6 +371,5 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def _names(declared: Any) -> Iterable[str]:
-    """The names of the fields of a dataclass, in order."""
+def _field_names(declared: Any) -> Iterable[str]:
     return tuple(declared.__dataclass_fields__)

@@ -1,17 +1,17 @@
-"""A process with the garbage collector at rest: of garbage there is little among all that is kept."""
+"""Makes the garbage collector run rarely, for processes that keep nearly all objects."""
 
 from __future__ import annotations
 
 import gc
 
-SELDOM = 300_000
-"""After how many new objects the collector looks through them; by itself it does so after some hundreds."""
+OBJECTS_BETWEEN_COLLECTIONS = 300_000
+"""Number of new objects after which the collector runs; Python's default is some hundreds."""
 
 
 def collect_seldom() -> None:
-    """Spare the garbage collector what is there already, and have it seldom look at what comes.
+    """Exclude all present objects from garbage collection, and collect new objects rarely.
 
-    For a process that does nothing else as long as it lives: modules, tasks and records are kept anyway.
+    It is for processes with one purpose, which keep their modules, tasks and records until they end.
     """
     gc.freeze()
-    gc.set_threshold(SELDOM, *gc.get_threshold()[1:])
+    gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS, *gc.get_threshold()[1:])

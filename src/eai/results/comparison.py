@@ -1,8 +1,8 @@
-"""Two runs on the same tasks: how much they differ, how surely, and on which tasks.
+"""Compares two runs on the same tasks: the difference, its certainty, and the tasks that differ.
 
-Randomisation tests ask what if a coin decided, unit by unit, which run gave which answers: under the
-hypothesis that the runs are alike their difference varies like that, whatever the tasks are like. Units are
-names or tasks; with tasks as units, and a yes or no from each, the test is McNemar's.
+Randomisation tests exchange, unit by unit, the answers of the two runs with even chance. If the runs are
+equally good, their difference is distributed like the differences after such exchanges. Units are names or
+tasks. With tasks as units and a yes or no from each, the test is McNemar's.
 """
 
 from __future__ import annotations
@@ -30,30 +30,31 @@ _ROUNDING = 1e-12
 
 
 def sign_flip_p(differences: Sequence[int]) -> float:
-    """The exact two-sided p value of a sum of differences, each of which could as well have the other sign.
+    """Return the exact two-sided p value of a sum of differences, if each sign is equally likely.
 
     Args:
-        differences: for each unit, how many more tasks the second run gets right than the first.
+        differences: for each unit, the number of tasks right in the second run minus that in the first.
     """
-    ways = Counter({0: 1})
+    counts = Counter({0: 1})
     sizes = Counter(abs(difference) for difference in differences if difference)
     for size, units in sizes.items():
-        before, ways = ways, Counter()
-        for total, count in before.items():
-            for up in range(units + 1):
-                ways[total + size * (2 * up - units)] += count * math.comb(units, up)
+        earlier, counts = counts, Counter()
+        for total, count in earlier.items():
+            for flips in range(units + 1):
+                counts[total + size * (2 * flips - units)] += count * math.comb(units, flips)
     observed = abs(sum(differences))
-    return sum(count for total, count in ways.items() if abs(total) >= observed) / sum(ways.values())
+    return sum(count for total, count in counts.items() if abs(total) >= observed) / sum(counts.values())
 
 
 def exchange_p(first: Sequence[Share], second: Sequence[Share]) -> float | None:
-    """The two-sided p value of a difference of two rates by random exchanges; None if a rate is of nothing.
+    """Return the two-sided p value of a difference of two rates by random exchanges.
 
-    Exchanges are drawn with a fixed seed. The runs as they are count as one, so that no value is zero.
+    It is None if a rate has no cases. Exchanges are drawn with a fixed seed. The observed runs count as one
+    exchange, so that no value is zero.
 
     Args:
-        first: what each unit adds to the first rate.
-        second: what the same units add to the second.
+        first: numerator and denominator that each unit adds to the first rate.
+        second: numerator and denominator that the same units add to the second rate.
     """
     sums = (_sum(first), _sum(second))
     if not sums[0].denominator or not sums[1].denominator:
@@ -77,7 +78,7 @@ def _sum(shares: Sequence[Share]) -> Share:
 
 
 def _distance(one: Share, other: Share) -> float:
-    """How far two rates are apart; one of nothing is as far as can be from the other."""
+    """Return the absolute difference of two rates; infinite if one has no cases."""
     if not one.denominator or not other.denominator:
         return math.inf
     return abs(other.numerator / other.denominator - one.numerator / one.denominator)
@@ -87,17 +88,17 @@ def _distance(one: Share, other: Share) -> float:
 class MetricDifference:
     """One metric in two runs, over the tasks that both answered.
 
-    The p values are two-sided, of tests in which a coin decides which run gave which answers
-    (`eai.results.comparison`). Where each task contributes a yes or a no they are exact.
+    The p values are two-sided, of tests that exchange the runs' answers at random (`eai.results.comparison`).
+    They are exact if each task contributes a yes or a no.
 
     Attributes:
         first: the rate in the first run.
         second: the rate in the second run.
-        certainty: how sure second minus first is, in percentage points.
-        p_value: of the test in which the tasks of a name share a coin.
-        p_by_task: of the test in which each task has its own, as if all were independent.
+        certainty: intervals of second minus first, in percentage points; None if there are no cases.
+        p_value: p value of the test that exchanges all tasks of a name together.
+        p_by_task: p value of the test that exchanges each task alone, as if all were independent.
         yes_no: whether each task contributes a yes or a no; then the test by task is McNemar's.
-        only_first: tasks that only the first run gets right; empty for metrics that are no yes or no.
+        only_first: tasks that only the first run gets right; empty for metrics without yes or no.
         only_second: tasks that only the second run gets right.
     """
 
@@ -123,11 +124,11 @@ class RunComparison:
     """Two runs of one ability in one domain under one protocol.
 
     Attributes:
-        differences: by each main metric.
-        tasks: how many tasks both runs have scored answers to.
-        names: how many names these have.
-        only_in_first: tasks that only the first run has scored answers to; they are left out.
-        only_in_second: tasks that only the second run has scored answers to.
+        differences: the difference of each main metric.
+        tasks: number of tasks with scored answers in both runs.
+        names: number of different names of these tasks.
+        only_in_first: tasks with scored answers in the first run only; they are left out.
+        only_in_second: tasks with scored answers in the second run only; they are left out.
     """
 
     differences: Mapping[str, MetricDifference]
@@ -138,31 +139,35 @@ class RunComparison:
 
 
 def compare(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
-    """Compare two runs of the same ability, domain and protocol, each with at least one record.
+    """Compare two runs of one ability, domain and protocol, each with at least one record.
 
-    Tasks that either run excludes, or was not asked, or that are other ones of the same id, are left out of
-    both; a missing answer counts as a failure, as everywhere.
+    A task is left out of both runs if either run excludes it or was not asked it, or if the runs have
+    different tasks of its id. A missing answer counts as a failure.
     """
-    before, after = shares_by_task(first), shares_by_task(second)
-    known = {record.task_id: name_of(record) for record in (*first, *second) if record.task}
+    first_shares, second_shares = shares_by_task(first), shares_by_task(second)
+    named = {record.task_id: name_of(record) for record in (*first, *second) if record.task}
     declared = declaration_of(first[0].ability)
     verdicts = {record.task_id: record.verdict for record in first}
     shared = [record for record in second if record.task_id in verdicts]
-    others = {r.task_id for r in shared if not declared.is_same_task(verdicts[r.task_id], r.verdict)}
-    names = {task: known.get(task, task) for task in before if task in after and task not in others}
-    sides = {
-        metric: [_cases(metric, names, shares) for shares in (before, after)]
+    different = {r.task_id for r in shared if not declared.is_same_task(verdicts[r.task_id], r.verdict)}
+    names = {
+        task: named.get(task, task)
+        for task in first_shares
+        if task in second_shares and task not in different
+    }
+    cases_by_metric = {
+        metric: [_cases(metric, names, shares) for shares in (first_shares, second_shares)]
         for metric in declared.overview_headings
     }
     return RunComparison(
         {
             metric: compare_metric(*cases, yes_no=metric in declared.yes_no_metrics)
-            for metric, cases in sides.items()
+            for metric, cases in cases_by_metric.items()
         },
         len(names),
         len(set(names.values())),
-        tuple(task for task in before if task not in names),
-        tuple(task for task in after if task not in names),
+        tuple(task for task in first_shares if task not in names),
+        tuple(task for task in second_shares if task not in names),
     )
 
 
@@ -170,21 +175,27 @@ def _cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shares]) 
     return [Case(task, name, shares[task].get(metric, EMPTY_SHARE)) for task, name in names.items()]
 
 
-_WHOLE = (0, 1)
-"""The additions of a yes and a no to a rate."""
+_YES_NO_NUMERATORS = (0, 1)
+"""Numerators that a no and a yes add to a rate."""
 
 
 def compare_metric(first: Cases, second: Cases, *, yes_no: bool) -> MetricDifference:
     """Compare one metric on the same tasks in the same order.
 
     Args:
-        first: what each task adds to it in the first run.
-        second: the same in the second run.
-        yes_no: whether each answer contributes a yes or a no; of a mean over several a task need not.
+        first: contribution of each task in the first run.
+        second: contribution of each task in the second run.
+        yes_no: whether one answer contributes a yes or a no; a mean over several answers need not.
     """
-    yes_no = yes_no and all(case.share.numerator in _WHOLE for case in (*first, *second))
-    right, also = ([bool(case.share.numerator) for case in cases] for cases in (first, second))
-    changed = [(case.task, b) for case, a, b in zip(first, right, also, strict=True) if yes_no and a != b]
+    yes_no = yes_no and all(case.share.numerator in _YES_NO_NUMERATORS for case in (*first, *second))
+    right_in_first, right_in_second = (
+        [bool(case.share.numerator) for case in cases] for cases in (first, second)
+    )
+    changed = [
+        (case.task, b)
+        for case, a, b in zip(first, right_in_first, right_in_second, strict=True)
+        if yes_no and a != b
+    ]
     p_value = _sign_flip_p if yes_no else exchange_p
     return MetricDifference(
         rate_of(case.share for case in first),

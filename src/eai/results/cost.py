@@ -1,4 +1,4 @@
-"""The cost of answers: tokens and dollars of runs, and what the paper's cost."""
+"""The cost of answers: tokens and dollars of runs, and the costs that the paper reports."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ _MILLION = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Spending:
-    """The cost of the answers of runs.
+    """Tokens and dollars of the answers of runs.
 
     Attributes:
-        answers: those of which the tokens are known.
-        usage: all their tokens, and the dollars of those that were priced when they were asked for.
-        unpriced: the tokens of the others.
-        unpriced_answers: how many they are.
+        answers: number of answers with known tokens.
+        usage: all their tokens, and the dollars of those with a price at the time of the request.
+        unpriced: tokens of the answers without a price.
+        unpriced_answers: number of answers without a price.
     """
 
     answers: int = 0
@@ -43,11 +43,11 @@ class Spending:
 
     @property
     def tokens(self) -> int | None:
-        """Tokens of questions and answers; None if no answer's are known."""
+        """Tokens of questions and answers; None if unknown for all answers."""
         return self.usage.tokens
 
     def __add__(self, other: Spending) -> Spending:
-        """Both together."""
+        """Return the sum of two spendings."""
         return Spending(
             self.answers + other.answers,
             self.usage + other.usage,
@@ -56,7 +56,7 @@ class Spending:
         )
 
     def apply_price(self, price: _Price | None) -> Spending:
-        """The same with a price for what has none."""
+        """Return the spending with a price for the answers that have none."""
         if price is None or not self.unpriced_answers:
             return self
         dollars = price.compute_dollars(self.unpriced)
@@ -64,7 +64,7 @@ class Spending:
 
 
 class _Price(Options):
-    """The prices of a model, in dollars for a million tokens; cached ones cost what others do."""
+    """Prices of a model in dollars for a million tokens; cached tokens cost as much as others."""
 
     model_config = ConfigDict(strict=True)
 
@@ -72,14 +72,14 @@ class _Price(Options):
     output: float = Field(ge=0)
 
     def compute_dollars(self, usage: Usage) -> float:
-        """The dollars of some tokens."""
+        """Return the price of some tokens in dollars."""
         return (self.input * (usage.input_tokens or 0) + self.output * (usage.output_tokens or 0)) / _MILLION
 
 
 class PriceList(Options):
-    """Prices of models, of one day and from one place: without them nobody could check the dollars.
+    """Prices of models with their date and source, so that readers can check the dollars.
 
-    In a file they are ``date``, ``source``, and ``input`` and ``output`` for each of ``models``.
+    A file has ``date``, ``source``, and ``input`` and ``output`` for each of ``models``.
     """
 
     model_config = ConfigDict(strict=True)
@@ -90,7 +90,7 @@ class PriceList(Options):
 
 
 class _PaperCost(Options):
-    """The cost of one run of all the paper's models."""
+    """Cost of one run of all the paper's models."""
 
     model_config = ConfigDict(strict=True)
 
@@ -101,7 +101,7 @@ class _PaperCost(Options):
 
 
 def sum_spending(records: Iterable[Record]) -> Spending:
-    """The cost of answers, as far as their records say; attempts, votes and repairs are part of an answer."""
+    """Return the cost of answers that records state; attempts, votes and repairs are part of an answer."""
     usages = [record.origin.usage for record in records if record.origin and record.origin.usage]
     usages = [usage for usage in usages if usage.tokens is not None]
     unpriced = [usage for usage in usages if usage.cost is None]
@@ -109,14 +109,14 @@ def sum_spending(records: Iterable[Record]) -> Spending:
 
 
 def cost_cases(records: Iterable[Record]) -> dict[str, Cases]:
-    """The cost of each answer in ``tokens``, ``dollars`` and ``seconds``, and whether it is a success.
+    """Return each answer's cost in ``tokens``, ``dollars`` and ``seconds``, and whether it is a success.
 
-    Answers that failed cost, too. What is not known of every answer with a usage is left out.
+    Failed answers have a cost, too. An amount that is unknown for some answer with a usage is left out.
     """
-    counted = (record for record in records if record.verdict.excluded is None)
-    answers = [(each, each.origin.usage) for each in counted if each.origin and each.origin.usage]
-    found = group_pairs(pair for record, usage in answers for pair in _amounts(record, usage))
-    return {name: cases for name, cases in found.items() if len(cases) == len(answers)}
+    scored = (record for record in records if record.verdict.excluded is None)
+    answers = [(record, record.origin.usage) for record in scored if record.origin and record.origin.usage]
+    cases_by_amount = group_pairs(pair for record, usage in answers for pair in _amounts(record, usage))
+    return {name: cases for name, cases in cases_by_amount.items() if len(cases) == len(answers)}
 
 
 def _amounts(record: Record, usage: Usage) -> Iterator[tuple[str, Case]]:
@@ -126,23 +126,23 @@ def _amounts(record: Record, usage: Usage) -> Iterator[tuple[str, Case]]:
             yield name, Case(record.task_id, name_of(record), Share(amount, won))
 
 
-def cost_cases_to_json(found: Mapping[str, Cases]) -> dict[str, Json]:
-    """The same as sums, and their ratio with its interval, as in ``summary.json``; null without a success."""
-    written: dict[str, Json] = {}
-    for name, cases in found.items():
+def cost_cases_to_json(cases_by_amount: Mapping[str, Cases]) -> dict[str, Json]:
+    """Return costs as in ``summary.json``: sums and their ratio with its interval; null without success."""
+    amounts: dict[str, Json] = {}
+    for name, cases in cases_by_amount.items():
         rate, interval = rate_of(case.share for case in cases), interval_of_ratio(cases)
         between = None if interval is None else list(interval)
-        written[name] = {**rate.to_json(), "value": rate.share, "interval": between}
-    return written
+        amounts[name] = {**rate.to_json(), "value": rate.share, "interval": between}
+    return amounts
 
 
 @cache
 def read_paper_cost() -> _PaperCost:
-    """The paper's own figures."""
+    """Return the costs that the paper reports."""
     file = resources.files("eai.results") / "paper" / "evaluation_cost.toml"
     return _PaperCost.model_validate(parse_toml(file.read_text(encoding="utf-8")))
 
 
-def divide_amount(amount: float | None, of: int) -> float | None:
-    """An amount for each of so many; None if there are none, or the amount is not known."""
-    return None if amount is None or not of else amount / of
+def divide_amount(amount: float | None, number: int) -> float | None:
+    """Return an amount divided by a number, or None if the number is zero or the amount unknown."""
+    return None if amount is None or not number else amount / number

@@ -1,6 +1,6 @@
-"""How much of a suite a run answers, and whether its numbers can be ranked with those of others.
+"""Tells how much of a suite a run answers, and whether its numbers can be ranked with those of others.
 
-Also what errata of the data did to the numbers of a run, as its records say it.
+It also tells which tasks of a run errata left out or corrected.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from eai.base.json_value import Json
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """How many tasks of a suite are asked, answered, and counted.
+    """Number of tasks of a suite that are asked, answered and counted.
 
     Attributes:
-        asked: tasks with a record.
-        answered: those of them with an answer.
-        failed: those without one that count as failures.
-        left_out: those without one that are left out of all rates for it (``--allow-missing``).
-        tasks: all tasks of the suite; None if the records do not say.
+        asked: number of tasks with a record.
+        answered: number of tasks with an answer.
+        failed: number of tasks without an answer that count as failures.
+        left_out: number of tasks without an answer that are left out of all rates (``--allow-missing``).
+        tasks: number of all tasks of the suite; None if the records do not state it.
         raised: number of tasks with an answer whose scorer raised an exception, which counts as failed.
     """
 
@@ -34,12 +34,12 @@ class Coverage:
 
     @property
     def ranked(self) -> bool:
-        """Whether every task of the suite is asked, and an unanswered one is no advantage."""
+        """Whether every task of the suite was asked and no missing answer is left out of rates."""
         return self.asked == self.tasks and not self.left_out
 
     @property
     def remark(self) -> str | None:
-        """A remark for readers of the numbers, as one sentence; None if every task is answered and scored."""
+        """One sentence on missing tasks and answers; None if every task is answered and scored."""
         if self.tasks is None:
             return (
                 "The records do not say how many tasks the suite has: score the answers again to rank them."
@@ -53,26 +53,26 @@ class Coverage:
             yield f"{self.raised} failed because the scorer raised an exception, which the record names"
         if self.asked < tasks:
             yield f"only {self.asked} of {tasks} tasks were asked"
-        lacking = self.asked - self.answered
-        if not lacking:
+        missing = self.asked - self.answered
+        if not missing:
             return
         if self.left_out:
-            fate = f"left out, but {self.failed} counted as failed" if self.failed else "left out"
-        elif self.failed == lacking:
-            fate = "counted as failed"
+            treatment = f"left out, but {self.failed} counted as failed" if self.failed else "left out"
+        elif self.failed == missing:
+            treatment = "counted as failed"
         else:
-            fate = f"counted as failed where they are in the statistics ({self.failed})"
-        yield f"{lacking} of {self.asked} tasks without an answer, {fate}"
+            treatment = f"counted as failed where they are in the statistics ({self.failed})"
+        yield f"{missing} of {self.asked} tasks without an answer, {treatment}"
 
     def __add__(self, other: Coverage) -> Coverage:
-        """That of two suites together."""
-        known = None if self.tasks is None or other.tasks is None else self.tasks + other.tasks
+        """Return the coverage of two suites together."""
+        tasks = None if self.tasks is None or other.tasks is None else self.tasks + other.tasks
         return Coverage(
             self.asked + other.asked,
             self.answered + other.answered,
             self.failed + other.failed,
             self.left_out + other.left_out,
-            known,
+            tasks,
             self.raised + other.raised,
         )
 
@@ -80,7 +80,7 @@ class Coverage:
         return f"{self.answered}/{'?' if self.tasks is None else self.tasks}"
 
     def to_json(self) -> dict[str, Json]:
-        """The coverage as ``summary.json`` has it."""
+        """Return the coverage as in ``summary.json``."""
         return {
             "tasks": self.tasks,
             "answered": self.answered,
@@ -94,21 +94,21 @@ class Coverage:
 
 
 def combine_coverage(coverages: Iterable[Coverage]) -> Coverage | None:
-    """That of several suites; None of none."""
-    found = tuple(coverages)
-    return reduce(Coverage.__add__, found) if found else None
+    """Return the coverage of several suites together, or None if there are none."""
+    coverages_of_suites = tuple(coverages)
+    return reduce(Coverage.__add__, coverages_of_suites) if coverages_of_suites else None
 
 
 @dataclass(frozen=True, slots=True)
 class ErrataEffect:
-    """How many tasks of a run errata left out or corrected.
+    """The tasks of a run that errata left out or corrected.
 
     Attributes:
-        version: of the errata.
-        tasks: tasks with a record.
-        scored: those of them that rates are of.
-        left_out: ids of those that errata left out of all rates.
-        corrected: ids of those that were scored with a correction.
+        version: version of the errata.
+        tasks: number of tasks with a record.
+        scored: number of tasks that count in rates.
+        left_out: ids of the tasks that errata left out of all rates.
+        corrected: ids of the tasks that were scored with a correction.
     """
 
     version: str
@@ -119,19 +119,19 @@ class ErrataEffect:
 
     @property
     def remark(self) -> str | None:
-        """One sentence for the reader of the numbers, and how to undo it; None if nothing was done."""
-        done = [
+        """One sentence on the effect of errata and how to undo it; None if there is no effect."""
+        effects = [
             f"{len(task_ids)} {how}"
             for task_ids, how in ((self.left_out, "left out"), (self.corrected, "corrected"))
             if task_ids
         ]
-        if not done:
+        if not effects:
             return None
         return (
-            f"Of {self.tasks} tasks, {' and '.join(done)}, because the published data is wrong there "
+            f"Of {self.tasks} tasks, {' and '.join(effects)}, because the published data is wrong there "
             "(docs/errata.md); --errata none takes it as published."
         )
 
     def to_json(self) -> dict[str, Json]:
-        """The effect as ``summary.json`` has it."""
+        """Return the effect as in ``summary.json``."""
         return {**asdict(self), "left_out": [*self.left_out], "corrected": [*self.corrected]}

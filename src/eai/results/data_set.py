@@ -1,7 +1,7 @@
-"""Figures of a data set: how many tasks, how long, about what (paper, Table 2).
+"""Counts the tasks, goals, plans and objects of a data set (paper, Table 2).
 
-Profiles say what each task is like. Statistics are the paper's Table 2 of any benchmark, each figure with the
-paper's beside it.
+A profile describes one task. Statistics are the figures of the paper's Table 2 for any benchmark, each with
+the figure that the paper prints.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from eai.tasks.task import Category, Task
 
 @dataclass(frozen=True, slots=True)
 class _Profile:
-    """A task with its features, from its data set and its declaration alone.
+    """A task with its features, computed from its data set and its declaration.
 
     Attributes:
         task: the task.
-        features: what can be counted of any task.
-        asked: what transition modeling asks; None where it is not asked.
+        features: the counted features that every task has.
+        asked: the task in transition modeling; None if it is not part of that suite.
     """
 
     task: Task
@@ -42,13 +42,13 @@ class _Profile:
 
     @property
     def operators(self) -> set[str]:
-        """The distinct actions of the data set's own plan."""
+        """Distinct actions of the data set's own plan."""
         return {action.operator for action in self.task.script}
 
     @property
     def categories(self) -> list[str]:
-        """The task's categories in transition modeling, the more telling one first."""
-        return [] if self.asked is None else [each.value for each in self.asked.categories]
+        """Categories of the task in transition modeling, the more specific one first."""
+        return [] if self.asked is None else [category.value for category in self.asked.categories]
 
     @property
     def row(self) -> dict[str, Plain]:
@@ -83,58 +83,61 @@ class _Figure:
 
 
 def profile_tasks(benchmark: Benchmark, source: Source) -> tuple[_Profile, ...]:
-    """The profiles of all tasks, in the order of the data set.
+    """Return the profiles of all tasks, in the order of the data set.
 
     Raises:
-        DataError: the data cannot be had.
+        DataError: the data cannot be obtained or is damaged.
     """
     asked = benchmark.operators(source)
     tasks = benchmark.tasks(source).values()
     return tuple(_Profile(task, features_of(task, benchmark), asked.get(task.id)) for task in tasks)
 
 
-LONG = 10
-"""A plan is long that has more steps than this (paper, "Data Statistics and Distribution")."""
+LONG_PLAN_STEPS = 10
+"""Number of steps above which a plan counts as long (paper, "Data Statistics and Distribution")."""
 
 
 @cache
 def read_paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
-    """Label of a figure -> the paper's, and why another number comes out; nothing for other domains."""
+    """Return label of a figure -> the paper's figure, and why ours differs; empty for other domains."""
     file = resources.files("eai.results") / "paper" / "dataset_statistics.toml"
-    found = parse_toml(file.read_text(encoding="utf-8")).get(domain, {})
-    entries = {label: each if isinstance(each, dict) else {"printed": each} for label, each in found.items()}
-    return {label: (each["printed"], each.get("remark", "")) for label, each in entries.items()}
+    figures = parse_toml(file.read_text(encoding="utf-8")).get(domain, {})
+    entries = {
+        label: figure if isinstance(figure, dict) else {"printed": figure}
+        for label, figure in figures.items()
+    }
+    return {label: (figure["printed"], figure.get("remark", "")) for label, figure in entries.items()}
 
 
 def count_figures(benchmark: Benchmark, source: Source) -> list[_Figure]:
-    """The figures of a benchmark in the paper's order, counted from the data as published.
+    """Return the figures of a benchmark in the paper's order, counted from the data as published.
 
-    Absent data is fetched first.
+    Missing data is downloaded first.
 
     Raises:
         DataError: the data cannot be obtained or is damaged.
     """
-    own = {} if benchmark.data.own_figures is None else benchmark.data.own_figures(source)
+    own_by_label = {} if benchmark.data.own_figures is None else benchmark.data.own_figures(source)
     printed, source = read_paper_statistics(benchmark.name), replace(source, errata=ErrataChoice.NONE)
-    rows = []
+    figures = []
     for counted in _figures(benchmark, source):
-        value, note = own.get(counted.label, (counted.value, counted.note))
-        rows.append(_Figure(counted.label, value, note, *printed.get(counted.label, (None, ""))))
-    return rows
+        value, note = own_by_label.get(counted.label, (counted.value, counted.note))
+        figures.append(_Figure(counted.label, value, note, *printed.get(counted.label, (None, ""))))
+    return figures
 
 
 def _figures(benchmark: Benchmark, source: Source) -> Iterator[_Figure]:
     profiles = profile_tasks(benchmark, source)
-    tasks = [each for each in profiles if each.features.goals]
-    idle = len(profiles) - len(tasks)
+    tasks = [profile for profile in profiles if profile.features.goals]
+    without_goals = len(profiles) - len(tasks)
     yield _Figure(
-        "task names", len({each.task.title for each in profiles}), "distinct names that tasks share"
+        "task names", len({profile.task.title for profile in profiles}), "distinct names that tasks share"
     )
     yield _Figure("tasks", len(profiles), "the denominator of goal interpretation")
-    yield _Figure("instructions", len(tasks), f"tasks that have a goal; {idle} have none")
+    yield _Figure("instructions", len(tasks), f"tasks that have a goal; {without_goals} have none")
     yield from _suites(benchmark, source)
-    yield from _goals([each.features for each in tasks])
-    yield from _plans([each for each in tasks if each.features.annotated_steps])
+    yield from _goals([profile.features for profile in tasks])
+    yield from _plans([profile for profile in tasks if profile.features.annotated_steps])
     yield from _objects(tasks)
     asked = benchmark.operators(source)
     if asked:
@@ -155,19 +158,19 @@ def _suites(benchmark: Benchmark, source: Source) -> Iterator[_Figure]:
 
 def _goals(tasks: Sequence[Features]) -> Iterator[_Figure]:
     first = "in the first way to meet each goal"
-    ground, conditions = [each.ground_goals for each in tasks], [each.goals for each in tasks]
+    ground, conditions = [task.ground_goals for task in tasks], [task.goals for task in tasks]
     yield _Figure("goals", sum(ground), f"ground conditions {first}, as goal interpretation counts them")
-    yield _Figure("state goals", sum(each.ground_state_goals for each in tasks), f"of one object, {first}")
-    relations = sum(each.ground_relation_goals for each in tasks)
+    yield _Figure("state goals", sum(task.ground_state_goals for task in tasks), f"of one object, {first}")
+    relations = sum(task.ground_relation_goals for task in tasks)
     yield _Figure("relation goals", relations, f"of two objects, {first}")
-    yield _Figure("action goals", sum(each.ground_action_goals for each in tasks), "actions to be taken")
+    yield _Figure("action goals", sum(task.ground_action_goals for task in tasks), "actions to be taken")
     yield _Figure("ground goals per task", _mean(ground), f"{sum(ground)} / {len(tasks)}")
     note = "conjuncts of the goals, as action sequencing and subgoal decomposition count them"
     yield _Figure("goal conditions", sum(conditions), note)
     yield _Figure("goal conditions per task", _mean(conditions), f"{sum(conditions)} / {len(tasks)}")
-    quantified = sum(each.quantified_goals for each in tasks)
+    quantified = sum(task.quantified_goals for task in tasks)
     yield _Figure("quantified conditions", quantified, "conjuncts that speak of objects in general")
-    options = [each.goal_options for each in tasks]
+    options = [task.goal_options for task in tasks]
     note = f"{options.count(1)} tasks have one, the largest number is {max(options, default=0):,}"
     note = f"ways to choose a ground option for each goal; {note}"
     yield _Figure("goal options per task", _mean(options), note)
@@ -175,8 +178,7 @@ def _goals(tasks: Sequence[Features]) -> Iterator[_Figure]:
 
 
 def _plans(tasks: Sequence[_Profile]) -> Iterator[_Figure]:
-    """The figures of those tasks that the data set has a plan of."""
-    steps = [each.features.annotated_steps or 0 for each in tasks]
+    steps = [profile.features.annotated_steps or 0 for profile in tasks]
     yield _Figure("trajectories", len(steps), "annotated plans of the instructions")
     if not steps:
         return
@@ -184,52 +186,55 @@ def _plans(tasks: Sequence[_Profile]) -> Iterator[_Figure]:
     yield _Figure("steps per trajectory", _mean(steps), f"{sum(steps):,} steps / {len(steps)} plans")
     yield _Figure("fewest steps", min(steps), "of the shortest plan")
     yield _Figure("most steps", max(steps), "of the longest plan")
-    long = [each for each in tasks if (each.features.annotated_steps or 0) > LONG]
-    share = round(100 * len(long) / len(steps), 2)
-    yield _Figure(f"percent longer than {LONG}", share, f"{len(long)} of {len(steps)} plans")
-    names = {each.task.title for each in long}
-    yield _Figure(f"names with one longer than {LONG}", len(names), "task names with at least one such plan")
-    actions = {name for each in tasks for name in each.operators}
+    long_plans = [profile for profile in tasks if (profile.features.annotated_steps or 0) > LONG_PLAN_STEPS]
+    share = round(100 * len(long_plans) / len(steps), 2)
+    yield _Figure(f"percent longer than {LONG_PLAN_STEPS}", share, f"{len(long_plans)} of {len(steps)} plans")
+    names = {profile.task.title for profile in long_plans}
+    yield _Figure(
+        f"names with one longer than {LONG_PLAN_STEPS}", len(names), "task names with at least one such plan"
+    )
+    actions = {name for profile in tasks for name in profile.operators}
     yield _Figure("actions", len(actions), "distinct ones in those plans")
 
 
 def _objects(tasks: Sequence[_Profile]) -> Iterator[_Figure]:
-    about = _mean(each.features.objects for each in tasks)
-    yield _Figure("objects per task", about, "that the task is about")
-    there = _mean(len(each.task.scene.objects) for each in tasks)
-    yield _Figure("objects per scene", there, "all, the agent included")
+    task_objects = _mean(profile.features.objects for profile in tasks)
+    yield _Figure("objects per task", task_objects, "that the task is about")
+    scene_objects = _mean(len(profile.task.scene.objects) for profile in tasks)
+    yield _Figure("objects per scene", scene_objects, "all, the agent included")
 
 
 def _operators(library: OperatorLibrary) -> Iterator[_Figure]:
     gold = [read_action(text.pddl) for text in library.operators.values()]
-    before = [{*predicates_of(action.precondition)} for action in gold]
-    after = [
+    condition_predicates = [{*predicates_of(action.precondition)} for action in gold]
+    effect_predicates = [
         {*predicates_of(*effect_conditions(action.effect))}
         | {atom.predicate for atom in effect_atoms(action.effect)}
         for action in gold
     ]
     yield _Figure("transition models", len(gold), "annotated operators")
-    for label, words in (("preconditions", before), ("effects", after)):
-        empty = sum(not each for each in words)
+    for label, words in (("preconditions", condition_predicates), ("effects", effect_predicates)):
+        empty = sum(not predicates for predicates in words)
         note = "distinct predicates of each operator, of one without any one"
         yield _Figure(label, sum(map(len, words)) + empty, note)
 
 
 def _categories(profiles: Iterable[_Profile]) -> Iterator[_Figure]:
-    asked = [each for each in profiles if each.asked is not None]
-    tasks = Counter(category for each in asked for category in each.categories)
-    most = max(len(each.categories) for each in asked)
-    for category in (each.value for each in Category if tasks[each.value]):
+    asked_profiles = [profile for profile in profiles if profile.asked is not None]
+    tasks = Counter(category for profile in asked_profiles for category in profile.categories)
+    largest = max(len(profile.categories) for profile in asked_profiles)
+    for category in (profile.value for profile in Category if tasks[profile.value]):
         label = category.replace("non_", "non-").replace("_", " ")
         yield _Figure(
-            f"tasks: {label}", tasks[category], f"of {len(asked)}; a task has up to {most} categories"
+            f"tasks: {label}",
+            tasks[category],
+            f"of {len(asked_profiles)}; a task has up to {largest} categories",
         )
 
 
 def _mean(numbers: Iterable[int]) -> float:
-    """The mean to two digits, as it is printed."""
-    known = list(numbers)
-    return round(fmean(known), 2) if known else 0.0
+    values = list(numbers)
+    return round(fmean(values), 2) if values else 0.0
 
 
 def printed_table(title: str, rows: Sequence[_Figure]) -> Table:

@@ -1,7 +1,7 @@
-"""From a model's answers to records: of each epoch, where there are several, and of all together.
+"""Makes records from a model's answers: of each epoch, if there are several, and of all together.
 
-As its ability declares, a task counts by the mean over its epochs, or by the majority. The majority is
-self-consistency: of several answers to a task, one that says what most of them say.
+The ability declares whether a task counts by the mean over its epochs or by the majority. The majority is
+self-consistency: the first of several answers to a task with the most frequent normalise_answer.
 """
 
 from __future__ import annotations
@@ -43,64 +43,63 @@ from eai.tasks.task import Task
 
 
 def majority_index(answers: Sequence[str], ability: Ability) -> int:
-    """The index of the first answer that means what most readable ones mean.
+    """Return the index of the first answer with the most frequent normalise_answer.
 
-    Of meanings that are equally frequent the one that was given first counts. If none can be read, the
-    first answer is taken.
+    Of equally frequent meanings the first one counts. If no answer can be read, the first answer counts.
     """
-    meanings = [meaning(text, ability) for text in answers]
-    counts = Counter(each for each in meanings if each is not None)
+    meanings = [normalise_answer(text, ability) for text in answers]
+    counts = Counter(meaning_of_answer for meaning_of_answer in meanings if meaning_of_answer is not None)
     return meanings.index(counts.most_common(1)[0][0]) if counts else 0
 
 
-def meaning(text: str, ability: Ability) -> str | None:
-    """An answer without what does not matter, so that equal answers are equal texts; None if unreadable.
+def normalise_answer(text: str, ability: Ability) -> str | None:
+    """Return an answer without irrelevant differences, so that equal answers are equal texts.
 
-    What does not matter is declared by the ability (`Asked`).
+    None if the answer cannot be read. The ability declares which differences are irrelevant (`Interaction`).
     """
-    asked = declaration_of(ability).interaction
+    format = declaration_of(ability).interaction
     reading = read_json(text, ANY_VALUE)
     if isinstance(reading, ParsedAnswer):
-        return _text(reading.value, asked)
-    start = -1 if asked.plain_text_prefix is None else text.find(asked.plain_text_prefix)
-    return _spaced(text[start:]) if start >= 0 else None
+        return _normalise_value(reading.value, format)
+    start = -1 if format.plain_text_prefix is None else text.find(format.plain_text_prefix)
+    return _normalise_spaces(text[start:]) if start >= 0 else None
 
 
-def _text(value: object, asked: Interaction) -> str:
+def _normalise_value(value: object, format: Interaction) -> str:
     if isinstance(value, JsonObject):
-        members = [f"{json.dumps(key)}:{_text(each, asked)}" for key, each in value.members]
-        return "{" + ",".join(members if asked.keys_in_order else sorted(members)) + "}"
+        members = [f"{json.dumps(key)}:{_normalise_value(item, format)}" for key, item in value.members]
+        return "{" + ",".join(members if format.keys_in_order else sorted(members)) + "}"
     if isinstance(value, list):
-        elements = [_text(each, asked) for each in value]
-        is_goal = all(isinstance(each, str) for each in value)  # such as ["inside", "rag", "bucket"]
-        is_set = asked.lists_are_sets and not is_goal
+        elements = [_normalise_value(item, format) for item in value]
+        is_goal = all(isinstance(item, str) for item in value)  # such as ["inside", "rag", "bucket"]
+        is_set = format.lists_are_sets and not is_goal
         return "[" + ",".join(sorted(elements) if is_set else elements) + "]"
-    return json.dumps(_spaced(value) if isinstance(value, str) else value)
+    return json.dumps(_normalise_spaces(value) if isinstance(value, str) else value)
 
 
-def _spaced(text: str) -> str:
+def _normalise_spaces(text: str) -> str:
     return " ".join(text.split())
 
 
 STATED = "stated"
-"""The field of a question's metadata that has the answer whose goals it states instead of the task's."""
+"""Field of a question's metadata: the answer whose goals the question states instead of the task's."""
 
 
 SUBGOALS = "subgoals"
-"""The field of a question's metadata that has the answer whose subgoals it states."""
+"""Field of a question's metadata: the answer whose subgoals the question states."""
 
 
 @dataclass(frozen=True, slots=True)
 class BeliefSet:
-    """The beliefs that questions state in the place of the facts: goals in a pipeline, or perceived scenes.
+    """The beliefs that questions state instead of the facts: goals in a pipeline, or perceived scenes.
 
     Attributes:
-        beliefs: what each question states, by task.
-        experiment: the experiment of a run that asks so.
-        lacking: why a task without a belief is not asked.
-        about: the metadata of questions for built-in models, by task.
-        summaries: what studies say of answers to these questions, by task and study.
-        look: how a scene that has changed is perceived; None if it is told as it is.
+        beliefs: the belief that each question states, by task.
+        experiment: the experiment of a run with these questions.
+        missing_reason: reason why a task without a belief is not asked.
+        metadata: metadata of questions for built-in models, by task.
+        summaries: summaries of answers to these questions, by task and study.
+        look: how a changed scene is perceived; None if questions describe the scene without errors.
     """
 
     beliefs: Mapping[str, Belief]
@@ -111,10 +110,10 @@ class BeliefSet:
     look: ScenePerception | None = None
 
     def combine(self, goals: BeliefSet) -> BeliefSet:
-        """Return these scenes with other goals in them; a task needs both.
+        """Return these scenes with goals from other beliefs; a task needs both.
 
         Raises:
-            InputError: both change the same thing.
+            InputError: both change the same choice.
         """
         shared = [task_id for task_id in goals.beliefs if task_id in self.beliefs]
         return BeliefSet(
@@ -132,23 +131,23 @@ class BeliefSet:
     @property
     def goals(self) -> dict[str, Task]:
         """The tasks with the goals that questions state instead of their own, by id."""
-        return {i: each.task for i, each in self.beliefs.items() if STATED in self.metadata.get(i, {})}
+        return {i: belief.task for i, belief in self.beliefs.items() if STATED in self.metadata.get(i, {})}
 
     def prompts(self, library: Library, suite: Suite, task_ids: Iterable[str]) -> dict[str, Prompt]:
-        """The questions of those of the tasks that have a belief.
+        """Return the questions of the tasks that have a belief.
 
         Raises:
-            InputError: published prompts cannot state it.
+            InputError: published prompts cannot state the belief.
         """
         beliefs = {task_id: self.beliefs[task_id] for task_id in task_ids if task_id in self.beliefs}
         prompts = library.open(suite.benchmark, suite.ability, beliefs)
         return {task_id: prompts[task_id] for task_id in beliefs}
 
     def mark(self, record: Record) -> Record:
-        """The record of an answer to such a question."""
-        varied = (record.experiment or Experiment()).combine(self.experiment)
+        """Return the record of an answer to such a question, with the experiment and the summaries."""
+        experiment = (record.experiment or Experiment()).combine(self.experiment)
         summaries = _merged(record.summaries, self.summaries.get(record.task_id, {}))
-        return replace(record, experiment=varied, summaries=summaries)
+        return replace(record, experiment=experiment, summaries=summaries)
 
 
 def _merged(
@@ -158,7 +157,7 @@ def _merged(
 
 
 def finish_record(record: Record, believed: BeliefSet | None, experiment: Experiment) -> Record:
-    """Return a record with what its question stated and the choices of its run."""
+    """Return a record with the beliefs that its question stated, and with the choices of its run."""
     return (record if believed is None else believed.mark(record)).add_experiment(experiment)
 
 
@@ -167,19 +166,19 @@ class ModelAnswers:
     """The answers of a model to a suite.
 
     Attributes:
-        model: the model's name.
-        name: the same as part of file names.
-        prompts: what it was asked, by task.
-        given: the answers by task and epoch.
-        failures: for every task and epoch without an answer, why.
-        epochs: how many answers to each task were asked for.
-        trials: how answers were carried out in an experiment; None where each question was asked once.
-        tried: in an experiment all attempts, by task and epoch.
-        believed: what the questions stated in the place of the facts: goals in a pipeline, perceived scenes;
-            ``failures`` has the tasks without any.
+        model: name of the model.
+        name: the name as part of file names.
+        prompts: the questions by task.
+        answers: the answers by task and epoch.
+        failures: reason for each missing answer, by task and epoch.
+        epochs: number of answers requested for each task.
+        trials: how answers were carried out in an experiment; None if each question was asked once.
+        attempts: in an experiment all attempts, by task and epoch.
+        beliefs: the beliefs that questions stated instead of the facts; ``failures`` has the tasks without
+            any.
         experiment: further choices of the run, as records have them.
-        summarized: adds the summaries of studies to a record.
-        log: Inspect's log of all answers, those included that were in the journal before.
+        summarize: adds the summaries of studies to a record.
+        log: Inspect's log of all answers, also of those from the journal.
     """
 
     model: str
@@ -201,12 +200,12 @@ class SuiteResult:
     """The result of one model on one suite.
 
     Attributes:
-        model: the model's name.
-        folder: where its results are.
-        suite: what was scored.
-        totals: what its records come to.
+        model: name of the model.
+        folder: folder of the results.
+        suite: the tasks that were scored.
+        totals: the totals of the records.
         records: a record of every task that was asked, in order.
-        of_epochs: the same of each epoch, where there are several.
+        by_epoch: the result of each epoch, if there are several.
     """
 
     model: str
@@ -218,34 +217,36 @@ class SuiteResult:
 
     @property
     def failures(self) -> dict[str, list[str]]:
-        """The tasks that have no answer, by the reason why."""
-        lacking = [(each.unanswered, each.task_id) for each in self._counted if each.unanswered is not None]
-        return group_pairs(dict.fromkeys(lacking))
+        """The tasks without an answer, by the reason."""
+        unanswered = [
+            (record.unanswered, record.task_id) for record in self._counted if record.unanswered is not None
+        ]
+        return group_pairs(dict.fromkeys(unanswered))
 
     @property
     def truncated(self) -> int:
-        """How many answers were cut off."""
-        return sum(bool(each.origin and each.origin.truncated) for each in self._counted)
+        """Number of answers that were cut off."""
+        return sum(bool(record.origin and record.origin.truncated) for record in self._counted)
 
     @property
     def usage(self) -> Usage:
-        """The effort that all answers took."""
+        """The tokens, cost and time of all answers."""
         origins = [record.origin for record in self.records_by_key().values()]
-        return sum([each.usage for each in origins if each and each.usage], Usage())
+        return sum([origin.usage for origin in origins if origin and origin.usage], Usage())
 
     @property
     def _counted(self) -> Collection[Record]:
-        """The records of the answers that count: those of all epochs where a task counts by their mean."""
+        """The records that count: those of all epochs if a task counts by their mean."""
         averaged = declaration_of(self.suite.ability).combine_epochs is not None
         return self.records_by_key().values() if averaged else self.records
 
     def records_by_key(self) -> dict[AnswerKey, Record]:
-        """The record of every answer that was asked for."""
+        """Return the record of every requested answer, by task and epoch."""
         epochs = enumerate(self.by_epoch or (self,), 1)
-        return {(record.task_id, epoch): record for epoch, one in epochs for record in one.records}
+        return {(record.task_id, epoch): record for epoch, result in epochs for record in result.records}
 
     def epochs_shown(self) -> dict[str, int]:
-        """Of each task the epoch whose answer its record has."""
+        """Return for each task the epoch whose answer is in its record."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
         for (task_id, epoch), record in self.records_by_key().items():
@@ -254,7 +255,7 @@ class SuiteResult:
         return shown
 
     def effort(self) -> dict[str, Json]:
-        """The fields of the summary besides the metrics."""
+        """Return the fields of the summary other than metrics."""
         return {
             "answered": self.totals.coverage.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
@@ -266,121 +267,133 @@ class SuiteResult:
 
     @property
     def right_by_epoch(self) -> Sequence[Cases]:
-        """Which answers of each epoch are right; empty without epochs, or where none is right as a whole."""
+        """Which answers of each epoch are right.
+
+        It is empty without epochs, or without a metric for whole answers.
+        """
         ability = self.suite.ability
         metric = find_success_metric(ability)
         if metric is None:
             return ()
-        return [cases_of(one.records, ability).get(metric, ()) for one in self.by_epoch]
+        return [cases_of(result.records, ability).get(metric, ()) for result in self.by_epoch]
 
 
 def score_answers(
-    obtained: ModelAnswers,
+    model_answers: ModelAnswers,
     folder: Path,
     suite: Suite,
     scoring: ScoringOptions,
     progressed: ProgressCallback | None = None,
 ) -> SuiteResult:
-    """Score answers and write the results: of each epoch, where there are several, and of all together.
+    """Score answers and write the results: of each epoch, if there are several, and of all together.
 
     Raises:
         InputError: the folder cannot be written.
     """
-    of_epochs = [
-        score_answers(_of_epoch(obtained, epoch), folder / f"epoch_{epoch}", suite, scoring, progressed)
-        for epoch in range(1, obtained.epochs + 1)
-        if obtained.epochs > 1
+    epoch_results = [
+        score_answers(
+            _select_epoch(model_answers, epoch), folder / f"epoch_{epoch}", suite, scoring, progressed
+        )
+        for epoch in range(1, model_answers.epochs + 1)
+        if model_answers.epochs > 1
     ]
-    averaged = declaration_of(suite.ability).combine_epochs
-    if of_epochs and averaged is not None:
-        means = average_records([one.records for one in of_epochs], averaged)
-        records = [replace(record, model=obtained.name) for record in means]
+    average = declaration_of(suite.ability).combine_epochs
+    if epoch_results and average is not None:
+        means = average_records([result_of_epoch.records for result_of_epoch in epoch_results], average)
+        records = [replace(record, model=model_answers.name) for record in means]
     else:
-        records = _records(obtained, folder, suite, scoring, progressed)
-    part = make_record_batch(records)
-    result = SuiteResult(obtained.model, folder, suite, part[1], records, of_epochs)
-    digests = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
-    told = {"prompts_sha256": sha256_of(json.dumps(digests)), **result.effort()}
-    write_record_batches(folder, [part], told, summarise_by_attempt(records))
+        records = _make_records(model_answers, folder, suite, scoring, progressed)
+    batch = make_record_batch(records)
+    result = SuiteResult(model_answers.model, folder, suite, batch[1], records, epoch_results)
+    digests = [(task_id, prompt.sha256) for task_id, prompt in model_answers.prompts.items()]
+    run_fields = {"prompts_sha256": sha256_of(json.dumps(digests)), **result.effort()}
+    write_record_batches(folder, [batch], run_fields, summarise_by_attempt(records))
     return result
 
 
-def _of_epoch(obtained: ModelAnswers, epoch: int) -> ModelAnswers:
-    """The answers of one epoch, as if it were the only one."""
-    given = {place: answer for place, answer in obtained.answers.items() if place[1] == epoch}
-    failures = {place: reason for place, reason in obtained.failures.items() if place[1] == epoch}
-    name = f"{obtained.name}.epoch_{epoch}"
-    return replace(obtained, name=name, answers=given, failures=failures, epochs=1)
+def _select_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAnswers:
+    """Return the answers of one epoch as if it were the only one."""
+    given = {place: answer for place, answer in model_answers.answers.items() if place[1] == epoch}
+    failures = {place: reason for place, reason in model_answers.failures.items() if place[1] == epoch}
+    name = f"{model_answers.name}.epoch_{epoch}"
+    return replace(model_answers, name=name, answers=given, failures=failures, epochs=1)
 
 
 def average_records(
     of_epochs: Iterable[Iterable[Record]], averaged: Callable[[Sequence[Verdict]], Verdict]
 ) -> list[Record]:
-    """A record of each task that has the means over its epochs."""
+    """Return one record for each task, with the means over its epochs."""
     by_task = group_pairs((record.task_id, record) for record in chain.from_iterable(of_epochs))
-    return [_mean(of_task, averaged) for of_task in by_task.values()]
+    return [_average_records_of_task(of_task, averaged) for of_task in by_task.values()]
 
 
-def _mean(records: Sequence[Record], averaged: Callable[[Sequence[Verdict]], Verdict]) -> Record:
-    """Of one task the first record with an answer that counts, with the means of all."""
+def _average_records_of_task(
+    records: Sequence[Record], average: Callable[[Sequence[Verdict]], Verdict]
+) -> Record:
+    """Return the first record with an answer that counts, with the means of all records of the task."""
     shown, *others = sorted(records, key=lambda r: (r.verdict.excluded is not None, r.unanswered is not None))
-    return replace(shown, verdict=averaged([record.verdict for record in (shown, *others)]))
+    return replace(shown, verdict=average([record.verdict for record in (shown, *others)]))
 
 
-def _chosen(obtained: ModelAnswers, ability: Ability) -> dict[str, Answer]:
-    """Of each task's answers one that says what most of them say."""
-    in_order = sorted(obtained.answers.values(), key=attrgetter("epoch"))
+def _choose_answers(model_answers: ModelAnswers, ability: Ability) -> dict[str, Answer]:
+    in_order = sorted(model_answers.answers.values(), key=attrgetter("epoch"))
     by_task = group_pairs((answer.task_id, answer) for answer in in_order)
-    return {i: given[majority_index([each.text for each in given], ability)] for i, given in by_task.items()}
+    return {
+        i: given[majority_index([answer.text for answer in given], ability)] for i, given in by_task.items()
+    }
 
 
-def _records(
-    obtained: ModelAnswers,
+def _make_records(
+    model_answers: ModelAnswers,
     folder: Path,
     suite: Suite,
     scoring: ScoringOptions,
     progressed: ProgressCallback | None,
 ) -> list[Record]:
-    """The records of one answer a task, in order; the answers are written."""
-    answers = _chosen(obtained, suite.ability)
-    failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
-    why = {i: failed.get(i, "the run ended before") for i in (*obtained.prompts, *failed) if i not in answers}
-    if obtained.trials is None:
-        given = tuple([Response(i, answers[i].text) for i in obtained.prompts if i in answers])
-        file = ResponseFile(obtained.name, given)
+    """Return one record for each task, in order, and write the answers."""
+    answers = _choose_answers(model_answers, suite.ability)
+    failed = {task_id: reason for (task_id, _), reason in model_answers.failures.items()}
+    why = {
+        i: failed.get(i, "the run ended before")
+        for i in (*model_answers.prompts, *failed)
+        if i not in answers
+    }
+    if model_answers.trials is None:
+        given = tuple([Response(i, answers[i].text) for i in model_answers.prompts if i in answers])
+        file = ResponseFile(model_answers.name, given)
         write_responses(folder, file)
         records = score_run(suite, file, why, scoring, progressed)
     else:
-        lacking = score_run(obtained.trials.suite, ResponseFile(obtained.name, ()), why, scoring)
-        records = _tried(obtained, obtained.trials, answers, lacking)
+        unanswered = score_run(model_answers.trials.suite, ResponseFile(model_answers.name, ()), why, scoring)
+        records = _make_trial_records(model_answers, model_answers.trials, answers, unanswered)
         if not scoring.explanations:
             records = [record.drop_explanations() for record in records]
-        _write_attempts(folder, obtained.name, records)
-    records = [finish_record(record, obtained.beliefs, obtained.experiment) for record in records]
-    return [obtained.summarize(_with_origin(record, obtained, answers)) for record in records]
+        _write_attempts(folder, model_answers.name, records)
+    records = [finish_record(record, model_answers.beliefs, model_answers.experiment) for record in records]
+    return [model_answers.summarize(_add_origin(record, model_answers, answers)) for record in records]
 
 
-def _tried(
-    obtained: ModelAnswers, trials: Trials, answers: Mapping[str, Answer], lacking: Iterable[Record]
+def _make_trial_records(
+    model_answers: ModelAnswers, trials: Trials, answers: Mapping[str, Answer], unanswered: Iterable[Record]
 ) -> list[Record]:
-    """The records of an experiment; ``answers`` are the last ones of the trials that count."""
+    """Return the records of an experiment; ``answers`` has the last answer of each trial that counts."""
     suite, options = trials.suite, trials.options
-    found = {record.task_id: replace(record, experiment=options.experiment) for record in lacking}
+    by_task = {record.task_id: replace(record, experiment=options.experiment) for record in unanswered}
     for task_id, answer in answers.items():
-        attempts = obtained.attempts[task_id, answer.epoch]
-        found[task_id] = make_trial_record(suite, options, obtained.name, task_id, attempts)
-    return [found[task_id] for task_id in suite.task_ids if task_id in found]
+        attempts = model_answers.attempts[task_id, answer.epoch]
+        by_task[task_id] = make_trial_record(suite, options, model_answers.name, task_id, attempts)
+    return [by_task[task_id] for task_id in suite.task_ids if task_id in by_task]
 
 
-def _with_origin(record: Record, obtained: ModelAnswers, answers: Mapping[str, Answer]) -> Record:
-    """The record with where its answer comes from, and what all attempts at it took."""
-    answer, prompt = answers.get(record.task_id), obtained.prompts.get(record.task_id)
+def _add_origin(record: Record, model_answers: ModelAnswers, answers: Mapping[str, Answer]) -> Record:
+    """Return the record with the origin of its answer, and with the usage of all attempts."""
+    answer, prompt = answers.get(record.task_id), model_answers.prompts.get(record.task_id)
     if answer is None:
         return replace(record, origin=Origin(None if prompt is None else prompt.sha256))
     spent = [attempt.usage or Usage() for attempt in record.attempts] or [answer.usage]
     usage = sum(spent, Usage())
-    told = answer.prompt_sha256, answer.stop_reason, answer.truncated, usage, answer.repairs
-    return replace(record, origin=Origin(*told))
+    fields = answer.prompt_sha256, answer.stop_reason, answer.truncated, usage, answer.repairs
+    return replace(record, origin=Origin(*fields))
 
 
 def _write_attempts(folder: Path, name: str, records: Sequence[Record]) -> None:

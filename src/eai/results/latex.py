@@ -1,4 +1,4 @@
-"""Tables as LaTeX, with the packages booktabs and graphicx."""
+"""Writes tables as LaTeX, for the packages booktabs and graphicx."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ _ESCAPES = {
     **{character: f"\\{character}" for character in "&%$#_{}"},
 }
 
-_LINES = 38
-"""How many lines of numbers a page has room for in one table."""
+_MAX_LINES_PER_PAGE = 38
+"""Maximum number of lines of numbers in a table on one page."""
 
 
 def table_latex(table: Table, *, label: str, intervals: bool = True) -> str:
-    """Table environments, none wider or longer than a page, the last with the footnotes.
+    """Return table environments that fit a page each; the last has the footnotes.
 
-    Above them stands the table's definition, which ends without a full stop.
+    The caption is the table's definition.
 
     Args:
         table: the table.
-        label: what it is referred to by, after ``tab:eai:``.
+        label: label of the table, after ``tab:eai:``.
         intervals: whether 95 % intervals stand below the numbers.
     """
-    parts = list(_parts(table.rows, intervals=intervals))
-    below = (
+    parts = list(_split_pages(table.rows, intervals=intervals))
+    interval_note = (
         r"; below each run its 95\,\% intervals" if intervals and any(map(_has_interval, table.rows)) else ""
     )
-    caption = f"{escape_latex(table.definition)}{below}."
+    caption = f"{escape_latex(table.definition)}{interval_note}."
     return "\n".join(
         _environment(
             replace(table, rows=tuple(rows), notes=table.notes if number == len(parts) else ()),
@@ -53,26 +53,26 @@ def table_latex(table: Table, *, label: str, intervals: bool = True) -> str:
 
 
 def escape_latex(text: str) -> str:
-    """Text as LaTeX; characters beyond Latin-1 that a plain document cannot set become ``?``."""
+    """Return text as LaTeX; characters beyond Latin-1 that a plain document cannot set become ``?``."""
     return "".join(_ESCAPES.get(c) or (c if " " <= c < "\u0100" else "?") for c in escape_unprintable(text))
 
 
-def _parts(rows: Sequence[Row], *, intervals: bool) -> Iterator[list[Row]]:
-    """The rows by page."""
-    part: list[Row] = []
+def _split_pages(rows: Sequence[Row], *, intervals: bool) -> Iterator[list[Row]]:
+    """Yield the rows of each page."""
+    page: list[Row] = []
     lines = 0
     for row in rows:
         height = 2 if intervals and _has_interval(row) else 1
-        if part and lines + height > _LINES:
-            yield part
-            part, lines = [], 0
-        part.append(row)
+        if page and lines + height > _MAX_LINES_PER_PAGE:
+            yield page
+            page, lines = [], 0
+        page.append(row)
         lines += height
-    yield part
+    yield page
 
 
 def _environment(table: Table, caption: str, label: str, *, intervals: bool) -> str:
-    """A table environment, no wider than a page."""
+    """Return a table environment that is not wider than a page."""
     columns = table.full_columns
     parts = [
         r"\begin{table}[htbp]",
@@ -94,10 +94,10 @@ def _environment(table: Table, caption: str, label: str, *, intervals: bool) -> 
 
 
 def _heading(columns: Sequence[Column]) -> Iterator[str]:
-    """Two lines: groups, each over a rule of its own, and headings."""
+    """Yield the lines of the heading: groups, each over a rule of its own, and column headings."""
     groups, rules, start = [], [], 1
-    for name, together in groupby(column.group for column in columns):
-        width = len(list(together))
+    for name, columns_of_group in groupby(column.group for column in columns):
+        width = len(list(columns_of_group))
         if name:
             groups.append(rf"\multicolumn{{{width}}}{{c}}{{{escape_latex(name)}}}")
             rules.append(rf"\cmidrule(lr){{{start}-{start + width - 1}}}")
@@ -112,8 +112,10 @@ def _heading(columns: Sequence[Column]) -> Iterator[str]:
 def _row(columns: Sequence[Column], row: Sequence[Cell], *, intervals: bool) -> Iterator[str]:
     yield _line([_cell(column, cell) for column, cell in zip(columns, row, strict=True)])
     if intervals and _has_interval(row):
-        below = (rf"{{\scriptsize {_interval(cell)}}}" if isinstance(cell, Estimate) else "" for cell in row)
-        yield _line(list(below))
+        intervals_below = (
+            rf"{{\scriptsize {_interval(cell)}}}" if isinstance(cell, Estimate) else "" for cell in row
+        )
+        yield _line(list(intervals_below))
 
 
 def _has_interval(row: Sequence[Cell]) -> bool:

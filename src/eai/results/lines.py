@@ -1,8 +1,8 @@
-"""The lines of the tidy tables: an answer, a step, a goal, an atom, a clause; and lines by suite and model.
+"""Lines of tidy tables (answers, steps, goals, atoms, clauses), and their grouping by suite and model.
 
-Every line begins with what it is a line of, so that any table can be joined with any other. A value that is
-not known, or means nothing for an ability, is None. Shares of lines are by their kind: of answers by leaf, of
-errors by check, of wrong goals by reason.
+The first columns of every line name its run and task, so that any two tables can be joined. A value that is
+unknown, or has no meaning for an ability, is None. Shares of lines are by kind: answers by outcome, errors by
+check, wrong goals by reason.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from eai.tasks.share import Share
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TidyLine:
-    """The columns that every line begins with.
+    """The first columns of every line.
 
     Attributes:
         protocol: the rules for scoring.
-        domain: the benchmark's name.
-        ability: which of the four.
-        model: who answered.
-        harness: in what it acted, where that is known.
-        effort: how much it was to reason; None for the provider's default.
-        experiment: the label of the studies that its run combines; None for a plain run.
+        domain: name of the benchmark.
+        ability: name of the ability.
+        model: name of the model that answered.
+        harness: harness in which the model acted, if known.
+        effort: reasoning effort of the model; None for the provider's default.
+        experiment: label of the studies that the run combines; None for a plain run.
         task: the data set's id of the task.
-        name: what near copies of the task share.
+        name: name that near copies of the task share.
     """
 
     protocol: str
@@ -53,39 +53,39 @@ class TidyLine:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AnswerLine(TidyLine):
-    """One answer, or the lack of one, and what its task is like (`eai.benchmarks.features`).
+    """One answer or missing answer, with the features of its task (`eai.benchmarks.features`).
 
     Attributes:
-        outcome: what it came to: ``success``, ``goal_missed``, a kind of error, ``excluded``, ...
-        success: whether it counts as a success in the ability's tables; None where there is no such thing,
-            and of what is excluded.
-        executable: plans and subgoals: whether all was carried out.
-        error_kind: what ended it.
-        error_check: which check failed.
-        error_step: at which step or subgoal, from 0.
-        error_objects: of which objects the reason speaks, with blanks between.
-        additional_steps: plans and subgoals: how many steps were not needed.
-        steps_tried: how many steps were tried; None in records without explanations.
-        state_met: plans and subgoals: how many of the goals about states are reached, halves included.
-        state_total: of how many.
-        relation_met: the same of relations.
-        relation_total: of how many.
-        action_met: the same of actions.
-        action_total: of how many.
-        conditions_met: plans and subgoals: number of conditions met (`eai.tasks.goal_test`).
-        conditions: number of all conditions.
-        hits: goal interpretation: conditions that are stated; transition modeling: clauses, of preconditions
-            and effects together, that are written.
-        extras: those that are stated or written and wrong.
-        misses: those that lack.
-        stated: goal interpretation: how many goals the answer states, those left out included.
-        ill_formed: how many of them lack a part.
-        hallucinated: how many of them name what does not exist.
-        planner: transition modeling: what a planner made of the operators.
-        task_categories: transition modeling: the task's categories, with blanks between.
-        characters: the length of the answer.
-        output_tokens: what it took, where a run counted it.
-        cost: in dollars, likewise.
+        outcome: outcome of the answer: ``success``, ``goal_missed``, a kind of error, ``excluded``, ...
+        success: whether it counts as a success in the ability's tables; None if the ability has no success
+            metric or the answer is excluded.
+        executable: plans and subgoals: whether all steps were executed.
+        error_kind: kind of the error that ended the plan.
+        error_check: name of the check that failed.
+        error_step: number of the failed step or subgoal, from 0.
+        error_objects: objects that the reason names, separated by spaces.
+        additional_steps: plans and subgoals: number of steps that were not needed.
+        steps_tried: number of steps that were tried; None in records without explanations.
+        state_met: plans and subgoals: number of state goals reached, halves included.
+        state_total: number of state goals.
+        relation_met: number of relation goals reached, halves included.
+        relation_total: number of relation goals.
+        action_met: number of action goals reached, halves included.
+        action_total: number of action goals.
+        conditions_met: plans and subgoals: number of goal conditions met (`eai.tasks.goal_test`).
+        conditions: number of all goal conditions.
+        hits: number of right goal conditions (goal interpretation) or right clauses of preconditions and
+            effects (transition modeling) in the answer.
+        extras: number of wrong goal conditions or clauses in the answer.
+        misses: number of right goal conditions or clauses that the answer lacks.
+        stated: goal interpretation: number of goals in the answer, with those that scoring leaves out.
+        ill_formed: goal interpretation: number of stated goals that lack an argument or field.
+        hallucinated: goal interpretation: number of stated goals with unknown names.
+        planner: transition modeling: result of the planner with the answer's operators.
+        task_categories: transition modeling: categories of the task, separated by spaces.
+        characters: length of the answer in characters.
+        output_tokens: tokens of the answer; None if the run did not count them.
+        cost: cost of the answer in dollars; None if unknown.
     """
 
     outcome: str
@@ -138,14 +138,14 @@ class AnswerLine(TidyLine):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepLine(TidyLine):
-    """One step of a plan, or of the way in which subgoals are carried out, that was tried.
+    """One tried step of a plan, or of the execution of subgoals.
 
     Attributes:
-        step: its number, from 0.
-        operator: the action.
-        objects: its objects, with blanks between.
+        step: number of the step, from 0.
+        operator: name of the action.
+        objects: objects of the action, separated by spaces.
         outcome: ``executed``, ``planned``, or the kind of error.
-        reason: which check failed, in words.
+        reason: the failed check in words.
     """
 
     step: int
@@ -160,11 +160,11 @@ class GoalLine(TidyLine):
     """One goal of a task, and whether an answer with a plan or subgoals reaches it.
 
     Attributes:
-        goal: its number, from 0.
+        goal: number of the goal, from 0.
         kind: ``state``, ``relation`` or ``action``.
-        text: the goal.
-        predicates: the predicates it mentions, or its actions, each once, with blanks between.
-        satisfied: whether it is reached.
+        text: the goal as text.
+        predicates: distinct predicates of the goal, or its actions, separated by spaces.
+        satisfied: whether the goal is reached.
     """
 
     goal: int
@@ -176,14 +176,14 @@ class GoalLine(TidyLine):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AtomLine(TidyLine):
-    """One goal that an answer to goal interpretation states, or should state.
+    """One goal that an answer to goal interpretation states or should state.
 
     Attributes:
         verdict: ``matched``, ``wrong`` or ``missing``.
         atom: the goal, as answers state it.
-        predicate: its predicate, or the action.
-        positive: whether it is to hold.
-        reason: of a wrong one, where it comes from (`Reason`), where that is known.
+        predicate: predicate of the goal, or its action.
+        positive: whether the goal should hold; False for a negated goal.
+        reason: where a wrong goal comes from (`WrongGoalReason`), if known.
     """
 
     verdict: str
@@ -195,16 +195,16 @@ class AtomLine(TidyLine):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClauseLine(TidyLine):
-    """One clause of an operator that an answer to transition modeling writes, or should write.
+    """One clause of an operator that an answer to transition modeling writes or should write.
 
     Attributes:
-        operator: the operator.
-        status: what became of it: ``compared``, ``missing``, ``unreadable``, ``hallucinated``.
+        operator: name of the operator.
+        status: status of the operator: ``compared``, ``missing``, ``unreadable`` or ``hallucinated``.
         side: ``precondition`` or ``effect``.
         verdict: ``matched``, ``additional`` or ``missing``.
-        clause: as PDDL.
-        predicates: those in it, with blanks between.
-        categories: the categories of these, likewise.
+        clause: the clause as PDDL.
+        predicates: predicates of the clause, separated by spaces.
+        categories: categories of these predicates, separated by spaces.
     """
 
     operator: str
@@ -223,33 +223,33 @@ TABLES: Mapping[str, type[TidyLine]] = {
     "atoms": AtomLine,
     "clauses": ClauseLine,
 }
-"""The tidy tables by name, each with the kind of its lines."""
+"""The class of the lines of each tidy table, by the table's name."""
 
 
 L = TypeVar("L", bound=TidyLine)
 
 SUITE = ("protocol", "domain", "ability")
-"""The columns that say what suite a row is of."""
+"""Columns that name the suite of a row."""
 
 MODEL = "model"
-"""The column of models."""
+"""Column of model names."""
 
 ALL_MODELS = "all models"
-"""The name in the place of a model where the answers of all are taken together."""
+"""Model name in rows for the answers of all models together."""
 
 
 AnswerMeasure: TypeAlias = Literal["score", "executable", "goals"]
-"""The measures that a feature of tasks can be set against."""
+"""Measures of answers that can be compared by features of tasks."""
 
 WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final", "intermediate", "other"]
-"""Where a wrong goal may come from; of those that fit the first is meant.
+"""Reasons for a wrong stated goal; the first reason that fits counts.
 
-- unknown: its predicate or action is none of the benchmark's.
+- unknown: the benchmark does not have its predicate or action.
 - procedural: it is an action that is a goal of no task.
 - initial: it holds at the start.
-- final: it holds at the end of the data set's own plan, and nobody asked for it.
-- intermediate: it holds at some time on the way there, neither at the start nor at the end.
-- other: none of these.
+- final: it holds at the end of the data set's own plan, but is no goal.
+- intermediate: it holds at some time during that plan, but neither at the start nor at the end.
+- other: no other reason fits.
 """
 
 
@@ -265,30 +265,30 @@ class SuiteKey(NamedTuple):
 
     @property
     def file_name(self) -> str:
-        """The suite as a part of the name of a file."""
+        """The suite as part of a file name."""
         return f"{self.domain}-{self.ability}-{self.protocol}"
 
 
 def group_by_suite(lines: Iterable[L]) -> dict[SuiteKey, list[L]]:
-    """The lines of each suite, in the order of first mention."""
+    """Return the lines of each suite, in the order of first mention."""
     return group_pairs((SuiteKey(line.protocol, line.domain, line.ability), line) for line in lines)
 
 
 def group_by_model(lines: Sequence[L]) -> dict[str, list[L]]:
-    """The lines of each model with its agent; before them those of all together, where there are several."""
+    """Return the lines of each agent; if there are several, the lines of all agents come first."""
     models = group_pairs((line.agent, line) for line in lines)
     return models if len(models) < 2 else {ALL_MODELS: list(lines), **models}
 
 
 def group_by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str], list[L]]]:
-    """The lines of each suite and model, as `by_model` has them, with the cells that name them."""
+    """Yield the lines of each suite and agent (`group_by_model`), with the cells that name them."""
     for suite, of_suite in group_by_suite(lines).items():
         for model, of_model in group_by_model(of_suite).items():
             yield (*suite, model), of_model
 
 
 def score_share(answer: AnswerLine) -> Share:
-    """The share that an answer adds to the score that its ability is first judged by: success, else F1."""
+    """Return an answer's contribution to the ability's main score: success, or else F1."""
     if answer.success is not None:
         return Share(int(answer.success), 1)
     if answer.hits is None or answer.extras is None or answer.misses is None:
@@ -297,21 +297,21 @@ def score_share(answer: AnswerLine) -> Share:
 
 
 def execution_share(answer: AnswerLine) -> Share:
-    """The share that an answer with a plan or subgoals adds to the share of those that are carried out."""
+    """Return the contribution of an answer with a plan or subgoals to the share of executed answers."""
     return EMPTY_SHARE if answer.success is None or answer.executable is None else Share(answer.executable, 1)
 
 
 def goal_share(answer: AnswerLine) -> Share:
-    """The share that an answer with a plan or subgoals adds to the share of goals that are reached."""
+    """Return the contribution of an answer with a plan or subgoals to the share of goals reached."""
     if answer.success is None:
         return EMPTY_SHARE
     met = (answer.state_met, answer.relation_met, answer.action_met)
     total = (answer.state_total, answer.relation_total, answer.action_total)
-    return Share(sum(each or 0 for each in met), sum(each or 0 for each in total))
+    return Share(sum(count or 0 for count in met), sum(count or 0 for count in total))
 
 
 def make_case(line: TidyLine, share: Share) -> Case:
-    """The case that a line adds to a rate, with near copies known."""
+    """Return the case that a line adds to a rate."""
     return Case(line.task, line.name, share)
 
 
@@ -320,23 +320,26 @@ MEASURES: Mapping[AnswerMeasure, Callable[[AnswerLine], Share]] = {
     "executable": execution_share,
     "goals": goal_share,
 }
-"""The share that an answer adds to each measure."""
+"""Function that returns an answer's contribution to each measure."""
 
 
 K = TypeVar("K")
 
 
 def shares_by_kind(
-    lines: Sequence[TidyLine], kinds: Sequence[K], asked: Iterable[K]
+    lines: Sequence[TidyLine], kinds: Sequence[K], requested: Iterable[K]
 ) -> Iterator[tuple[K, Estimate]]:
-    """Each kind that is asked for, with the share of lines that are of it.
+    """Yield each requested kind with the share of lines that have it.
 
     Args:
         lines: all lines.
-        kinds: the kind of each.
-        asked: those to tell, in this order.
+        kinds: the kind of each line.
+        requested: the requested kinds, in order.
     """
-    of_it, of_others = ([make_case(line, share) for line in lines] for share in (FULL_SHARE, ZERO_SHARE))
-    for kind in asked:
-        chosen = zip(kinds, of_it, of_others, strict=True)
-        yield kind, Estimate.from_cases([case if found == kind else other for found, case, other in chosen])
+    counted, uncounted = ([make_case(line, share) for line in lines] for share in (FULL_SHARE, ZERO_SHARE))
+    for kind in requested:
+        triples = zip(kinds, counted, uncounted, strict=True)
+        yield (
+            kind,
+            Estimate.from_cases([case if line_kind == kind else other for line_kind, case, other in triples]),
+        )

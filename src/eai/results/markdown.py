@@ -1,4 +1,4 @@
-"""Tables as Markdown, for reading as text and on the web."""
+"""Writes tables as Markdown."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from eai.base.files import escape_unprintable
 from eai.results.table import Cell, Column, Estimate, Label, Table, short_number, superscript
 
-NOTHING = "–"
-"""The mark where there is no number."""
+NO_NUMBER_MARK = "–"
+"""Mark in the place of a missing number."""
 
 
 def table_markdown(table: Table) -> str:
-    """A table with its footnotes; a row with intervals is followed by one of them, which is set small."""
+    """Return a table with its footnotes; below each row with intervals stands a row with the intervals."""
     columns = table.full_columns
     lines = [line for row in table.rows for line in _row(columns, row)]
     notes = [f"{superscript((number,))} {text}  " for number, text in enumerate(table.notes, 1)]
@@ -20,17 +20,17 @@ def table_markdown(table: Table) -> str:
 
 
 def rows_markdown(columns: Sequence[Column], rows: Iterable[Sequence[Cell]]) -> Iterator[str]:
-    """The lines of a table, a line a row: a number stands with what it is made of and its interval."""
-    return _grid(columns, [[_in_line(cell) for cell in row] for row in rows])
+    """Yield the lines of a table, one for each row: a number stands with its fraction and its interval."""
+    return _grid(columns, [[_inline_text(cell) for cell in row] for row in rows])
 
 
 def grid(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """The lines of a table of texts; the first two columns are text, the others numbers."""
+    """Yield the lines of a table of texts; columns are right-aligned numbers from the third on."""
     return _grid([Column(name, is_number=i >= 2) for i, name in enumerate(header)], rows)
 
 
 def escape_markdown(text: str) -> str:
-    """Text from outside, such that it is only text in a cell or a paragraph."""
+    """Return text from outside, escaped so that Markdown shows it as plain text."""
     text = escape_unprintable(text)
     for character in "\\`*_[]<>|#":
         text = text.replace(character, f"\\{character}")
@@ -50,7 +50,7 @@ def _line(cells: Sequence[str]) -> str:
 
 
 def _row(columns: Sequence[Column], row: Sequence[Cell]) -> Iterator[list[str]]:
-    """The cells, and below them the intervals, which their name announces."""
+    """Yield the cells of a row, and below them the intervals, if it has any."""
     yield [_cell(column, cell) for column, cell in zip(columns, row, strict=True)]
     if any(isinstance(cell, Estimate) and cell.low is not None for cell in row):
         name = next(i for i, cell in enumerate(row) if isinstance(cell, Label))
@@ -59,8 +59,8 @@ def _row(columns: Sequence[Column], row: Sequence[Cell]) -> Iterator[list[str]]:
 
 def _cell(column: Column, cell: Cell) -> str:
     if not isinstance(cell, Estimate):
-        return _in_line(cell)
-    number = cell.format_number(column, NOTHING)
+        return _inline_text(cell)
+    number = cell.format_number(column, NO_NUMBER_MARK)
     return (f"**{number}**" if cell.best else number) + superscript(cell.notes)
 
 
@@ -70,7 +70,7 @@ def _interval(cell: Cell) -> str:
     return f"{cell.low:.1f}–{cell.high:.1f}"
 
 
-def _in_line(cell: Cell) -> str:
+def _inline_text(cell: Cell) -> str:
     match cell:
         case None:
             return ""

@@ -15,7 +15,7 @@ _UNKNOWN = "unknown"
 
 
 def model_cards() -> Table:
-    """Return the cards of the paper's models, a row each, in the paper's order; footnotes name sources."""
+    """Return the cards of the paper's models, one row each, in the paper's order; footnotes name sources."""
     notes = tuple([f"Size: {text}." for text in _read()["sizes"].values()])
     return replace(_cards(), notes=notes)
 
@@ -42,6 +42,6 @@ def _cards() -> Iterator[Row]:
 
 @cache
 def _read() -> dict[str, Any]:
-    """The content of ``model_cards.toml``."""
+    """Return the content of ``model_cards.toml``."""
     file = resources.files("eai.results") / "paper" / "model_cards.toml"
     return parse_toml(file.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Experiments in records of schema 2 and 3: one object with the options of all studies."""
+"""Reads experiments of records of schema 2 and 3, which have one object for the options of all studies."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _OPTIONS = {
     "scene": ("perception", "scene"),
     "prompt_name": ("prompts", "prompt"),
 }
-"""The study of each option that is a name, and the word before the name in labels."""
+"""The study of each option whose value is a name, and the kind of the name in labels."""
 
 _ORDER = ("pipeline", "perception", STUDY, "prompts")
 
 NAMES = (*_OPTIONS, *_AGENT)
-"""Fields of an experiment that are names."""
+"""Names of the fields of an experiment whose values are names."""
 
 _STATED = (
     *("goals_sha256", "goal_counts", "stage_1_unreadable", "stage_1_unknown", "stage_1_left_out"),
@@ -43,7 +43,7 @@ def older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Expe
 
 
 def older_summaries(record: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Return what the studies of an older record say of its answer."""
+    """Return the summaries of an older record's answer by the name of the study."""
     experiment = record.get("experiment") or {}
     stated = {name: experiment[name] for name in _STATED if experiment.get(name) is not None}
     summaries = {"pipeline": stated, "perception": record.get("perceived") or {}}

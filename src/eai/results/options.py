@@ -1,4 +1,4 @@
-"""Options of scoring: the rules, the planner that judges operators, and what records hold."""
+"""Options of scoring: the rules, the planner that judges operators, and the content of records."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ class ScoringOptions(Options):
 
     Attributes:
         protocol: The rules: strict (what the paper says), or the name of a release (its verdicts).
-        errata: What is known to be wrong in the data: current (corrected, or left out of all rates, under
-            strict), or none (as published).
+        errata: Known errors of the data: current (strict corrects them or leaves tasks out), or none
+            (as published).
         planner: The judge of operators: full (built-in search, then Fast Downward), built_in, fast_downward,
             none, or auto: full where Fast Downward is installed, else built_in.
         planner_seconds: CPU seconds that Fast Downward may take for one problem (records say so); the
             benchmark's if not given.
-        planner_memory: MiB of memory for all planners at a time; as much as there is if not given.
-        workers: Processes.
+        planner_memory: MiB of memory for all planners together; all memory of the machine if not given.
+        workers: Number of processes.
         explanations: Put a step-by-step explanation into every record.
         allow_missing: Leave tasks without an answer out of all rates; the run is then not ranked.
-        look_back: The states of a search for the fewest edits that mend a failed plan, or for the turn that
-            lost an episode; none if not given.
+        look_back: Maximum number of states in the search for the fewest edits that repair a failed plan, or
+            for the turn that lost an episode. No search if not given.
     """
 
     protocol: Protocol = DEFAULT_PROTOCOL

@@ -1,4 +1,4 @@
-"""Pages in one file, with style, program and data in it: they open from disk and reach for nothing."""
+"""Builds HTML pages in one file, with their style, program and data: they need no network."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from eai.base.json_value import Json
 
 
 def build_page(package: str, folder: str, scripts: Sequence[str], data: str, *, sends: bool = False) -> str:
-    """The page of a folder with ``page.html``, from its body on, ``style.css`` and scripts.
+    """Return the page of a folder, made from ``page.html`` (its body), ``style.css`` and scripts.
 
-    Its policy allows its own style and program, by digest, and nothing else: no other script, and no request
-    but to the server that it comes from, if it ``sends`` any and shows pictures of its answers.
+    Its content policy allows only its own style and program, by digest. If the page ``sends`` requests, the
+    policy also allows requests to its own server and pictures in its answers.
 
     Args:
-        package: the package that the folder is in.
-        folder: the folder, which is also what the page is called.
-        scripts: the parts of the program, in the order in which they need each other.
-        data: what the page is about: from `for_script`, or as HTML.
-        sends: whether it sends requests to where it comes from.
+        package: the package of the folder.
+        folder: the folder, which is also the page's name.
+        scripts: the files of the program, in the order in which they depend on each other.
+        data: the content of the page: from `encode_for_script`, or as HTML.
+        sends: whether the page sends requests to its server.
     """
 
     def read(name: str) -> str:
@@ -52,7 +52,7 @@ _COMPACT = json.JSONEncoder(separators=(",", ":"))
 
 
 def encode_for_script(content: Json) -> str:
-    """JSON in ASCII without ``<``, ``>`` and ``&``, so that no text in it can end a script element."""
+    """Return JSON in ASCII without ``<``, ``>`` and ``&``, so that no text in it can end a script element."""
     text = _COMPACT.encode(content)
     for character in "<>&":
         text = text.replace(character, f"\\u{ord(character):04x}")

@@ -1,8 +1,8 @@
-"""The paper's tables as data, with what a reader of them must know.
+"""Reads the paper's tables as data, with notes for readers.
 
-Figures are in percent, as printed. Columns have the names of our metrics; models have one name each, though
-the paper spells some in several ways. Notes say where public data cannot give a figure (``notes.toml``);
-where two tables of the paper contradict each other is computed from the tables themselves.
+Figures are in percent, as printed. Columns have the names of our metrics. Each model has one name, although
+the paper spells some in several ways. Notes say which figures public data cannot reproduce (``notes.toml``).
+Contradictions between two tables of the paper are computed from the tables.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from eai.tasks.share import Share
 
 
 class PaperColumn(NamedTuple):
-    """The metric that a column shows; the average over all abilities has an empty ability."""
+    """The metric of a column; the average over all abilities has an empty ability."""
 
     ability: str
     metric: str
@@ -38,10 +38,9 @@ class PaperTable:
     """One table of the paper.
 
     Attributes:
-        name: the name of its file here.
-        rows: model -> column -> figure in percent, None where the paper has none; in the paper's order.
-        notes: model and column -> remarks on the figure, a sentence or two each; on all of a column where the
-            model is empty.
+        name: name of its file here.
+        rows: model -> column -> figure in percent, or None if the paper has none; in the paper's order.
+        notes: model and column -> remarks on the figure; the model is empty for remarks on a whole column.
     """
 
     name: str
@@ -51,20 +50,20 @@ class PaperTable:
     notes: Mapping[tuple[str, PaperColumn], Sequence[str]] = field(default_factory=dict)
 
     def figure(self, model: str, column: PaperColumn) -> float | None:
-        """A figure in percent, or None if the table does not have it."""
+        """Return a figure in percent, or None if the table does not have it."""
         return self.rows.get(model, {}).get(column)
 
 
 @dataclass(frozen=True, slots=True)
 class _PaperSetting:
-    """The setting of the paper's numbers (``setting.toml``).
+    """The protocol and the tables of the paper's numbers (``setting.toml``).
 
     Attributes:
-        protocol: the protocol whose numbers are the same quantities.
+        protocol: the protocol under which our metrics measure the paper's quantities.
         tables: a report's table -> the paper's tables with the same columns, in order of preference.
-        others: the tables of a few models, or of other ways to ask -> a report's table with the same columns.
-        same_quantity: those of the others whose figures should be those of the full tables.
-        other_tasks: those of the others that no run is to be set beside.
+        others: further tables of the paper -> a report's table with the same columns.
+        same_quantity: further tables whose figures should equal those of the full tables.
+        other_tasks: further tables that cannot be compared with runs.
     """
 
     protocol: str
@@ -75,57 +74,57 @@ class _PaperSetting:
 
     @property
     def full_tables(self) -> tuple[str, ...]:
-        """The tables of all 18 models, the overview first."""
+        """Names of the tables of all 18 models, the overview first."""
         return tuple(dict.fromkeys(name for names in self.tables.values() for name in names))
 
 
 @cache
 def read_paper_setting() -> _PaperSetting:
-    """The paper's protocol, domains and tables."""
+    """Return the paper's protocol and the names of its tables."""
     return TypeAdapter(_PaperSetting).validate_python(parse_toml(_text("setting.toml")))
 
 
 def read_paper_table(name: str) -> PaperTable:
-    """One of the full tables or of the others, with its notes."""
+    """Return one table of the paper with its notes."""
     table = _read_table(name)
-    return replace(table, notes=group_pairs((*_written_notes(table), *_contradictions(table))))
+    return replace(table, notes=group_pairs((*_read_notes(table), *_find_contradictions(table))))
 
 
 @cache
 def read_paper_models() -> Mapping[str, str]:
-    """The name of a published response file -> the paper's name of the model."""
+    """Return the name of a published response file -> the paper's name of the model."""
     return parse_toml(_text("models.toml"))
 
 
 @cache
 def _read_table(name: str) -> PaperTable:
-    """A table without its notes."""
-    found = json.loads(_text(f"{name}.json"))
-    columns = tuple(PaperColumn(*text.split("/")) for text in found["columns"])
-    rows = {model: dict(zip(columns, row, strict=True)) for model, row in found["rows"].items()}
-    return PaperTable(name, found["title"], columns, rows)
+    """Return a table without its notes."""
+    content = json.loads(_text(f"{name}.json"))
+    columns = tuple(PaperColumn(*text.split("/")) for text in content["columns"])
+    rows = {model: dict(zip(columns, row, strict=True)) for model, row in content["rows"].items()}
+    return PaperTable(name, content["title"], columns, rows)
 
 
 def _text(name: str) -> str:
     return _content(name).decode()
 
 
-def _written_notes(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
-    """The notes of ``notes.toml`` on a table."""
+def _read_notes(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
+    """Yield the notes of ``notes.toml`` on a table."""
     for note in parse_toml(_text("notes.toml"))["note"]:
-        if table.name in _listed(note["table"]):
-            told = {key: note[key] for key in PaperColumn._fields if key in note}
+        if table.name in _to_list(note["table"]):
+            fields = {key: note[key] for key in PaperColumn._fields if key in note}
             for column in table.columns:
-                if told.items() <= column._asdict().items():
-                    yield from (((model, column), note["text"]) for model in _listed(note.get("model", "")))
+                if fields.items() <= column._asdict().items():
+                    yield from (((model, column), note["text"]) for model in _to_list(note.get("model", "")))
 
 
-def _listed(value: str | list[str]) -> list[str]:
+def _to_list(value: str | list[str]) -> list[str]:
     return [value] if isinstance(value, str) else value
 
 
-def _contradictions(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
-    """Cells for which another of the full tables prints another figure."""
+def _find_contradictions(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
+    """Yield a note for each cell for which another full table prints another figure."""
     full = read_paper_setting().full_tables
     if table.name not in (*full, *read_paper_setting().same_quantity):
         return
@@ -142,10 +141,10 @@ NULL_MODELS = {
     "eai/lookup": "answers as another task of the data set is answered, the most similar one",
     "eai/random": "answers at random what is well-formed",
 }
-"""The models that decide nothing, and what they do."""
+"""Models that do not solve tasks, and how they answer."""
 
 SCHEMA = 1
-"""The version of its format."""
+"""Version of the format of published scores."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,8 +152,8 @@ class _PublishedAnswers:
     """The scores of a model's published answers to a suite.
 
     Attributes:
-        answers_sha256: digest of the answers, by which they can be known again.
-        answered: how many tasks have an answer.
+        answers_sha256: digest of the answers, to recognise them.
+        answered: number of tasks with an answer.
         rates: numerator and denominator of each metric of the suite, in order.
     """
 
@@ -165,14 +164,14 @@ class _PublishedAnswers:
 
 @dataclass(frozen=True, slots=True)
 class PublishedSuite:
-    """A suite of the table.
+    """The scores of published answers to one suite.
 
     Attributes:
         data_sha256: digest of the data that the answers were scored against.
-        tasks: how many tasks the suite has.
-        metrics: the names of the metrics.
-        models: by the paper's name of the model, in the order of the names.
-        notes: what a reader of the numbers must know, a sentence or two each.
+        tasks: number of tasks of the suite.
+        metrics: names of the metrics.
+        models: answers by the paper's name of the model, sorted by name.
+        notes: notes for readers of the numbers.
     """
 
     data_sha256: str
@@ -182,23 +181,23 @@ class PublishedSuite:
     notes: tuple[str, ...] = ()
 
     def rates(self, model: str) -> Mapping[str, Rate]:
-        """The rates of a model's answers, by metric."""
+        """Return the rates of a model's answers, by metric."""
         return total([dict(zip(self.metrics, self.models[model].rates, strict=True))])
 
     def coverage(self, model: str) -> Coverage:
-        """How much of the suite the model's answers cover; what they lack counts as failures."""
+        """Return how much of the suite a model answers; missing answers count as failures."""
         answered = self.models[model].answered
         return Coverage(self.tasks, answered, self.tasks - answered, tasks=self.tasks)
 
 
 @dataclass(frozen=True, slots=True)
 class _PublishedScores:
-    """The table.
+    """The scores of published answers to all suites.
 
     Attributes:
-        schema: the version of its format.
-        protocol: what the answers were scored under.
-        suites: domain, slash, ability -> its suite.
+        schema: version of the format.
+        protocol: protocol under which the answers were scored.
+        suites: the scores by ``domain/ability``.
     """
 
     schema: int
@@ -207,7 +206,7 @@ class _PublishedScores:
 
 
 def is_null_model(name: str) -> bool:
-    """Whether records of this model's name are of a null model, which is no model to compare others with."""
+    """Whether records with this model name are of a null model, which other models are not compared with."""
     return name in {to_file_name(model) for model in NULL_MODELS}
 
 
@@ -218,24 +217,24 @@ def read_published_scores(protocol: str) -> _PublishedScores:
 
 
 def published_file_name(protocol: str) -> str:
-    """Return the name of the file of `published_scores`."""
+    """Return the name of the file of `read_published_scores`."""
     return f"published_{protocol}.json"
 
 
 @cache
 def read_null_scores(protocol: str) -> _PublishedScores:
-    """The table of the null models under a protocol."""
+    """Return the scores of the null models under a protocol."""
     return TypeAdapter(_PublishedScores).validate_json(_content(null_file_name(protocol)))
 
 
 def null_file_name(protocol: str) -> str:
-    """The name of the file of `null_scores`."""
+    """Return the name of the file of `read_null_scores`."""
     return f"null_models_{protocol}.json"
 
 
 @cache
 def hash_published_scores(protocol: str) -> str:
-    """Return the digest of the file of `published_scores`."""
+    """Return the digest of the file of `read_published_scores`."""
     return hashlib.sha256(_content(published_file_name(protocol))).hexdigest()
 
 

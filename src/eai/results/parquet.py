@@ -1,4 +1,4 @@
-"""Parquet files, for many answers or large tables. pyarrow, which reads them, belongs to an extra."""
+"""Reads Parquet files, for many answers or large tables. It needs pyarrow from the extra `analysis`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ _BATCH_ROWS = 1024
 """Number of rows that are read at a time."""
 
 _SHARED_PREFIXES = "DELTA_BYTE_ARRAY"
-"""An encoding of Parquet: a text shares its beginning with the one before, so that few bytes mean many."""
+"""A Parquet encoding in which a text shares its beginning with the text before: few bytes can unpack to
+many.
+"""
 
 
 def parquet() -> Any:
@@ -28,28 +30,28 @@ def parquet() -> Any:
 
 
 def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> Iterator[dict[str, object]]:
-    """Yield the rows of a Parquet file, with some columns. The file is never in memory as a whole.
+    """Yield the rows of a Parquet file with some columns, without loading the whole file.
 
     Rows that share a text in the file share it in memory.
 
     Args:
         path: the file.
-        names: the columns that it must have.
-        also: those that rows have where it has them.
+        names: the columns that the file must have.
+        also: columns that rows have if the file has them.
 
     Raises:
         EaiError: pyarrow is not installed.
-        InputError: the file cannot be read, has no such column, or unpacks to far more bytes than it has.
+        InputError: the file cannot be read, lacks a column, or unpacks to far more bytes than it has.
     """
     reader = parquet()
     require_file(path)
     try:
         metadata = reader.read_metadata(path)
-        there = metadata.schema.to_arrow_schema().names
+        columns_in_file = metadata.schema.to_arrow_schema().names
         for name in names:
-            if name not in there:
+            if name not in columns_in_file:
                 raise InputError(f'{path}: the column "{name}" is missing')
-        columns = [*names, *(name for name in also if name in there)]
+        columns = [*names, *(name for name in also if name in columns_in_file)]
         is_prefixed = _require_bounded(path, metadata, columns)
         with reader.ParquetFile(path, read_dictionary=[] if is_prefixed else columns) as file:
             for batch in file.iter_batches(1 if is_prefixed else _BATCH_ROWS, columns=columns):
@@ -60,9 +62,9 @@ def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> 
 
 
 def _require_bounded(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
-    """Refuse a file with a group of rows that unpacks to too many bytes.
+    """Raise InputError if a group of rows unpacks to too many bytes.
 
-    Returns whether texts share their beginnings. Then a row may be much larger than its bytes in the file.
+    Return whether texts share their beginnings: then a row may be much larger than its bytes in the file.
     """
     limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
     is_prefixed = False
@@ -78,7 +80,7 @@ def _require_bounded(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
 
 
 def _values(column: Any) -> list[object]:
-    """The values of a column of a batch; rows with the same entry of a dictionary share one value."""
+    """Return the values of a column of a batch; rows with the same dictionary entry share one value."""
     if not hasattr(column, "dictionary"):
         return list(column.to_pylist())
     entries = column.dictionary.to_pylist()

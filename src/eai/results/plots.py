@@ -1,6 +1,6 @@
-"""The common parts of all plots: colours, names as labels, files, estimates with intervals, matrices, bands.
+"""Common parts of plots: colours, labels, files, estimates with intervals, matrices and bands.
 
-Rights are green, misses ochre, errors of words violet, of steps warm.
+Successes are green, missed goals ochre, errors in words violet, and errors in steps warm colours.
 """
 
 from __future__ import annotations
@@ -46,49 +46,51 @@ MUTED = "#8b8d94"
 RULE = "#dcdad3"
 ACCENT = "#2f6690"
 LINES = ("#2f6690", "#bf5348", "#3f7f62", "#d8b455", "#8a64a0", "#e0905a", "#5d5f72", "#6f94bd", "#a3bf8f")
-"""The colours of models that share an axis, used again from the start if there are more."""
+"""Colours of models that share an axis, repeated if there are more models."""
 
 
-_LONGEST = 30
-_MOST_LINES = 3
-_LAST_LETTER = "\u058f"
-"""The plots' font has the letters up to here (Latin, Greek, Cyrillic, Armenian)."""
+_MAX_LABEL_CHARACTERS = 30
+_MAX_LABEL_LINES = 3
+_LAST_FONT_CHARACTER = "\u058f"
+"""Last character of the plots' font (Latin, Greek, Cyrillic, Armenian)."""
 
 
 def wrap_label(name: str) -> str:
-    """A name as a label of up to three lines, so that a check's can be read in full."""
-    return textwrap.fill(_drawable(name), _LONGEST, max_lines=_MOST_LINES, placeholder="...")
+    """Return a name as a label of up to three lines, so that the name of a check can be read in full."""
+    return textwrap.fill(
+        _drawable(name), _MAX_LABEL_CHARACTERS, max_lines=_MAX_LABEL_LINES, placeholder="..."
+    )
 
 
 def clip_label(name: str) -> str:
-    """A name as a label: one short line of characters that the plots' font has."""
+    """Return a name as a short label on one line, with only characters of the plots' font."""
     text = _drawable(name)
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+    return text if len(text) <= _MAX_LABEL_CHARACTERS else f"{text[: _MAX_LABEL_CHARACTERS - 3]}..."
 
 
 def _drawable(name: str) -> str:
-    return "".join(c if c.isprintable() and c <= _LAST_LETTER else "?" for c in name)
+    return "".join(c if c.isprintable() and c <= _LAST_FONT_CHARACTER else "?" for c in name)
 
 
 _DOTS_PER_INCH = 150
-_HOW: Mapping[str, Mapping[str, Any]] = {
+_SAVE_OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "svg": {"metadata": {"Date": None}},
     "png": {"metadata": {"Software": None}, "dpi": _DOTS_PER_INCH},
     "pdf": {"metadata": {"CreationDate": None, "Creator": None, "Producer": None}},
 }
-"""How a format is written: without the day and the program's version."""
+"""Options for saving each format, without date and program version."""
 
-FORMATS = tuple(_HOW)
+FORMATS = tuple(_SAVE_OPTIONS)
 _STYLE = "plots.mplstyle"
-_TITLE = 0.2
-"""The height of a title, in inches."""
-_EDGE = 0.04
-"""How far it is from the edge of a figure that is not laid out."""
+_TITLE_INCHES = 0.2
+"""Height of a title in inches."""
+_TITLE_MARGIN_INCHES = 0.04
+"""Distance of a title from the edge of a figure without layout, in inches."""
 
 
 @contextmanager
 def use_plot_style() -> Iterator[None]:
-    """Within it, figures are drawn and written in the style of all plots.
+    """Draw and write figures in the block in the style of all plots.
 
     Raises:
         EaiError: matplotlib is not installed.
@@ -101,7 +103,7 @@ def use_plot_style() -> Iterator[None]:
 
 
 def make_figure(width: float, height: float) -> Figure:
-    """An empty figure of so many inches, whose parts are given the room that they need."""
+    """Return an empty figure of a size in inches, with a layout that fits its parts."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
@@ -110,12 +112,12 @@ def make_figure(width: float, height: float) -> Figure:
 def make_canvas(
     size: tuple[float, float], across: tuple[float, float], up: tuple[float, float]
 ) -> tuple[Figure, Axes]:
-    """An empty figure, and all of it as one panel without axes: what is placed in it needs no layout.
+    """Return an empty figure, and a panel without axes that fills it.
 
     Args:
         size: width and height of the figure, in inches.
-        across: the coordinates of its left and right edge.
-        up: those of its lower and upper edge.
+        across: coordinates of the left and right edge.
+        up: coordinates of the lower and upper edge.
     """
     from matplotlib.figure import Figure
 
@@ -128,15 +130,15 @@ def make_canvas(
 
 
 def add_title(figure: Figure, title: str) -> None:
-    """Say above a figure, and above what it says there of itself, what it is of; it grows by as much."""
+    """Add a title above a figure and its caption; the figure grows by the title's height."""
     width, height = figure.get_size_inches()
-    figure.set_size_inches(width, height + _TITLE)
+    figure.set_size_inches(width, height + _TITLE_INCHES)
     add_caption(figure, f"{title}\n{figure.get_suptitle()}".strip())
 
 
 def add_caption(figure: Figure, text: str) -> None:
-    """Say something above a figure, from its left edge on, where there is the room of all of its width."""
-    y = None if figure.get_layout_engine() else 1 - _EDGE / figure.get_figheight()
+    """Add a text above a figure, from its left edge on."""
+    y = None if figure.get_layout_engine() else 1 - _TITLE_MARGIN_INCHES / figure.get_figheight()
     figure.suptitle(text, x=0.01, y=y, ha="left", va="top", fontsize=7.5)
 
 
@@ -145,14 +147,14 @@ def write(
 ) -> tuple[Path, ...]:
     """Write a figure as ``path.svg`` and so on, without the date and the program's version.
 
-    It is laid out once, as a picture of dots. No letters are joined: for joined ones a PDF embeds a second
-    font, and a search of its text misses them.
+    The layout is computed once, for a picture of pixels. Ligatures are off: for ligatures a PDF embeds a
+    second font, and text search misses the letters.
 
     Args:
         figure: the figure.
-        path: where to, without the ending.
-        formats: those of `FORMATS` that are wanted.
-        clips: whether what leaves its axes is cut off.
+        path: path without the extension.
+        formats: the formats to write, from `FORMATS`.
+        clips: whether parts outside the axes are cut off.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.text import Text
@@ -168,134 +170,134 @@ def write(
         figure.set_layout_engine(None)
     for artist in () if clips else artists:
         artist.set_clip_on(False)
-    for kind in formats:
-        figure.savefig(_target(path, kind), **_HOW[kind])
-    return tuple(_target(path, kind) for kind in formats)
+    for file_format in formats:
+        figure.savefig(_target(path, file_format), **_SAVE_OPTIONS[file_format])
+    return tuple(_target(path, file_format) for file_format in formats)
 
 
-def _target(path: Path, kind: str) -> Path:
-    return path.with_name(f"{path.name}.{kind}")
+def _target(path: Path, file_format: str) -> Path:
+    return path.with_name(f"{path.name}.{file_format}")
 
 
 COLUMN = 3.4
-"""The width of a column of a page, in inches, so that letters have the size that they say."""
+"""Width of a page's column in inches, so that letters have their stated size."""
 
 PAGE = 7.0
-"""The width of a page's text, in inches."""
+"""Width of a page's text in inches."""
 
 FEW_CASES = 5
-"""Fewer cases than this say little: their marks are hollow."""
+"""Number of cases below which a rate is uncertain and its mark is hollow."""
 
-_MOST_NAMES = 30
-_FIELD = 0.42
-"""The width of a field of a matrix, in inches, where the page is wide enough."""
+_MAX_NAMES = 30
+_CELL_INCHES = 0.42
+"""Width of a cell of a matrix in inches, if the page is wide enough."""
 
-_WHOLE = "n"
-"""The name of the number of cases where all rates of a model are of the same ones."""
+_COUNT_ROW = "n"
+"""Name of the row with the number of cases, if all rates of a model have equal cases."""
 
-_MORE_LINE = 0.65
-"""How much higher than a line of a name the next one makes it."""
+_EXTRA_LINE_HEIGHT = 0.65
+"""Height of each further line of a label, in heights of its first line."""
 
-_LABELS = 1.7
-"""The width that names of rows and the edges take, in inches."""
+_LABEL_INCHES = 1.7
+"""Width of the labels of rows and of the edges, in inches."""
 
-_DARK = 55.0
-"""Percent above which a field is too dark for dark letters."""
+_DARK_PERCENT = 55.0
+"""Percent above which a cell is too dark for dark letters."""
 
 
 def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
-    """The rows of a table by suite, as the values of their columns."""
+    """Return the rows of a table by suite, as values by column name."""
     return group_pairs((SuiteKey(*(str(row[name]) for name in SUITE)), row) for row in table.row_dicts())
 
 
 def value_of(cell: Cell | None) -> float:
-    """The number of an estimate; not a number where there is none."""
+    """Return the number of an estimate, or NaN if there is none."""
     return cell.value if isinstance(cell, Estimate) and cell.value is not None else math.nan
 
 
 def denominator_of(cell: Cell | None) -> int:
-    """Of how many cases an estimate is."""
+    """Return the denominator of an estimate: its number of cases."""
     return int(cell.denominator or 0) if isinstance(cell, Estimate) else 0
 
 
 def numerator_of(cell: Cell | None) -> int:
-    """How many of these count."""
+    """Return the numerator of an estimate: its number of cases that count."""
     return int(cell.numerator or 0) if isinstance(cell, Estimate) else 0
 
 
-def draw_estimate(panel: Axes, place: float, cell: Cell, color: str, fill: str) -> None:
-    """A dot at a height, with its interval."""
+def draw_estimate(panel: Axes, height: float, cell: Cell, color: str, fill: str) -> None:
+    """Draw a dot at a height, with its interval."""
     if not isinstance(cell, Estimate) or cell.value is None:
         return
     if cell.low is not None and cell.high is not None:
-        panel.hlines(place, cell.low, cell.high, color=color, linewidth=1.0)
-    panel.plot(cell.value, place, "o", color=color, markerfacecolor=fill, markersize=4, zorder=3)
+        panel.hlines(height, cell.low, cell.high, color=color, linewidth=1.0)
+    panel.plot(cell.value, height, "o", color=color, markerfacecolor=fill, markersize=4, zorder=3)
 
 
 def draw_line(
     panel: Axes,
-    places: Sequence[float],
+    positions: Sequence[float],
     cells: Sequence[Cell],
     color: str,
     style: str = "o-",
     *,
     hollow: Collection[float] = (),
     intervals: bool = True,
-    **look: Any,
+    **properties: Any,
 ) -> None:
-    """A line through estimates, broken where there is none, with their intervals.
+    """Draw a line through estimates, with their intervals; it is broken at missing estimates.
 
     Args:
-        panel: where.
-        places: where they are along the axis.
+        panel: the panel.
+        positions: positions of the estimates along the axis.
         cells: the estimates.
-        color: of all of it.
-        style: the mark and the kind of line, as matplotlib writes them.
-        hollow: the places of which the mark is hollow, as it is of few cases.
+        color: colour of line, marks and intervals.
+        style: matplotlib's format of mark and line.
+        hollow: positions with hollow marks, for few cases.
         intervals: whether intervals are drawn.
-        look: further properties of the line.
+        properties: further properties of the line.
     """
-    look = {"linewidth": 1.2, "markersize": 4, **look}
-    panel.plot(places, [value_of(cell) for cell in cells], style, color=color, **look)
-    for place, cell in zip(places, cells, strict=True):
+    properties = {"linewidth": 1.2, "markersize": 4, **properties}
+    panel.plot(positions, [value_of(cell) for cell in cells], style, color=color, **properties)
+    for position, cell in zip(positions, cells, strict=True):
         if intervals and isinstance(cell, Estimate) and cell.low is not None and cell.high is not None:
-            panel.vlines(place, cell.low, cell.high, color=color, linewidth=0.8)
-        if place in hollow:
-            mark = panel.plot(place, value_of(cell), style[0], color=color, markersize=4, zorder=3)[0]
+            panel.vlines(position, cell.low, cell.high, color=color, linewidth=0.8)
+        if position in hollow:
+            mark = panel.plot(position, value_of(cell), style[0], color=color, markersize=4, zorder=3)[0]
             mark.set_markerfacecolor("white")
 
 
 def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label: str) -> Figure | None:
-    """Rates by name with intervals, a line a name; None if there are none. A name of no cases has no line.
+    """Draw rates by name with intervals, one line for each name with cases; return None if there are none.
 
-    Beside each name stands its number of cases; where all names share in the same ones, how many it has.
+    A label has the number of cases of its name, or the number that count if all names have equal cases.
 
     Args:
-        rows: those of a suite.
-        column: the column of the names.
-        rate: that of the rates.
-        label: what the rates are.
+        rows: the rows of a suite.
+        column: the column of names.
+        rate: the column of rates.
+        label: label of the axis of rates.
     """
     first = rows[0]["model"] if rows else None
     shown = [row for row in rows if row["model"] == first and not math.isnan(value_of(row[rate]))]
-    shown = sorted(shown, key=lambda row: -denominator_of(row[rate]))[:_MOST_NAMES]
+    shown = sorted(shown, key=lambda row: -denominator_of(row[rate]))[:_MAX_NAMES]
     if not shown:
         return None
     shown.sort(key=lambda row: (-value_of(row[rate]), str(row[column])))
     one_whole = len({denominator_of(row[rate]) for row in shown}) == 1
-    made_of = numerator_of if one_whole else denominator_of
+    count_of = numerator_of if one_whole else denominator_of
     labels = [
-        f"{wrap_label(str(row[column]).replace('_', ' '))}\u2002{made_of(row[rate]):,}" for row in shown
+        f"{wrap_label(str(row[column]).replace('_', ' '))}\u2002{count_of(row[rate]):,}" for row in shown
     ]
-    heights = [1 + _MORE_LINE * label.count("\n") for label in labels]
+    heights = [1 + _EXTRA_LINE_HEIGHT * label.count("\n") for label in labels]
     ends = list(accumulate(heights))
-    places = [end - height / 2 for end, height in zip(ends, heights, strict=True)]
+    middles = [end - height / 2 for end, height in zip(ends, heights, strict=True)]
     figure = make_figure(COLUMN, 0.7 + 0.17 * ends[-1])
     panel = figure.subplots()
-    for place, row in zip(places, shown, strict=True):
+    for height, row in zip(middles, shown, strict=True):
         few = denominator_of(row[rate]) < FEW_CASES
-        draw_estimate(panel, place, row[rate], MUTED if few else ACCENT, "white" if few else ACCENT)
-    panel.set_yticks(places, labels=labels, fontsize=6.5, linespacing=1.0)
+        draw_estimate(panel, height, row[rate], MUTED if few else ACCENT, "white" if few else ACCENT)
+    panel.set_yticks(middles, labels=labels, fontsize=6.5, linespacing=1.0)
     panel.set_ylim(ends[-1], 0)
     panel.text(-0.02, 1, "n", transform=panel.transAxes, fontsize=6.5, ha="right", va="bottom")
     panel.set_xlim(-3, 103)
@@ -315,41 +317,47 @@ def draw_matrix(
     across: str = MODEL,
     zeros: bool = False,
 ) -> Figure | None:
-    """Rates as a matrix of names and models with the numbers in it; None if there are none.
+    """Draw rates as a matrix of names and models with numbers; return None if there are none.
 
-    What there is more of stands below each other, so that many models fit a page. Numbers of few cases are in
-    brackets; where all of a model are of the same cases, their number stands at its end.
+    The longer side runs down the page, so that many models fit. Numbers of few cases are in brackets. If all
+    rates of a model have equal cases, their number stands at the end of its row or column.
 
     Args:
-        rows: those of a suite.
-        levels: the columns whose values together are the names.
-        rate: that of the rates.
-        label: what they are.
-        across: the column whose values stand in the place of models.
-        zeros: whether zero is written too, so that only what is of nothing is blank.
+        rows: the rows of a suite.
+        levels: the columns whose values together form the names.
+        rate: the column of rates.
+        label: caption of the matrix.
+        across: the column of models, or another one in its place.
+        zeros: whether zeros are written, so that only missing rates are blank.
     """
     cells = {(_name(row, levels), str(row[across]).replace("_", " ")): row[rate] for row in rows}
-    down, along = (list(dict.fromkeys(pair[place] for pair in cells)) for place in (0, 1))
+    row_names, column_names = (list(dict.fromkeys(pair[axis] for pair in cells)) for axis in (0, 1))
     if not cells:
         return None
-    turned = len(along) > len(down)
-    wholes = {
-        other: {denominator_of(cell) for (_, model), cell in cells.items() if model == other}
-        for other in along
+    is_turned = len(column_names) > len(row_names)
+    case_counts = {
+        column_name: {denominator_of(cell) for (_, model), cell in cells.items() if model == column_name}
+        for column_name in column_names
     }
-    if all(len(whole) == 1 for whole in wholes.values()):
-        cells |= {(_WHOLE, other): whole.pop() for other, whole in wholes.items()}
-        down.append(_WHOLE)
-    if turned:
-        cells, down, along = {(right, left): cell for (left, right), cell in cells.items()}, along, down
-    width = min(_FIELD * len(along), PAGE - _LABELS)
-    figure = make_figure(_LABELS + width, 1.3 + 0.19 * len(down))
+    if all(len(counts) == 1 for counts in case_counts.values()):
+        cells |= {(_COUNT_ROW, column_name): counts.pop() for column_name, counts in case_counts.items()}
+        row_names.append(_COUNT_ROW)
+    if is_turned:
+        cells, row_names, column_names = (
+            {(right, left): cell for (left, right), cell in cells.items()},
+            column_names,
+            row_names,
+        )
+    width = min(_CELL_INCHES * len(column_names), PAGE - _LABEL_INCHES)
+    figure = make_figure(_LABEL_INCHES + width, 1.3 + 0.19 * len(row_names))
     panel = figure.subplots()
-    grid = [[cells.get((name, other)) for other in along] for name in down]
+    grid = [[cells.get((name, column_name)) for column_name in column_names] for name in row_names]
     shades = [[value_of(cell) for cell in line] for line in grid]
     panel.imshow(shades, vmin=0, vmax=100, cmap="Greys", aspect="auto")
-    panel.set_xticks(range(len(along)), labels=map(clip_label, along), rotation=55, ha="right", fontsize=6.5)
-    panel.set_yticks(range(len(down)), labels=map(clip_label, down), fontsize=6.5)
+    panel.set_xticks(
+        range(len(column_names)), labels=map(clip_label, column_names), rotation=55, ha="right", fontsize=6.5
+    )
+    panel.set_yticks(range(len(row_names)), labels=map(clip_label, row_names), fontsize=6.5)
     add_caption(figure, label)
     panel.tick_params(length=0)
     panel.spines[:].set_visible(False)
@@ -357,7 +365,7 @@ def draw_matrix(
         for x, cell in enumerate(line):
             value = value_of(cell)
             if isinstance(cell, int) or value > 0 or (zeros and value == 0):
-                color = "white" if value > _DARK else INK
+                color = "white" if value > _DARK_PERCENT else INK
                 style = {"ha": "center", "va": "center", "color": color, "fontsize": 6, "in_layout": False}
                 figure.text(x, y, _number_text(cell), style, transform=panel.transData)
     if any(text.get_text().startswith("(") for text in figure.texts):
@@ -381,14 +389,14 @@ def _name(row: Mapping[str, Cell], levels: Sequence[str]) -> str:
 def draw_band(
     panel: Axes, stage: float, band: tuple[float, float, float], color: str, alpha: float = 0.9
 ) -> None:
-    """A bent band from one stage to the next.
+    """Draw a bent band from one stage to the next.
 
     Args:
-        panel: where; its limits are set elsewhere.
-        stage: the first of the two, as a coordinate; the next is larger by one.
-        band: its height there, its height at the next one, and its thickness, in percent.
-        color: its colour.
-        alpha: how opaque it is, from 0 to 1.
+        panel: the panel, whose limits the caller sets.
+        stage: coordinate of the first stage; the next stage is larger by one.
+        band: height at the first stage, height at the next stage, and thickness, in percent.
+        color: colour of the band.
+        alpha: opacity, from 0 to 1.
     """
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
@@ -398,8 +406,8 @@ def draw_band(
     high, high_end = low + thickness, low_end + thickness
     across = (left, left + bend, right - bend, right)
     below, above = (low, low, low_end, low_end), (high, high, high_end, high_end)
-    there, back = zip(across, below, strict=True), zip(across, above, strict=True)
-    points = [*there, *reversed([*back]), (left, low)]
+    lower_edge, upper_edge = zip(across, below, strict=True), zip(across, above, strict=True)
+    points = [*lower_edge, *reversed([*upper_edge]), (left, low)]
     curve = [Path.CURVE4] * 3
     codes = [Path.MOVETO, *curve, Path.LINETO, *curve, Path.CLOSEPOLY]
     panel.add_artist(PathPatch(Path(points, codes), facecolor=color, linewidth=0, alpha=alpha))

@@ -1,4 +1,4 @@
-"""Rates: the only place where anything is divided."""
+"""Sums shares of answers to rates; all divisions of rates are here."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from eai.tasks.share import Share
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """A share in percent, with what it is made of."""
+    """A rate in percent, with its numerator and denominator."""
 
     numerator: float
     denominator: float
 
     @property
     def share(self) -> float | None:
-        """The share as a fraction, or None if there is nothing to take a share of."""
+        """The rate as a fraction, or None if the denominator is zero."""
         return self.numerator / self.denominator if self.denominator else None
 
     @property
     def percent(self) -> float | None:
-        """The share in percent, or None if there is nothing to take a share of."""
+        """The rate in percent, or None if the denominator is zero."""
         return 100.0 * self.numerator / self.denominator if self.denominator else None
 
     def to_json(self) -> dict[str, Json]:
-        """The rate as ``summary.json`` has it; the value is in percent."""
+        """Return the rate as in ``summary.json``; the value is in percent."""
         return {"value": self.percent, "numerator": self.numerator, "denominator": self.denominator}
 
 
@@ -39,7 +39,7 @@ NOTHING = Rate(0, 0)
 
 
 def total(contributions: Iterable[Shares]) -> dict[str, Rate]:
-    """The rates that contributions add up to: sums over sums, in the order of first mention."""
+    """Return the rates of several contributions: sums over sums, in the order of first mention."""
     sums: dict[str, tuple[Exact, Exact]] = {}
     for contribution in contributions:
         add_up(sums, contribution)
@@ -47,22 +47,22 @@ def total(contributions: Iterable[Shares]) -> dict[str, Rate]:
 
 
 Exact: TypeAlias = "int | Fraction"
-"""A sum that does not depend on the order of what is added up."""
+"""An exact sum, which does not depend on the order of the numbers."""
 
 
 def add_up(
     sums: dict[str, tuple[Exact, Exact]], more: Mapping[str, tuple[float | Exact, float | Exact]]
 ) -> None:
-    """Add what an answer contributes, or sums over other answers, to the sums of each metric."""
+    """Add the contribution of an answer, or sums over other answers, to the sums of each metric."""
     for name, (numerator, denominator) in more.items():
         if numerator or denominator or name not in sums:
-            known = sums.get(name, (0, 0))
-            sums[name] = known[0] + _exact(numerator), known[1] + _exact(denominator)
+            before = sums.get(name, (0, 0))
+            sums[name] = before[0] + _exact(numerator), before[1] + _exact(denominator)
 
 
 def rates_of(sums: Mapping[str, tuple[Exact, Exact]]) -> dict[str, Rate]:
-    """The rates, in the order of the sums."""
-    return {name: Rate(_plain(more), _plain(of)) for name, (more, of) in sums.items()}
+    """Return the rates of exact sums, in the order of the sums."""
+    return {name: Rate(_to_number(more), _to_number(of)) for name, (more, of) in sums.items()}
 
 
 def _exact(number: float | Exact) -> Exact:
@@ -72,14 +72,14 @@ def _exact(number: float | Exact) -> Exact:
 
 
 def rate_of(shares: Iterable[Share]) -> Rate:
-    """The rate that shares of one metric add up to."""
+    """Return the rate of the shares of one metric."""
     numerator = denominator = 0.0
     for more, of in shares:
         numerator += more
         denominator += of
-    return Rate(_plain(numerator), _plain(denominator))
+    return Rate(_to_number(numerator), _to_number(denominator))
 
 
-def _plain(number: float | Exact) -> float:
-    """The same number, as an integer where it is one."""
+def _to_number(number: float | Exact) -> float:
+    """Return the number as an integer if it is whole, else as a float."""
     return int(number) if number == int(number) else float(number)

@@ -21,14 +21,14 @@ NOT_ANSWERED = TaskExclusion("not answered")
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where the answer of a run comes from; what a task without an answer was asked is known all the same.
+    """The source of an answer in a run. A task without an answer has one too: it states the prompt.
 
     Attributes:
         prompt_sha256: digest of the prompt.
-        stop_reason: why the answer ended: ``stop``, ``max_tokens``, ...
-        truncated: whether a limit of length cut it off.
-        usage: what it took.
-        answer_repairs: names of what was done to the model's text before it was scored.
+        stop_reason: reason why the answer ended: ``stop``, ``max_tokens``, ...
+        truncated: whether a length limit cut the answer off.
+        usage: tokens, cost and time of the answer.
+        answer_repairs: names of the changes to the model's text before scoring.
     """
 
     prompt_sha256: str | None = None
@@ -94,12 +94,12 @@ class Record:
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 
     def add_experiment(self, experiment: Experiment) -> Record:
-        """Return the record as one of a run with these choices, which replace its own."""
+        """Return the record as part of a run with these choices, which replace its own."""
         if experiment == Experiment():
             return self
         return replace(self, experiment=(self.experiment or Experiment()).replace_choices(experiment))
 
     def drop_explanations(self) -> Record:
-        """The same record without words, also on its attempts."""
+        """Return the record without explanations, also in its attempts."""
         attempts = tuple([replace(attempt, explanation=None) for attempt in self.attempts])
         return replace(self, explanation=None, attempts=attempts)

@@ -1,6 +1,6 @@
-"""The files of results: records, one JSON object a line, their summary, and the shards of a run.
+"""Reads and writes result files: records (one JSON object a line), their summary, and shards of a run.
 
-A run may be scored in shards, each by a job of its own, which are put together again.
+A run may be scored in shards, each by a job of its own, which are then merged.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError, prefix_errors
 from eai.base.files import files_below, require_file, write_whole
 from eai.base.json_value import Json
-from eai.results.codec import READABLE, experiment_to_json, record_from_json, record_to_json
+from eai.results.codec import READABLE_SCHEMAS, experiment_to_json, record_from_json, record_to_json
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.totals import Totals
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def make_record(
     suite: Suite, model: str, task_id: str, response: str, verdict: Verdict, **more: Any
 ) -> Record:
-    """The record of an answer to a task of a suite; ``more`` are its further fields."""
+    """Return the record of an answer to a task of a suite; ``more`` has further fields by name."""
     return Record(
         suite.protocol,
         suite.domain,
@@ -47,12 +47,12 @@ def make_record(
 
 
 def record_line(record: Record) -> str:
-    """A record as a file has it, without the end of the line."""
+    """Return a record as a line of a file, without the line feed."""
     return json.dumps(record_to_json(record), ensure_ascii=True)
 
 
 def read_records(path: Path) -> Iterator[Record]:
-    """Read a file of records.
+    """Yield the records of a file.
 
     Raises:
         InputError: the file cannot be read, a line is not a record, or its answer is not the one that was
@@ -76,19 +76,19 @@ def _lines(path: Path) -> Iterator[str]:
 
 def _parse(line: str) -> Record:
     try:
-        values = _loaded(line)
+        values = _load_json(line)
     except (ValueError, RecursionError) as error:
         raise InputError(f"expected a JSON object ({error})") from error
     if not isinstance(values, dict):
         raise InputError("expected a JSON object")
     schema = values.get("schema")
-    if schema not in READABLE:
-        raise InputError(f"schema {schema!r}, expected {' or '.join(map(str, READABLE))}")
+    if schema not in READABLE_SCHEMAS:
+        raise InputError(f"schema {schema!r}, expected {' or '.join(map(str, READABLE_SCHEMAS))}")
     return record_from_json(values)
 
 
-def _loaded(line: str) -> Any:
-    """JSON; what the faster reader does not take, such as half a surrogate, the other one does."""
+def _load_json(line: str) -> Any:
+    """Parse JSON; the standard library parses texts that the fast parser refuses, such as lone surrogates."""
     try:
         return from_json(line)
     except ValueError:
@@ -99,15 +99,15 @@ SUMMARY = "summary.json"
 RECORDS = "records.jsonl"
 
 MAX_BATCH_RECORDS = 256
-"""How many records are made ready at a time."""
+"""Maximum number of records that are prepared at a time."""
 
 
 RecordBatch: TypeAlias = tuple[bytes, Totals]
-"""Some records of a run, one after the other: their lines as a file has them, and their totals."""
+"""Consecutive records of a run: their lines as bytes, and their totals."""
 
 
 def make_record_batch(records: Sequence[Record]) -> RecordBatch:
-    """Records that are ready to be written."""
+    """Return records as a batch that is ready to be written."""
     return b"".join([record_line(record).encode() + b"\n" for record in records]), Totals.from_records(
         records
     )
@@ -115,17 +115,17 @@ def make_record_batch(records: Sequence[Record]) -> RecordBatch:
 
 def write_record_batches(
     folder: Path,
-    parts: Iterable[RecordBatch],
+    batches: Iterable[RecordBatch],
     run: Mapping[str, Json] | None = None,
     stages: Sequence[Mapping[str, Rate]] = (),
 ) -> Totals:
-    """Write the records of one model part by part as they come, none of which is kept, and their summary.
+    """Write the records of one model, and their summary. Batches are written as they come and not kept.
 
     Args:
-        folder: where to.
-        parts: the records in their order.
-        run: what the summary says of a run besides.
-        stages: the rates after each attempt, where a task has several.
+        folder: the folder of the files.
+        batches: the batches of records in order.
+        run: fields for the summary's ``run``.
+        stages: the rates after each attempt, if tasks have several.
 
     Raises:
         InputError: the folder cannot be written.
@@ -133,9 +133,9 @@ def write_record_batches(
     totals = Totals()
 
     def lines() -> Iterator[bytes]:
-        for written, part in parts:
-            totals.merge(part)
-            yield written
+        for batch_lines, batch_totals in batches:
+            totals.merge(batch_totals)
+            yield batch_lines
 
     def summary() -> Iterator[str]:
         yield json.dumps(_summary(totals, run or {}, stages), indent=2) + "\n"
@@ -144,8 +144,8 @@ def write_record_batches(
     return totals
 
 
-_IF_ANY = frozenset({"planner", "run", "by_attempt"})
-"""The fields of a summary that are left out where there is nothing to say."""
+_OPTIONAL_FIELDS = frozenset({"planner", "run", "by_attempt"})
+"""Fields of a summary that are left out if empty."""
 
 
 def _summary(
@@ -165,47 +165,47 @@ def _summary(
         "unit": "percent",
         "run": run,
         **{name: rate.to_json() for name, rate in totals.rates.items()},
-        "by_attempt": [{name: rate.to_json() for name, rate in each.items()} for each in stages],
+        "by_attempt": [{name: rate.to_json() for name, rate in rates.items()} for rates in stages],
     }
-    return {name: value for name, value in fields.items() if value or name not in _IF_ANY}
+    return {name: value for name, value in fields.items() if value or name not in _OPTIONAL_FIELDS}
 
 
 T = TypeVar("T")
 
-_WRITTEN = re.compile(r"([0-9]+)/([0-9]+)")
-_FILE = re.compile(r"records\.shard-([0-9]+)-of-([0-9]+)\.jsonl")
+_SHARD_TEXT = re.compile(r"([0-9]+)/([0-9]+)")
+_SHARD_FILE = re.compile(r"records\.shard-([0-9]+)-of-([0-9]+)\.jsonl")
 
 
 class Shard(NamedTuple):
-    """One of several equal parts: of every ``of`` tasks in order the ``number``-th, counted from 1."""
+    """One of several equal parts of a run: every ``of``-th task, from the ``number``-th (from 1) on."""
 
     number: int
     of: int
 
     @staticmethod
     def parse(text: str) -> Shard:
-        """The shard that a text such as ``2/8`` means.
+        """Parse a shard such as ``2/8``.
 
         Raises:
-            InputError: it is no such text.
+            InputError: the text is not a shard.
         """
-        found = _WRITTEN.fullmatch(text)
-        if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        match = _SHARD_TEXT.fullmatch(text)
+        if match is None or not 1 <= int(match[1]) <= int(match[2]):
             raise InputError(f"{text!r} is no shard: expected I/N, such as 2/8, from 1/8 to 8/8")
-        return Shard(int(found[1]), int(found[2]))
+        return Shard(int(match[1]), int(match[2]))
 
     def select(self, items: Iterable[T]) -> Iterator[T]:
-        """Its part of some items."""
+        """Yield the items of this shard."""
         return islice(items, self.number - 1, None, self.of)
 
     @property
     def file_name(self) -> str:
-        """The name of the file of its records."""
+        """Name of the file with the shard's records."""
         return f"records.shard-{self.number}-of-{self.of}.jsonl"
 
 
 def write_shard(folder: Path, shard: Shard, parts: Iterable[RecordBatch]) -> None:
-    """Write the records of a shard; its file is there when it is whole.
+    """Write the records of a shard; its file appears only when it is complete.
 
     Raises:
         InputError: the folder cannot be written.
@@ -214,16 +214,16 @@ def write_shard(folder: Path, shard: Shard, parts: Iterable[RecordBatch]) -> Non
 
 
 def find_shards(path: Path) -> dict[Path, list[Path]]:
-    """The folders below a folder that hold shards, each with its files in order.
+    """Return the folders below a folder that hold shards, each with its files in order.
 
     Raises:
-        InputError: there is none, or one lacks a shard or has those of two runs.
+        InputError: there are no shards, or a folder lacks a shard or has shards of two runs.
     """
     folders: dict[Path, dict[Shard, Path]] = {}
     for file in files_below(path, "records.shard-*.jsonl"):
-        found = _FILE.fullmatch(file.name)
-        if found is not None:
-            folders.setdefault(file.parent, {})[Shard(int(found[1]), int(found[2]))] = file
+        match = _SHARD_FILE.fullmatch(file.name)
+        if match is not None:
+            folders.setdefault(file.parent, {})[Shard(int(match[1]), int(match[2]))] = file
     if not folders:
         raise InputError(f"{path}: expected a folder with records.shard-I-of-N.jsonl below, found none")
     for folder, files in folders.items():
@@ -239,31 +239,31 @@ def find_shards(path: Path) -> dict[Path, list[Path]]:
 
 
 def merge_shards(folder: Path, files: Sequence[Path]) -> Totals:
-    """Write records and summary of the run of which these are all shards: the bytes of a run in one part.
+    """Write the records and the summary of a run from all of its shards, byte for byte as a run in one part.
 
     Raises:
-        InputError: a file is not one of records or not of this run, or the folder cannot be written.
+        InputError: a file has no records or is of another run, or the folder cannot be written.
     """
     counts = [sum(not line.isspace() for line in _lines(file)) for file in files]
     if counts != sorted(counts, reverse=True) or counts[0] - counts[-1] > 1 or not counts[0]:
         raise InputError(f"{folder}: expected equal shards, found {', '.join(map(str, counts))} records")
-    return write_record_batches(folder, map(make_record_batch, _in_turn(files, folder)))
+    return write_record_batches(folder, map(make_record_batch, _interleave(files, folder)))
 
 
-def _in_turn(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record]]:
-    """A record of each shard one after the other, as `Shard.of_these` dealt them out, a round at a time."""
+def _interleave(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record]]:
+    """Yield rounds of one record from each shard, in the order in which `Shard.select` dealt the tasks."""
     first: Record | None = None
     for dealt in zip_longest(*map(read_records, files)):
         round_ = [record for record in dealt if record is not None]
         first = first or round_[0]
         for record in round_:
-            if _made_of(record) != _made_of(first):
+            if _run_identity(record) != _run_identity(first):
                 raise InputError(
                     f"{folder}: expected the shards of one run, found {first.model}, {record.model}"
                 )
         yield round_
 
 
-def _made_of(record: Record) -> tuple[str, str, str | None]:
-    """The common part of all records of a run: model, data, version of their errata."""
+def _run_identity(record: Record) -> tuple[str, str, str | None]:
+    """Return what all records of a run share: model, data and version of the errata."""
     return record.model, record.data_sha256, None if record.errata is None else record.errata.version

@@ -1,9 +1,9 @@
-"""Response files: the answers of a model as the reference and the challenge exchange them.
+"""Reads and writes response files, in which the reference and the challenge exchange a model's answers.
 
-A file is a JSON list of ``{"identifier": ..., "llm_output": ...}``, named ``<model>_outputs.json``, or has
+A file is a JSON list of ``{"identifier": ..., "llm_output": ...}``, named ``<model>_outputs.json``; or it has
 one such object a line and is named ``<model>_outputs.jsonl``; or it is a Parquet file with these two columns,
-``<model>_outputs.parquet``. Where a task has several answers, all rows number them from 0 in ``sample``, and
-lines and Parquet are never in memory as a whole.
+``<model>_outputs.parquet``. If a task has several answers, all rows number them from 0 in ``sample``. JSON
+lines and Parquet are never loaded as a whole.
 """
 
 from __future__ import annotations
@@ -25,32 +25,32 @@ T = TypeVar("T", bound=Hashable)
 
 SUFFIX = "_outputs.json"
 LINES = "_outputs.jsonl"
-"""How the names of files end that hold an object a line."""
+"""End of the name of a response file with one object a line."""
 PARQUET = "_outputs.parquet"
-"""How the names of Parquet files end."""
+"""End of the name of a response file in Parquet."""
 COLUMNS = ("identifier", "llm_output")
-"""A row: the id of the task, as the file spells it, and the answer."""
+"""Keys of a row: the id of the task, as the file spells it, and the answer."""
 SAMPLE = "sample"
-"""The number of an answer in files that may have several a task."""
+"""Key of the number of an answer, in files that may have several answers to a task."""
 MAX_SAMPLES = 10_000_000
-"""How many answers a task may have."""
+"""Maximum number of answers to a task."""
 ENDINGS = (SUFFIX, LINES, PARQUET)
-"""How the names of response files end."""
-_ATTEMPT = re.compile(rf"_attempt_\d+{SUFFIX}$")
+"""Ends of the names of response files."""
+_ATTEMPT_NAME = re.compile(rf"_attempt_\d+{SUFFIX}$")
 
-_SHOWN = 100
-"""How many characters of an unknown identifier a message shows."""
+_MAX_SHOWN_CHARACTERS = 100
+"""Maximum number of characters of an unknown identifier in a message."""
 
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """One answer, or the lack of one.
+    """One answer, or a missing answer.
 
     Attributes:
-        task_id: the id of its task.
-        text: the text; empty if there is none.
-        sample: its number, from 0, where a task has several.
-        unanswered: why the task was asked and has no answer; None if it has one, be it empty.
+        task_id: id of the task.
+        text: the answer; empty if it is missing.
+        sample: number of the answer, from 0, if the task has several; else None.
+        unanswered: reason for a missing answer; None if there is an answer, even an empty one.
     """
 
     task_id: str
@@ -60,7 +60,7 @@ class Response:
 
 
 ResponseRow: TypeAlias = Response | bytes | Mapping[str, object]
-"""An answer as it is read, or as a file has it, for whoever is to read it elsewhere."""
+"""An answer, or a row of a file that another process will read (`response_of`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,10 +68,10 @@ class ResponseFile:
     """The answers of one model, in the order of the file.
 
     Attributes:
-        model: the model.
-        responses: the answers; where a task may have several, they are read anew each time and never kept.
-        elsewhere: how many rows are left out because the data set does not have their tasks.
-        further: the answers of further epochs, where tasks count by the mean over all.
+        model: name of the model.
+        responses: the answers; if a task may have several, they are read from the file at each iteration.
+        skipped_rows: number of rows that are left out because the data set does not have their tasks.
+        further_epochs: the answers of further epochs, if tasks count by the mean over all epochs.
     """
 
     model: str
@@ -86,17 +86,17 @@ class ResponseFile:
 
     @property
     def answered(self) -> Collection[str]:
-        """The ids of the tasks that have an answer."""
+        """Ids of the tasks with an answer."""
         if isinstance(self.responses, _Samples):
             return self.responses.answered
         return {response.task_id for response in self.responses}
 
     def rows(self) -> Iterator[ResponseRow]:
-        """The answers in order, for `response_of` to read."""
+        """Yield the answers in order, for `response_of` to read."""
         return self.responses.rows() if isinstance(self.responses, _Samples) else iter(self.responses)
 
     def split(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
-        """Return the answers by a key of their texts, those of each key in order, without further epochs."""
+        """Return the answers by a key of their texts, in order, without further epochs."""
         if isinstance(self.responses, _Samples):
             parts: dict[T, Collection[Response]] = {**self.responses.split(key)}
         else:
@@ -106,46 +106,46 @@ class ResponseFile:
 
 @dataclass(frozen=True, slots=True)
 class _Samples(Collection[Response]):
-    """The answers of a file that has several a task.
+    """The answers of a file with several answers to a task, which are read at each iteration.
 
     Attributes:
         path: the file.
-        number: how many there are.
-        answered: the ids of their tasks.
-        task_id_of: from an identifier in the file to the id of its task.
-        elsewhere: the numbers of the rows that are left out, from 1.
+        number: number of answers.
+        answered: ids of their tasks.
+        task_id_of: function from an identifier in the file to the id of its task.
+        skipped: numbers of the rows that are left out, from 1.
     """
 
     path: Path
     number: int
     answered: Collection[str]
     task_id_of: Callable[[str], str | None]
-    elsewhere: Collection[int]
+    skipped: Collection[int]
 
     def rows(self) -> Iterator[ResponseRow]:
-        return (row for number, row in enumerate(_rows(self.path), 1) if number not in self.elsewhere)
+        return (row for number, row in enumerate(_rows(self.path), 1) if number not in self.skipped)
 
     def split(self, key: Callable[[str], T]) -> dict[T, _Samples]:
         """Return the answers by a key of their texts."""
         numbers: dict[T, set[int]] = {}
         tasks: dict[T, set[str]] = {}
         for number, row in enumerate(_rows(self.path), 1):
-            if number not in self.elsewhere:
+            if number not in self.skipped:
                 response = response_of(row, self.task_id_of)
                 value = key(response.text)
                 numbers.setdefault(value, set()).add(number)
                 tasks.setdefault(value, set()).add(response.task_id)
-        others = {
+        rows_of_other_keys = {
             value: set().union(*(numbers[other] for other in numbers if other != value)) for value in numbers
         }
         return {
             value: replace(
                 self,
-                number=len(own),
+                number=len(rows_of_key),
                 answered=frozenset(tasks[value]),
-                elsewhere=frozenset({*self.elsewhere, *others[value]}),
+                skipped=frozenset({*self.skipped, *rows_of_other_keys[value]}),
             )
-            for value, own in numbers.items()
+            for value, rows_of_key in numbers.items()
         }
 
     def __iter__(self) -> Iterator[Response]:
@@ -159,19 +159,19 @@ class _Samples(Collection[Response]):
 
 
 def find_response_files(path: Path) -> list[Path]:
-    """A response file itself, or all ``*_outputs.json``, ``.jsonl`` and ``.parquet`` below a folder, by name.
+    """Return a response file, or all ``*_outputs.json``, ``.jsonl`` and ``.parquet`` below a folder, sorted.
 
-    The answers of single attempts of an experiment are no run by themselves: they are found by name alone.
+    Files of single attempts of an experiment are skipped in folders: they are not a whole run.
 
     Raises:
-        InputError: there is none.
+        InputError: there is no such file.
     """
     if path.is_dir():
         files = files_below(path, *(f"*{ending}" for ending in ENDINGS))
-        found = [file for file in files if not _ATTEMPT.search(file.name)]
-        if not found:
+        response_files = [file for file in files if not _ATTEMPT_NAME.search(file.name)]
+        if not response_files:
             raise InputError(f"{path}: expected a folder with <model>{SUFFIX} files, found none")
-        return found
+        return response_files
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
     return [path]
@@ -189,18 +189,18 @@ def read_responses(
     Args:
         path: the file.
         task_ids: the ids.
-        task_id_of: from an identifier, as files have it, to the id of its task; by default the same. None is
-            for a task that is known not to be in the data set: such rows are left out and counted.
-        samples: a task may have several answers, if rows number them (``sample``, from 0).
+        task_id_of: function from an identifier in the file to the id of its task; the identity by default.
+            None means that the data set does not have the task: such rows are left out and counted.
+        samples: whether a task may have several answers, if rows number them (``sample``, from 0).
 
     Raises:
-        InputError: the file is not a JSON list of answers, a row lacks a key or has it of another type, an
-            identifier is unknown or repeated, or there is no row.
+        InputError: the file is not a JSON list of answers, a row lacks a key or its value has another type,
+            an identifier is unknown or repeated, or there is no row.
     """
-    checked = _checked(path, task_ids, task_id_of)
-    first = next(checked, None)
+    checked_rows = _check_rows(path, task_ids, task_id_of)
+    first = next(checked_rows, None)
     sampled = samples and first is not None and first.sample is not None
-    file = _read(path, chain(() if first is None else (first,), checked), task_id_of, sampled=sampled)
+    file = _read(path, chain(() if first is None else (first,), checked_rows), task_id_of, sampled=sampled)
     if not file.responses:
         rows = f"{file.skipped_rows:,} for tasks that are not in the data set"
         raise InputError(
@@ -209,8 +209,8 @@ def read_responses(
     return file
 
 
-class _Checked(NamedTuple):
-    """A row of a file: its number from 1, its place for messages, its task, None if it is left out."""
+class _CheckedRow(NamedTuple):
+    """A row of a file: its number from 1, its place for messages, and its task, or None if it is left out."""
 
     number: int
     place: str
@@ -219,28 +219,29 @@ class _Checked(NamedTuple):
     sample: Any
 
 
-def _checked(
+def _check_rows(
     path: Path, task_ids: Collection[str], task_id_of: Callable[[str], str | None]
-) -> Iterator[_Checked]:
-    """The rows of a file, each of which is an answer to one of the tasks or to none of the data set."""
-    known = frozenset(task_ids)
+) -> Iterator[_CheckedRow]:
+    known_ids = frozenset(task_ids)
     for number, row in enumerate(_values(path), 1):
         place = f"{path}, row {number}"
-        identifier, text, sample = _fields(place, row)
+        identifier, text, sample = _read_fields(place, row)
         task_id = task_id_of(identifier)
-        if task_id is not None and task_id not in known:
-            shown = task_id[:_SHOWN]
-            hint = did_you_mean(shown, task_ids) or f", which have ids such as {next(iter(task_ids), '')!r}"
-            raise InputError(f"{place}: identifier {shown!r} is not one of the tasks{hint}")
-        yield _Checked(number, place, task_id, text, sample)
+        if task_id is not None and task_id not in known_ids:
+            shown_id = task_id[:_MAX_SHOWN_CHARACTERS]
+            hint = (
+                did_you_mean(shown_id, task_ids) or f", which have ids such as {next(iter(task_ids), '')!r}"
+            )
+            raise InputError(f"{place}: identifier {shown_id!r} is not one of the tasks{hint}")
+        yield _CheckedRow(number, place, task_id, text, sample)
 
 
 def _read(
-    path: Path, rows: Iterable[_Checked], task_id_of: Callable[[str], str | None], *, sampled: bool
+    path: Path, rows: Iterable[_CheckedRow], task_id_of: Callable[[str], str | None], *, sampled: bool
 ) -> ResponseFile:
-    """The answers of a file: one a task, or several, of which no text is kept."""
-    seen: dict[str, bytearray] = {}
-    elsewhere: set[int] = set()
+    """Return the answers of a file: one for each task, or several, which are not kept in memory."""
+    samples_of_task: dict[str, bytearray] = {}
+    skipped: set[int] = set()
     answers: list[Response] = []
     number = 0
     for row in rows:
@@ -250,20 +251,20 @@ def _read(
                 f'{row.place}: "{SAMPLE}" must be a whole number from 0 to {MAX_SAMPLES - 1}, as in row 1'
             )
         if row.task_id is None:
-            elsewhere.add(row.number)
+            skipped.add(row.number)
             continue
-        if not _is_new(seen.setdefault(row.task_id, bytearray()), sample):
-            which = f"sample {sample} of " if sampled else ""
-            shown = row.task_id[:_SHOWN]
-            raise InputError(f"{row.place}: {which}identifier {shown!r} stands there twice")
+        if not _is_new(samples_of_task.setdefault(row.task_id, bytearray()), sample):
+            sample_text = f"sample {sample} of " if sampled else ""
+            shown_id = row.task_id[:_MAX_SHOWN_CHARACTERS]
+            raise InputError(f"{row.place}: {sample_text}identifier {shown_id!r} occurs twice; keep one row")
         number += 1
         answers += [] if sampled else [Response(row.task_id, row.text)]
-    samples = _Samples(path, number, frozenset(seen), task_id_of, frozenset(elsewhere))
-    return ResponseFile(model_name(path), samples if sampled else tuple(answers), len(elsewhere))
+    samples = _Samples(path, number, frozenset(samples_of_task), task_id_of, frozenset(skipped))
+    return ResponseFile(model_name(path), samples if sampled else tuple(answers), len(skipped))
 
 
 def _is_new(seen: bytearray, sample: int) -> bool:
-    """Whether a number is not among those seen, a bit each, to which it is added."""
+    """Add a number to a bit set; return whether it was new."""
     byte, bit = sample // 8, 1 << sample % 8
     seen.extend(bytes(max(0, byte + 1 - len(seen))))
     is_new = not seen[byte] & bit
@@ -272,16 +273,16 @@ def _is_new(seen: bytearray, sample: int) -> bool:
 
 
 def response_of(row: ResponseRow, task_id_of: Callable[[str], str | None]) -> Response:
-    """The answer in a row of a file that `read_responses` has read."""
+    """Return the answer in a row of a file that `read_responses` has read."""
     if isinstance(row, Response):
         return row
     value = json.loads(row, strict=False) if isinstance(row, bytes) else row
-    identifier, text, sample = _fields("a row", value)
+    identifier, text, sample = _read_fields("a row", value)
     return Response(task_id_of(identifier) or identifier, text, sample)
 
 
 def write_responses(folder: Path, file: ResponseFile) -> None:
-    """Write answers as a response file, so that they can be scored again and elsewhere.
+    """Write answers as a response file, so that they can be scored again.
 
     Raises:
         InputError: the folder cannot be written.
@@ -291,10 +292,10 @@ def write_responses(folder: Path, file: ResponseFile) -> None:
 
 
 def model_name(path: Path) -> str:
-    """The model that a response file is named after.
+    """Return the model that a response file is named after.
 
     Raises:
-        InputError: there is no name before the suffix, or none that a folder of results could have.
+        InputError: the file name has no text before its suffix, or only dots.
     """
     ending = next((ending for ending in ENDINGS if path.name.endswith(ending)), path.suffix)
     name = path.name.removesuffix(ending)
@@ -304,12 +305,12 @@ def model_name(path: Path) -> str:
 
 
 def attempt_name(name: str, attempt: int) -> str:
-    """The name of the answers of one attempt, counted from 1."""
+    """Return the name of the answers of one attempt, counted from 1."""
     return f"{name}_attempt_{attempt}"
 
 
 def _rows(path: Path) -> Iterator[ResponseRow]:
-    """The rows of a file, those of lines of JSON as lines; of these and of Parquet a few are in memory."""
+    """Yield the rows of a file; rows of JSON lines are unparsed lines."""
     if path.suffix == Path(PARQUET).suffix:
         return read_columns(path, COLUMNS, (SAMPLE,))
     if path.suffix == Path(LINES).suffix:
@@ -318,14 +319,14 @@ def _rows(path: Path) -> Iterator[ResponseRow]:
 
 
 def _values(path: Path) -> Iterator[object]:
-    """The same rows, all of them read."""
+    """Yield the rows of a file, all of them parsed."""
     if path.suffix == Path(LINES).suffix:
-        return (_parsed(path, line, number) for number, line in _lines(path))
+        return (_parse_json(path, line, number) for number, line in _lines(path))
     return _rows(path)
 
 
 def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
-    """The lines that are not blank, numbered from 1; only a line feed ends one: JSON may hold the others."""
+    """Yield the lines that are not blank, numbered from 1; only a line feed ends a line."""
     require_file(path)
     try:
         with path.open("rb") as file:
@@ -335,14 +336,14 @@ def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
 
 
 def _read_list(path: Path) -> list[Any]:
-    rows = _parsed(path, read_content(path))
+    rows = _parse_json(path, read_content(path))
     if not isinstance(rows, list):
         raise InputError(f'{path}: expected a list of {{"identifier", "llm_output"}}, not {_kind(rows)}')
     return rows
 
 
-def _parsed(path: Path, content: bytes, line: int = 1) -> object:
-    """JSON that begins at a line of a file."""
+def _parse_json(path: Path, content: bytes, line: int = 1) -> object:
+    """Parse JSON that begins at a line of a file."""
     try:
         value: object = json.loads(content, strict=False)
     except json.JSONDecodeError as error:
@@ -353,8 +354,7 @@ def _parsed(path: Path, content: bytes, line: int = 1) -> object:
     return value
 
 
-def _fields(place: str, row: object) -> tuple[str, str, Any]:
-    """The identifier, the text and the sample of a row."""
+def _read_fields(place: str, row: object) -> tuple[str, str, Any]:
     if not isinstance(row, dict):
         raise InputError(f'{place}: expected {{"identifier", "llm_output"}}, not {_kind(row)}')
     for key in COLUMNS:

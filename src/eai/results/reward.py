@@ -1,12 +1,12 @@
-"""Rewards: the worth of an answer to a training loop, and the reasons.
+"""Rewards of answers for training, and their reasons.
 
-Shapings are functions of what a verdict says. All that an answer is worth lies between 0 and 1, and these
-hold of every answer (``docs/training.md`` has the definitions, and what they keep a policy from learning):
+Shapings are functions of a verdict. Rewards lie between 0 and 1, and for every answer (``docs/training.md``
+has the definitions, and what they prevent a policy from learning):
 
     success <= goals <= progress        diagnosis <= progress        a success is paid as much as its progress
     success <= partial
 
-Episodes are paid by the same definitions: a turn pays by how much it changes what its episode is worth.
+Episodes are paid by the same definitions: the reward of a turn is the change of the episode's value.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ _LOG = logging.getLogger(__name__)
 
 
 class Shaping(str, Enum):
-    """The merit that an answer is paid for."""
+    """A rule that pays an answer by its verdict."""
 
     SUCCESS = "success"
-    """1 for an answer that is right as a whole, else 0; of subgoals divided as all that they earn."""
+    """1 if the whole answer is right, else 0; for subgoals divided like all other shapings."""
     GOALS = "goals"
-    """The gain, if no error ended it; else 0."""
+    """The gain in goals, or 0 if an error ended the answer."""
     PROGRESS = "progress"
-    """The gain, up to the error that ended it if one did."""
+    """The gain in goals up to the error that ended the answer, if there is one."""
     DIAGNOSIS = "diagnosis"
-    """``progress`` divided by one more than the number of faults that were diagnosed."""
+    """``progress`` divided by one more than the number of diagnosed faults."""
     REPAIR = "repair"
-    """The nearness to success, of plans only: by how few edits they would succeed."""
+    """Closeness of a plan to success: it falls with the number of edits that would repair the plan."""
     PARTIAL = "partial"
-    """The gain in partial success, up to the error that ended the answer; for other answers ``progress``."""
+    """The gain in partial success up to the error that ended the answer; ``progress`` if there is none."""
 
 
 def worth(earned: Credit, shaping: Shaping) -> float:
@@ -68,7 +68,7 @@ def worth(earned: Credit, shaping: Shaping) -> float:
         case Shaping.DIAGNOSIS:
             by_itself = earned.gain / (1 + sum(earned.faults.values()))
         case Shaping.REPAIR:
-            raise ValueError("how near a plan is to success is not told by its merits")
+            raise ValueError("the shaping repair needs the steps of the plan: use Reward")
         case Shaping.PARTIAL:
             by_itself = earned.gain if earned.conditions is None else earned.conditions
         case _:
@@ -90,18 +90,18 @@ def merit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Credit | None:
 
 
 METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))
-"""The names of what is measured beside a reward, in order; the same for every ability."""
+"""Names of the numbers that `Grade` adds to a reward, in order; equal for every ability."""
 
 
 @dataclass(frozen=True, slots=True)
 class Grade:
-    """The reward of one answer, and why.
+    """The reward of one answer, with its reasons.
 
     Attributes:
-        value: the reward, between 0 and 1; None where nothing is to be earned, whatever the answer.
-        metrics: numbers to watch, which are not part of the reward, under the names of `METRICS`: ``success``
-            (0 or 1), ``progress`` (0 to 1), ``faults`` and ``fault.KIND`` (how many, in all and of a kind of
-            the paper's). All 0 where nothing is to be earned.
+        value: the reward, between 0 and 1; None if the task pays nothing.
+        metrics: numbers to watch, which are not part of the reward, by the names of `METRICS`: ``success`` (0
+            or 1), ``progress`` (0 to 1), ``faults`` and ``fault.KIND`` (number of faults, in all and of a
+            kind of the paper). All are 0 if the task pays nothing.
         verdict: the verdict.
     """
 
@@ -111,11 +111,11 @@ class Grade:
 
 
 MAX_ANSWER_CHARACTERS = 10_000
-"""How long answers are that are read, in characters; the longest of some 25,000 that we know has 9,651."""
+"""Maximum length of an answer that is read, in characters; the longest of 25,000 public answers has 9,651."""
 
 
 def is_paid(ability: Ability) -> bool:
-    """Whether the verdicts on answers of an ability say what these have earned."""
+    """Whether the verdicts of an ability tell what an answer has earned."""
     return declaration_of(ability).verdict.credit is not Verdict.credit
 
 
@@ -141,13 +141,13 @@ class Reward:
     def __init__(
         self, suite: Suite, shaping: Shaping | str = Shaping.SUCCESS, *, limit: int = MAX_ANSWER_CHARACTERS
     ) -> None:
-        self.suite = _without_planner(suite)
+        self.suite = _drop_planner(suite)
         self.shaping = find_member(Shaping, shaping, "shaping")
         if self.shaping is Shaping.REPAIR and suite.ability is not Ability.ACTION_SEQUENCING:
             plans = Ability.ACTION_SEQUENCING.value
-            raise InputError(f"the shaping repair is of {plans} only, not of {suite.ability.value}")
+            raise InputError(f"the shaping repair is for {plans} only, not for {suite.ability.value}")
         if not is_paid(suite.ability):
-            raise InputError(f"answers to {suite.ability.value} are not paid: its verdicts have no merit")
+            raise InputError(f"answers to {suite.ability.value} are not paid: choose another ability")
         self.limit = limit
         self._at_start = cache(self._reached_at_start)
         self._met_at_start = cache(self._partial_at_start)
@@ -156,39 +156,40 @@ class Reward:
         return partial(Reward, limit=self.limit), (self.suite, self.shaping)
 
     def __call__(self, task_id: str, text: str) -> float | None:
-        """The reward of an answer, from 0 to 1; None where nothing is to be earned, whatever the answer.
+        """Return the reward of an answer, from 0 to 1; None if the task pays nothing.
 
         Raises:
-            InputError: there is no such task.
+            InputError: the task id is unknown.
         """
-        return self._paid(task_id, text, self._merit(task_id, self._verdict(task_id, text)))
+        return self._value(task_id, text, self._merit(task_id, self._verdict(task_id, text)))
 
     def batch(self, task_ids: Sequence[str], texts: Sequence[str]) -> list[float | None]:
-        """The reward of each answer, in order.
+        """Return the reward of each answer, in order.
 
         Raises:
-            InputError: there is no such task.
-            ValueError: there are more of the one than of the other.
+            InputError: a task id is unknown.
+            ValueError: the numbers of ids and texts differ.
         """
         return [self(task_id, text) for task_id, text in zip(task_ids, texts, strict=True)]
 
     def grade(self, task_id: str, text: str) -> Grade:
-        """The reward of an answer, with metrics and verdict.
+        """Return the reward of an answer with metrics and verdict.
 
         Raises:
-            InputError: there is no such task.
+            InputError: the task id is unknown.
         """
         verdict = self._verdict(task_id, text)
         earned = self._merit(task_id, verdict)
-        return Grade(self._paid(task_id, text, earned), metrics_of(earned), verdict)
+        return Grade(self._value(task_id, text, earned), metrics_of(earned), verdict)
 
-    def _paid(self, task_id: str, text: str, earned: Credit | None) -> float | None:
-        """The reward of an answer with these merits."""
+    def _value(self, task_id: str, text: str, earned: Credit | None) -> float | None:
         if earned is None or self.shaping is not Shaping.REPAIR:
             return None if earned is None else worth(earned, self.shaping)
         scorer = self.suite.scorer(task_id)
         if not isinstance(scorer, PlanScorer):
-            raise InputError(f"the shaping repair is not known under {self.suite.protocol.value}")
+            raise InputError(
+                f"the shaping repair is not defined under {self.suite.protocol.value}: use strict"
+            )
         try:
             return scorer.closeness(text if len(text) <= self.limit else "")
         except EaiError:
@@ -217,68 +218,68 @@ class Reward:
         return replace(earned, conditions=gained)
 
     def _reached_at_start(self, task_id: str) -> tuple[bool, ...]:
-        """For each goal, in order, whether it is reached where nothing is done."""
+        """Whether each goal of a task, in order, is reached without any action."""
         task = self.suite.tasks[task_id]
         return GoalTest(task).reached(task.initial, ())
 
     def _partial_at_start(self, task_id: str) -> Share:
-        """The partial success of a plan without steps."""
+        """Return the partial success of an empty plan."""
         task = self.suite.tasks[task_id]
         return GoalTest(task).partial(task.initial, (), self._at_start(task_id))
 
 
 def reward(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> float | None:
-    """The reward of an answer, from 0 to 1; None where nothing is to be earned, whatever the answer.
+    """Return the reward of an answer, from 0 to 1; None if the task pays nothing.
 
-    Suites are opened at first use and kept, so that this may be called for every answer of a training run.
+    Suites are opened at first use and kept, so that a training run can call this for every answer.
 
     Args:
         task: benchmark, ability and id, as ``lamps:lamps/action_sequencing/light``; see `Suite.reference`.
         text: the answer.
-        shaping: what it is paid for, as `Reward` has it.
+        shaping: what the answer is paid for, as in `Reward`.
 
     Raises:
         InputError: there is no such task or shaping.
-        DataError: the data cannot be had.
+        DataError: the data cannot be obtained or is damaged.
     """
-    found = TaskReference.parse(task)
-    return open_reward(found, shaping)(found.task_id, text)
+    reference = TaskReference.parse(task)
+    return open_reward(reference, shaping)(reference.task_id, text)
 
 
 def open_reward(task: TaskReference, shaping: Shaping | str) -> Reward:
-    """The reward of the suite that a task is of, opened once.
+    """Return the reward function of a task's suite; it is opened once.
 
     Raises:
         InputError: there is no such suite or shaping.
-        DataError: the data cannot be had.
+        DataError: the data cannot be obtained or is damaged.
     """
-    return _opened(task.benchmark, task.ability, find_member(Shaping, shaping, "shaping"))
+    return _open_reward(task.benchmark, task.ability, find_member(Shaping, shaping, "shaping"))
 
 
 @cache
 def open_reward_suite(benchmark: str, ability: Ability) -> Suite:
-    """A suite that answers are paid in, opened once and without a planner; as `TaskReference` names it.
+    """Return a suite for rewards, opened once and without a planner.
 
     Raises:
         InputError: there is no such suite.
-        DataError: the data cannot be had.
+        DataError: the data cannot be obtained or is damaged.
     """
     return open_suite(benchmark, ability, source=Source(planner=PlannerChoice.NONE))
 
 
 @cache
-def _opened(benchmark: str, ability: Ability, shaping: Shaping) -> Reward:
+def _open_reward(benchmark: str, ability: Ability, shaping: Shaping) -> Reward:
     return Reward(open_reward_suite(benchmark, ability), shaping)
 
 
-def _without_planner(suite: Suite) -> Suite:
-    """The suite opened so that no planner judges operators."""
+def _drop_planner(suite: Suite) -> Suite:
+    """Return the suite, opened so that no planner judges operators."""
     planned = suite.ability is Ability.TRANSITION_MODELING and suite.source.planner is not PlannerChoice.NONE
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
 def metrics_of(earned: Credit | None) -> dict[str, float]:
-    """The metrics of a grade; None stands for a task in which nothing is to be earned."""
+    """Return the metrics of a grade; None stands for a task that pays nothing."""
     if earned is None:
         return dict.fromkeys(METRICS, 0.0)
     faults = {f"fault.{kind.value}": float(earned.faults.get(kind, 0)) for kind in FaultKind}

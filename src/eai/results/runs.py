@@ -1,4 +1,4 @@
-"""Runs: the records of one model in one suite under one protocol, plain or of one experiment."""
+"""Reads runs: the records of one model in one suite under one protocol, plain or of one experiment."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from eai.results.paper_tables import read_paper_setting
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 
-_LOG = "inspect.json"
-"""The file beside records that says where Inspect's log has their samples."""
+_LOG_FILE = "inspect.json"
+"""File beside records that names Inspect's log of their samples."""
 
 
 LogSamples: TypeAlias = tuple[str, int | Mapping[str, int]]
-"""A log's name, and the epoch of samples in it, of all or by task."""
+"""Name of a log, and the epoch of the samples in it, for all tasks or by task."""
 
 
 class RunKey(NamedTuple):
-    """The identity of a run. Keys sort by protocol, domain and ability as declared, then by name."""
+    """Identity of a run. Keys sort by protocol, domain and ability as declared, then by name."""
 
     protocol: Protocol
     domain: str
@@ -44,33 +44,35 @@ class RunKey(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The name among runs of its suite: its model, and its experiment if it is one."""
+        """Name of the run within its suite: its model, and the label of its experiment, if it is one."""
         return self.model if self.experiment is None else f"{self.model}, {self.experiment.label}"
 
     @property
     def suite(self) -> SuiteKey:
-        """Its suite, as tables name it."""
+        """Suite of the run, as tables name it."""
         return SuiteKey(self.protocol.value, self.domain, self.ability.value)
 
     @property
     def cells(self) -> tuple[str, str, str, str]:
-        """Its names in a row of a table: the columns `SUITE` and `MODEL`."""
+        """Names of the run in a row of a table: the columns `SUITE` and `MODEL`."""
         return (*self.suite, self.name)
 
     @property
     def is_plain(self) -> bool:
-        """Whether it is ranked: it is no experiment but one of a harness or an effort."""
+        """Whether the run is ranked: it has no experiment, or only a harness or an effort."""
         return self.experiment is None or self.experiment.is_plain
 
     @property
     def order(self) -> tuple[int, int, str, int, str, str]:
-        """The key that runs are sorted by; unknown domains come last."""
-        known = registered()
-        place = known.index(self.domain) if self.domain in known else len(known)
+        """Sort key of runs; unknown domains come last."""
+        names_of_domains = registered()
+        position = (
+            names_of_domains.index(self.domain) if self.domain in names_of_domains else len(names_of_domains)
+        )
         protocols = [*Protocol.list_names()]
         return (
             protocols.index(self.protocol),
-            place,
+            position,
             self.domain,
             ability_rank(self.ability),
             self.model,
@@ -86,10 +88,9 @@ class Run:
     """The records of a run, in data set order; there is at least one.
 
     Attributes:
-        key: the identity of the run.
-        records: its records.
-        log: where Inspect's log has their samples, as a file's name and an epoch, or one by task; None if
-            that is unknown.
+        key: identity of the run.
+        records: the records.
+        log: name of Inspect's log and epoch of the samples (one, or one for each task); None if unknown.
     """
 
     key: RunKey
@@ -104,21 +105,21 @@ def count_goals_as_paper(run: Run) -> Run:
     if protocol is None:
         return run
 
-    def as_asked(record: Record) -> Record:
+    def count_record(record: Record) -> Record:
         task = TaskReference(record.domain, record.ability, record.task_id)
         verdict = protocol.as_asked(task, record.verdict)
         return record if verdict is record.verdict else replace(record, verdict=verdict)
 
-    return replace(run, records=tuple(map(as_asked, run.records)))
+    return replace(run, records=tuple(map(count_record, run.records)))
 
 
 def count_errors_as_paper(run: Run) -> Run:
-    """Return the run of an experiment with its errors counted as the script of the paper's runs did."""
+    """Return the run of an experiment, with errors counted as the script of the paper's runs did."""
     protocol = implementation_of(read_paper_setting().protocol)
     if protocol is None:
         return run
 
-    def as_counted(record: Record) -> Record:
+    def recount_record(record: Record) -> Record:
         options = AttemptOptions.from_experiment(record.experiment)
         if options is None or not record.attempts:
             return record
@@ -128,37 +129,37 @@ def count_errors_as_paper(run: Run) -> Run:
         attempts = tuple([replace(attempt, verdict=verdict) for attempt, verdict in pairs])
         return replace(record, attempts=attempts, verdict=counted[-1])
 
-    return replace(run, records=tuple(map(as_counted, run.records)))
+    return replace(run, records=tuple(map(recount_record, run.records)))
 
 
 def find_record_files(paths: Iterable[Path]) -> list[Path]:
-    """The files of records that paths name, or that are below the folders they name, each once.
+    """Return the record files at paths or below folders, each once.
 
     Links to folders are followed, each folder once.
 
     Raises:
         InputError: a path does not exist, or there is no such file below it.
     """
-    found: dict[Path, None] = {}
+    record_files: dict[Path, None] = {}
     for path in paths:
         if path.is_dir():
             files = files_below(path, RECORDS)
             if not files:
                 raise InputError(f"{path}: expected a folder with {RECORDS} somewhere below, found none")
-            found |= dict.fromkeys(files)
+            record_files |= dict.fromkeys(files)
         elif path.exists():
-            found[path] = None
+            record_files[path] = None
         else:
             raise InputError(f"{path}: no such file or folder")
-    return list(found)
+    return list(record_files)
 
 
 def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
-    """The runs in files of records, file by file, so that only one file's records are in memory.
+    """Yield the runs in files of records, file by file, so that only one file's records are in memory.
 
     Raises:
-        InputError: a file is not one of records or holds none, two hold the same run, or a task stands
-            twice in one.
+        InputError: a file is not one of records or has none, two files have the same run, or a file has two
+            records of a task.
     """
     sources: dict[RunKey, Path] = {}
     for path in find_record_files(paths):
@@ -173,21 +174,21 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
             if times > 1 and records[0].sample is not None:
                 raise InputError(f"{path}: {key} has several samples a task; reports take one answer a task")
             if times > 1:
-                raise InputError(f"{path}: task {task_id} stands there {times} times in the run {key}")
+                raise InputError(f"{path}: the run {key} has {times} records of task {task_id}; keep one")
             yield Run(key, tuple(records), _log_beside(path))
 
 
 def write_log_samples(folder: Path, log: Path, epoch: int | Mapping[str, int]) -> None:
-    """Write beside records in which log of Inspect's their samples are, of which epoch or, by task, epochs.
+    """Write beside records the name of Inspect's log with their samples, and the epoch (one, or by task).
 
     Raises:
         InputError: the folder cannot be written.
     """
-    write_whole({folder / _LOG: json.dumps({"log": log.name, "epoch": epoch}) + "\n"})
+    write_whole({folder / _LOG_FILE: json.dumps({"log": log.name, "epoch": epoch}) + "\n"})
 
 
 def _log_beside(records: Path) -> LogSamples | None:
-    path = records.with_name(_LOG)
+    path = records.with_name(_LOG_FILE)
     try:
         content = json.loads(read_content(path)) if path.exists() else None
         if content is None:
@@ -200,9 +201,9 @@ def _log_beside(records: Path) -> LogSamples | None:
 
 
 def explorer_address(record: Record) -> str:
-    """The part of an address that shows a record in the explorer of a report."""
-    made = declaration_of(record.ability).read_experiment(record.response)
-    key = _key(record if made is None else record.add_experiment(made))
+    """Return the part of an address that shows a record in the explorer of a report."""
+    agent = declaration_of(record.ability).read_experiment(record.response)
+    key = _key(record if agent is None else record.add_experiment(agent))
     run = f"{key.domain}/{key.ability.value}/{key.protocol.value}/{key.name}"
     return f"explorer.html#{urlencode({'run': run, 'task': record.task_id})}"
 

@@ -1,8 +1,8 @@
-"""The metrics of a run, as its ability declares them, and what its answers came to.
+"""Computes the metrics of a run, as its ability declares them, and breaks answers down by outcome.
 
-Metrics are also known by the number of attempts: what a run of an experiment would have come to, had it ended
-earlier. The average performance of a model in a domain is as the paper has it. Answers are broken down by
-where they failed, and success by features of a task or an answer.
+Metrics by attempt tell what a run of an experiment would have reached with fewer attempts. The average
+performance of a model in a domain is defined as in the paper. Success is broken down by features of a task or
+an answer.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 
 def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
-    """All metrics of the paper's tables for an ability, by name, over the verdicts that are not excluded.
+    """Return all metrics of the paper's tables for an ability, by name, over verdicts that are not excluded.
 
-    Metrics without any verdict are there all the same, as nothing of nothing.
+    Metrics without any verdict are present as rates without cases.
     """
     declared = declaration_of(ability)
     nothing = dict.fromkeys(declared.contributions(declared.verdict()), NOTHING)
@@ -41,9 +41,9 @@ def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
 
 
 def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Shares]:
-    """The shares that each verdict of a run that is not excluded contributes to each metric, in order.
+    """Yield what each verdict that is not excluded contributes to each metric, in order.
 
-    They come one after the other: of a long run all at once are a great many small objects.
+    They are yielded one by one to save memory in long runs.
     """
     declared = declaration_of(ability)
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
@@ -55,101 +55,105 @@ def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Sha
 
 
 def shares_by_task(records: Sequence[Record]) -> dict[str, Shares]:
-    """The shares that the records of a run contribute, by task; those of excluded ones are not there."""
-    return {record.task_id: shares for record, shares in _contributed(records, records[0].ability)}
+    """Return the contributions of a run's records by task, without excluded records."""
+    return {record.task_id: shares for record, shares in _pair_contributions(records, records[0].ability)}
 
 
 def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case]]:
-    """The cases that the records of a run add to each metric, in order; excluded ones add nothing."""
+    """Return the cases that a run's records add to each metric, in order, without excluded records."""
     return group_pairs(
         (metric, Case(task, name, share))
-        for record, shares in _contributed(records, ability)
+        for record, shares in _pair_contributions(records, ability)
         for task, name in [(record.task_id, name_of(record))]
         for metric, share in shares.items()
     )
 
 
-def _contributed(records: Sequence[Record], ability: Ability) -> Iterator[tuple[Record, Shares]]:
+def _pair_contributions(records: Sequence[Record], ability: Ability) -> Iterator[tuple[Record, Shares]]:
     scored = [record for record in records if record.verdict.excluded is None]
     return zip(scored, contributions([record.verdict for record in scored], ability), strict=True)
 
 
 def name_of(record: Record) -> str:
-    """The name that near copies of a task share; where it is not known, the task stands for itself."""
+    """Return the name that near copies of a task share; the task's id if the name is unknown."""
     return record.task_id if record.task is None else record.task.name
 
 
 def share_of(records: Sequence[Record], counted: Sequence[bool]) -> Estimate:
-    """The share of records that count."""
+    """Return the share of records that count."""
     cases = zip(records, counted, strict=True)
     return Estimate.from_cases(
-        [Case(record.task_id, name_of(record), share_of_one(counts)) for record, counts in cases]
+        [Case(record.task_id, name_of(record), share_of_one(is_counted)) for record, is_counted in cases]
     )
 
 
 AVERAGE = "average_performance"
-"""The name of the metric."""
+"""Name of the metric of average performance."""
 
 
 AbilityMetric: TypeAlias = tuple[Ability, str]
-"""A metric of an ability."""
+"""An ability and the name of one of its metrics."""
 
 
 def average_weights(values: Mapping[AbilityMetric, float | None] | None = None) -> dict[AbilityMetric, float]:
-    """How much each metric counts in the average: a quarter an ability, halved where it has two metrics.
+    """Return each metric's weight in the average: a quarter for an ability, halved if it has two metrics.
 
     Args:
-        values: what is known in percent; a metric that is declared to stand in the place of one of the
-            paper's does so where it is known. Without values the metrics are the paper's.
+        values: known values in percent. If the value of a metric that may replace one of the paper's is
+            known, it replaces it. Without values the metrics are the paper's.
     """
-    known = values or {}
+    known_values = values or {}
     weights: dict[AbilityMetric, float] = {}
     for ability, declared in load_paper_abilities().items():
         for metric in declared.averaged_metrics:
-            place = ability, declared.replacements.get(metric, metric)
-            place = place if known.get(place) is not None else (ability, metric)
-            weights[place] = 1 / (len(PAPER_ABILITIES) * len(declared.averaged_metrics))
+            metric_key = ability, declared.replacements.get(metric, metric)
+            metric_key = metric_key if known_values.get(metric_key) is not None else (ability, metric)
+            weights[metric_key] = 1 / (len(PAPER_ABILITIES) * len(declared.averaged_metrics))
     return weights
 
 
 def average_performance(values: Mapping[AbilityMetric, float | None]) -> float | None:
-    """The mean over the four abilities in percent, or None unless all are known.
+    """Return the mean over the four abilities in percent, or None unless all are known.
 
     ``(goal F1 + subgoal task success + action task success + (operator F1 + planner success) / 2) / 4``: the
-    paper's section "Average Performance". Where it is known which plans work, that rate stands in the place
-    of planner success.
+    paper's section "Average Performance". If the rate of plans that work is known, it replaces planner
+    success.
 
     Args:
         values: (ability, metric) -> percent.
     """
     weights = average_weights(values)
-    parts = [weight * value for place, weight in weights.items() if (value := values.get(place)) is not None]
+    parts = [weight * value for key, weight in weights.items() if (value := values.get(key)) is not None]
     return sum(parts) if len(parts) == len(weights) else None
 
 
 def keep_attempts(record: Record, attempts: int) -> Record:
-    """The record as it would be if a task had no more attempts than so many; one without any is as it is."""
-    made = record.attempts[:attempts]
-    if not made:
+    """Return the record as it would be with a limit on attempts; records without attempts do not change."""
+    kept_attempts = record.attempts[:attempts]
+    if not kept_attempts:
         return record
-    last = made[-1]
+    last = kept_attempts[-1]
     return replace(
-        record, response=last.response, verdict=last.verdict, explanation=last.explanation, attempts=made
+        record,
+        response=last.response,
+        verdict=last.verdict,
+        explanation=last.explanation,
+        attempts=kept_attempts,
     )
 
 
 def max_attempts(records: Sequence[Record]) -> int:
-    """How many attempts the tasks of a run could have; 0 where answers were not carried out."""
+    """Return the maximum number of attempts at a task of a run; 0 if answers were not carried out."""
     if not any(record.attempts for record in records):
         return 0
-    known = [AttemptOptions.from_experiment(record.experiment) for record in records]
-    return max([1 + options.replans for options in known if options is not None])
+    options_of_records = [AttemptOptions.from_experiment(record.experiment) for record in records]
+    return max([1 + options.replans for options in options_of_records if options is not None])
 
 
 def summarise_by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rate]]:
-    """The metrics of a run by the number of attempts, from 1 on.
+    """Return the metrics of a run with 1, 2, ... attempts.
 
-    The errors are those of the last attempt that was made. Success never falls: a trial ends with it.
+    The errors are those of the last attempt. Success never falls, because a trial ends with it.
     """
     return [
         summarise([keep_attempts(record, number).verdict for record in records], records[0].ability)
@@ -158,33 +162,34 @@ def summarise_by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rate]]:
 
 
 _NO_ANSWER = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED})
-"""Where there is no answer to break down."""
+"""Outcomes of records without an answer to break down."""
 
 
-_LOST = {
+_OUTCOMES_BEFORE_STAGE = {
     "readable": AnswerOutcome.PARSING,
     "known": AnswerOutcome.HALLUCINATION,
     "well_formed": AnswerOutcome.ARGUMENT_NUMBER,
 }
-"""The outcomes of answers that do not reach a stage."""
+"""Outcome of the answers that do not reach a stage."""
 
 
 @dataclass(frozen=True, slots=True)
 class Breakdown:
-    """One run's answers by what they came to.
+    """The answers of one run by their outcomes.
 
     Attributes:
-        outcomes: how many answers came to what.
-        flow: how many scored answers came how far, by stage: answers, readable, known (without unknown
-            names), well_formed (each action has as many arguments as it takes), executed, reached; None for
+        outcomes: number of answers with each outcome.
+        flow: number of scored answers that reach each stage: answers, readable, known (without unknown
+            names), well_formed (each action has its number of arguments), executed, reached; None for
             abilities without plans.
-        by_goals: number of goals of the task -> success of each answer to such a task; where a record stands
-            for several answers, their mean.
-        by_length: number of steps of the data set's own plan -> the same. How many steps of an answer were
-            tried is an outcome: a plan that fails early would count as a short one.
-        by_action: operator -> share of its steps that were executed, of all that were tried, additional ones
-            too (they are not executed); of transition modeling, F1.
-        by_predicate: predicate -> share of goals that mention it that are met; of transition modeling, F1.
+        by_goals: number of goals of the task -> success of each answer to such a task; the mean if a record
+            stands for several answers.
+        by_length: number of steps of the data set's own plan -> success of each answer. The answer's number
+            of tried steps is no feature: a plan that fails early would count as short.
+        by_action: operator -> share of executed steps among its tried steps, with additional steps, which are
+            not executed; F1 in transition modeling.
+        by_predicate: predicate -> share of reached goals among the goals that mention it; F1 in transition
+            modeling.
     """
 
     outcomes: Mapping[AnswerOutcome, int]
@@ -196,7 +201,7 @@ class Breakdown:
 
 
 def outcome_of(record: Record) -> AnswerOutcome:
-    """The outcome of an answer, or that there is none."""
+    """Return the outcome of an answer; a missing or excluded answer has an outcome of its own."""
     if record.verdict.excluded is not None:
         return AnswerOutcome.EXCLUDED
     if record.unanswered is not None:
@@ -205,10 +210,10 @@ def outcome_of(record: Record) -> AnswerOutcome:
 
 
 def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
-    """The breakdown of a run's records, all of one ability.
+    """Return the breakdown of a run's records, all of one ability.
 
-    Where there is no answer, or it is excluded, that is an outcome and nothing else. Records that do not say
-    what their tasks are like are in none of the breakdowns by task.
+    Missing and excluded answers count only as outcomes. Records without the features of their tasks are in no
+    breakdown by task.
     """
     declared = declaration_of(ability)
     metric = None if declared.combine_epochs is None else find_success_metric(ability)
@@ -218,11 +223,11 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     by_action: dict[str, list[Share]] = {}
     by_predicate: dict[str, list[Share]] = {}
     for record in records:
-        came_to = outcome_of(record)
-        outcomes[came_to] += 1
-        if came_to in _NO_ANSWER:
+        answer_outcome = outcome_of(record)
+        outcomes[answer_outcome] += 1
+        if answer_outcome in _NO_ANSWER:
             continue
-        success = Case(record.task_id, name_of(record), _success(record, came_to, metric))
+        success = Case(record.task_id, name_of(record), _success(record, answer_outcome, metric))
         if record.task is not None:
             by_goals.setdefault(record.task.goals, []).append(success)
             if declared.has_plans and record.task.annotated_steps is not None:
@@ -244,24 +249,24 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     )
 
 
-def _success(record: Record, came_to: AnswerOutcome, metric: str | None) -> Share:
-    """Whether an answer is right; by a metric that answers add their means to, if there is one."""
+def _success(record: Record, answer_outcome: AnswerOutcome, metric: str | None) -> Share:
+    """Return whether an answer is right, or its contribution to a metric of means."""
     if metric is None:
-        return Share(came_to is AnswerOutcome.SUCCESS, 1)
+        return Share(answer_outcome is AnswerOutcome.SUCCESS, 1)
     return declaration_of(record.ability).contributions(record.verdict)[metric]
 
 
 def _flow(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:
     flow = {"answers": sum(count for kind, count in outcomes.items() if kind not in _NO_ANSWER)}
-    left = flow["answers"]
-    for stage, lost in _LOST.items():
-        flow[stage] = left = left - outcomes.get(lost, 0)
+    remaining = flow["answers"]
+    for stage, answer_outcome in _OUTCOMES_BEFORE_STAGE.items():
+        flow[stage] = remaining = remaining - outcomes.get(answer_outcome, 0)
     reached = outcomes.get(AnswerOutcome.SUCCESS, 0)
     return {**flow, "executed": reached + outcomes.get(AnswerOutcome.GOAL_MISSED, 0), "reached": reached}
 
 
 def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:
-    """The goals that a record tells of, and whether they count as reached."""
+    """Yield the goals in the explanation of a record, and whether they count as reached."""
     reports = () if record.explanation is None else record.explanation.goals
     counted = record.verdict.goals_satisfied if isinstance(record.verdict, PlanVerdict) else ()
     reached = counted if len(counted) == len(reports) else [report.satisfied for report in reports]
@@ -269,7 +274,7 @@ def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:
 
 
 def steps_of(record: Record) -> Iterator[tuple[int, StepReport]]:
-    """The steps that a record tells of at which an action was tried, with their numbers from 0."""
+    """Yield the steps of an explanation at which an action was tried, with their numbers from 0."""
     steps = () if record.explanation is None else record.explanation.steps
     yield from ((number, step) for number, step in enumerate(steps) if record.verdict.is_action(number))
 
@@ -277,20 +282,23 @@ def steps_of(record: Record) -> Iterator[tuple[int, StepReport]]:
 def _break_down_operators(
     verdict: OperatorVerdict, by_action: dict[str, list[Share]], by_predicate: dict[str, list[Share]]
 ) -> None:
-    """Count the clauses of operators by operator, and by predicate once for each that stands in them."""
+    """Count the clauses of operators by operator, and once by each predicate in them."""
     for operator in verdict.operators:
         for side in (operator.precondition, operator.effect):
             wrong = (*side.additional, *side.missing)
-            found = [*((part, _TWICE) for part in side.matched), *((part, ZERO_SHARE) for part in wrong)]
-            for part, share in found:
+            shares = [
+                *((clause, _MATCH) for clause in side.matched),
+                *((clause, ZERO_SHARE) for clause in wrong),
+            ]
+            for clause, share in shares:
                 by_action.setdefault(operator.name, []).append(share)
-                for predicate in verdict.clauses[part].predicates:
+                for predicate in verdict.clauses[clause].predicates:
                     by_predicate.setdefault(predicate, []).append(share)
 
 
-_TWICE = Share(2, 2)
-"""The contribution of a match to F1, which is 2 TP / (2 TP + FP + FN)."""
+_MATCH = Share(2, 2)
+"""Contribution of a matched clause to F1, which is 2 TP / (2 TP + FP + FN)."""
 
 
 def _rates(shares: Mapping[str, Sequence[Share]]) -> dict[str, Rate]:
-    return {name: rate_of(found) for name, found in sorted(shares.items())}
+    return {name: rate_of(shares_of_name) for name, shares_of_name in sorted(shares.items())}

@@ -1,8 +1,8 @@
-"""Tables of results: one value for reports, analyses, leaderboards, comparisons and statistics of data.
+"""Tables of results for reports, analyses, leaderboards, comparisons and statistics of data.
 
-A cell is a plain value, a `Label`, or an `Estimate`: a number with what it is made of and how sure it is. How
-a table looks is for its writers to say: `table_files` (CSV, JSON, Markdown and Parquet of an analysis),
-`markdown`, `latex` and `terminal`.
+A cell is a plain value, a `Label`, or an `Estimate` (a number with its fraction and its interval). Writers
+decide on the form: `table_files` (CSV, JSON, Markdown and Parquet of an analysis), `markdown`, `latex` and
+`terminal`.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ _SUPERSCRIPTS = str.maketrans("0123456789,", "⁰¹²³⁴⁵⁶⁷⁸⁹˒")
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A number with its interval of 95 %.
+    """A number with its 95 % interval.
 
     Attributes:
-        value: the number; None if it is of nothing.
-        low: the lower bound; None if there is no interval.
-        high: the upper one.
-        numerator: of a rate, its numerator.
-        denominator: of a rate, its denominator.
-        best: whether it is to stand out, such as the best of its column.
+        value: the number; None if there are no cases.
+        low: lower bound; None if there is no interval.
+        high: upper bound; None if there is no interval.
+        numerator: numerator, if the number is a rate.
+        denominator: denominator, if the number is a rate.
+        best: whether the number is emphasised, such as the best of its column.
         notes: numbers of footnotes, from 1.
     """
 
@@ -48,14 +48,14 @@ class Estimate:
 
     @classmethod
     def from_cases(cls, cases: Cases) -> Estimate:
-        """The rate of what tasks add to it, in percent; its interval has the tasks' names as units."""
+        """Return the rate of cases in percent; its interval has the tasks' names as units."""
         rate, certainty = rate_of(case.share for case in cases), certainty_of_rate(cases)
         low, high = (None, None) if certainty is None else certainty.interval
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)
 
     @classmethod
     def from_difference(cls, before: Cases, after: Cases) -> Estimate:
-        """The second rate minus the first, in percentage points."""
+        """Return the second rate minus the first, in percentage points."""
         percents = [rate_of(case.share for case in cases).percent for cases in (before, after)]
         certainty = certainty_of_difference(before, after)
         if percents[0] is None or percents[1] is None:
@@ -64,15 +64,15 @@ class Estimate:
 
     @classmethod
     def from_rate(cls, rate: Rate) -> Estimate:
-        """A rate in percent, without an interval."""
+        """Return a rate in percent, without an interval."""
         return cls(rate.percent, numerator=rate.numerator, denominator=rate.denominator)
 
     def columns(self) -> dict[str, float | None]:
-        """The parts that the estimate may have, by name."""
+        """Return the values of all parts of the estimate, by name."""
         return {name: getattr(self, name) for name in ESTIMATE_PARTS}
 
     def format_number(self, column: Column, nothing: str) -> str:
-        """The number alone, as a column has it; or what stands for none."""
+        """Return the number as text with the column's digits, or another text if there is no number."""
         if self.value is None:
             return nothing
         return short_number(self.value) if column.digits is None else f"{self.value:.{column.digits}f}"
@@ -88,20 +88,20 @@ class Estimate:
 ESTIMATE_PARTS = ("value", "low", "high", "numerator", "denominator")
 
 NO_NUMBER = Estimate(None)
-"""The cell of a number that there is not: writers show a dash, where None is an empty cell."""
+"""Cell of a missing number: writers show a dash. None is an empty cell."""
 
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A text with more to it than its letters.
+    """A text with a link, an origin, footnotes or emphasis.
 
     Attributes:
-        text: what is read.
-        target: where it leads: in Markdown it is a link.
-        origin: where what it names is from, if not from a run; such a label stands back.
+        text: the text.
+        target: address of a link in Markdown, if any.
+        origin: source of the named row, if it is not a run; such a label is dimmed.
         notes: numbers of footnotes, from 1.
-        bold: whether it stands out.
-        dim: whether it stands back.
+        bold: whether the text is emphasised.
+        dim: whether the text is dimmed.
     """
 
     text: str
@@ -121,16 +121,16 @@ Row: TypeAlias = tuple[Cell, ...]
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column that is more than its name.
+    """A column with its heading and format.
 
     Attributes:
-        name: in files for programs.
-        heading: what readers read over it; the name if empty.
-        group: what stands over it and its neighbours, where a writer has room for it.
-        alone: the heading where there is no room for groups, if it is another one.
-        digits: how many digits after the point numbers have; as few as say enough if None.
-        number: whether it is set as numbers are, to the right; None if its cells decide.
-        notes: the numbers of the footnotes on the whole of it.
+        name: name in files for programs.
+        heading: heading for readers; the name if empty.
+        group: heading over this and neighbouring columns, if a writer supports it.
+        heading_without_group: heading if a writer does not support groups, if it differs.
+        digits: number of digits after the point; as few as needed if None.
+        is_number: whether the cells are numbers, aligned right; None if the cells decide.
+        notes: numbers of footnotes on the whole column.
     """
 
     name: str
@@ -151,13 +151,13 @@ class Table:
     """A table of results.
 
     Attributes:
-        name: that of its files.
-        title: its heading.
-        definition: what stands in it, in words: a sentence or several.
-        columns: those that are no more than names, and others.
-        rows: the cells of each row, one a column.
-        shown: how many rows of a suite stand in the Markdown of an analysis; None for all.
-        notes: the footnotes, the first is number 1.
+        name: name of its files.
+        title: heading of the table.
+        definition: meaning of the numbers in sentences.
+        columns: names of columns, or columns with a format.
+        rows: cells of each row, one for each column.
+        max_shown_rows: maximum number of rows of a suite in the Markdown of an analysis; None for all.
+        notes: footnotes; the first has number 1.
     """
 
     name: str
@@ -170,48 +170,50 @@ class Table:
 
     @classmethod
     def from_columns(cls, title: str, columns: Sequence[NamedCells]) -> Table:
-        """A table for a terminal from its columns, each with its cells."""
+        """Return a table for a terminal, build_table from columns with their cells."""
         rows = zip(*(cells for _, cells in columns), strict=True)
         return cls("", title, "", tuple([column for column, _ in columns]), tuple(rows))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the columns."""
+        """Names of the columns."""
         return tuple([column if isinstance(column, str) else column.name for column in self.columns])
 
     @property
     def full_columns(self) -> list[Column]:
-        """The columns in full: each knows whether it is one of numbers, and what stands over it."""
-        found = []
-        for place, each in enumerate(self.columns):
-            column = Column(each) if isinstance(each, str) else each
-            number = self._is_of_numbers(place) if column.is_number is None else column.is_number
-            found.append(replace(column, heading=column.heading or column.name, is_number=number))
-        return found
+        """The columns, each with its heading and whether it has numbers."""
+        columns = []
+        for index, column_or_name in enumerate(self.columns):
+            column = Column(column_or_name) if isinstance(column_or_name, str) else column_or_name
+            number = self._has_numbers(index) if column.is_number is None else column.is_number
+            columns.append(replace(column, heading=column.heading or column.name, is_number=number))
+        return columns
 
     def row_dicts(self) -> list[dict[str, Cell]]:
-        """The rows as cells by the names of their columns."""
+        """Return the rows as cells by column name."""
         names = self.names
         return [dict(zip(names, row, strict=True)) for row in self.rows]
 
     def select(self, columns: Sequence[str]) -> Table:
-        """The table with these of its columns, in their order in it."""
-        places = [place for place, name in enumerate(self.names) if name in columns]
-        chosen = tuple([self.columns[place] for place in places])
-        return replace(self, columns=chosen, rows=tuple(tuple(row[i] for i in places) for row in self.rows))
+        """Return the table with only these columns, in the table's order."""
+        indices = [index for index, name in enumerate(self.names) if name in columns]
+        selected = tuple([self.columns[index] for index in indices])
+        return replace(
+            self, columns=selected, rows=tuple(tuple(row[i] for i in indices) for row in self.rows)
+        )
 
     def drop(self, columns: Collection[str]) -> Table:
-        """The table but for some of its columns."""
+        """Return the table without some columns."""
         return self.select([name for name in self.names if name not in columns])
 
     def flat_columns(self) -> list[str]:
-        """The columns of CSV: an estimate has one for each of its parts."""
-        parts = zip(self.names, self._estimates(), strict=True)
+        """Return the columns of CSV: an estimate has one for each of its parts."""
+        parts = zip(self.names, self._has_estimates(), strict=True)
         return [name for column, is_estimate in parts for name in _parts(column, is_estimate)]
 
     def flat_rows(self) -> Iterator[list[Plain]]:
-        """The rows of CSV."""
-        estimates = self._estimates()
+        """Yield the rows of CSV."""
+        estimates = self._has_estimates()
         for row in self.rows:
             flat: list[Plain] = []
             for cell, is_estimate in zip(row, estimates, strict=True):
@@ -223,14 +225,14 @@ class Table:
                     flat += [cell] * (len(ESTIMATE_PARTS) if is_estimate else 1)
             yield flat
 
-    def _estimates(self) -> list[bool]:
-        """Which columns are of estimates."""
+    def _has_estimates(self) -> list[bool]:
+        """Return for each column whether it has estimates."""
         return [
-            any(isinstance(row[place], Estimate) for row in self.rows) for place in range(len(self.columns))
+            any(isinstance(row[index], Estimate) for row in self.rows) for index in range(len(self.columns))
         ]
 
-    def _is_of_numbers(self, place: int) -> bool:
-        return not any(isinstance(row[place], str | bool | Label) for row in self.rows)
+    def _has_numbers(self, index: int) -> bool:
+        return not any(isinstance(row[index], str | bool | Label) for row in self.rows)
 
 
 def make_table(
@@ -240,30 +242,32 @@ def make_table(
     title: str | None = None,
     max_shown_rows: int | None = None,
 ) -> Callable[[Callable[P, Iterable[Row]]], Callable[P, Table]]:
-    """Makes of a function that gives rows one that gives their table, whose attributes these are.
+    """Return a decorator: a function that yields rows becomes one that returns their table.
 
-    The docstring of the function says the rest: its first line is the title, if no other is given, and what
-    stands below is the definition. In both, names in braces are arguments of the function.
+    The docstring of the function has the rest: its first line is the title, unless a title is given, and the
+    other lines are the definition. Names in braces, in both, are replaced by arguments of the function.
     """
 
-    def with_table(rows: Callable[P, Iterable[Row]]) -> Callable[P, Table]:
+    def decorate(rows: Callable[P, Iterable[Row]]) -> Callable[P, Table]:
         first, _, below = (rows.__doc__ or "").partition("\n")
         heading, definition = first.removesuffix(".") if title is None else title, " ".join(below.split())
 
         @wraps(rows)
-        def made(*arguments: P.args, **options: P.kwargs) -> Table:
+        def build_table(*arguments: P.args, **options: P.kwargs) -> Table:
             bound = signature(rows).bind(*arguments, **options)
             bound.apply_defaults()
-            says, means = (text.format(**bound.arguments) for text in (heading, definition))
-            return Table(name, says, means, columns, tuple(rows(*arguments, **options)), max_shown_rows)
+            title_text, definition_text = (text.format(**bound.arguments) for text in (heading, definition))
+            return Table(
+                name, title_text, definition_text, columns, tuple(rows(*arguments, **options)), max_shown_rows
+            )
 
-        return made
+        return build_table
 
-    return with_table
+    return decorate
 
 
 def short_number(number: float | None) -> str:
-    """A number as one reads it: percentages to a tenth, small numbers to two digits after the point."""
+    """Return a short form of a number: whole, with one digit from 10 on, else with two digits."""
     if number is None or math.isnan(number):
         return ""
     return (
@@ -276,7 +280,7 @@ def short_number(number: float | None) -> str:
 
 
 def superscript(numbers: Sequence[int]) -> str:
-    """The marks of footnotes."""
+    """Return numbers of footnotes as superscripts."""
     return ",".join(map(str, numbers)).translate(_SUPERSCRIPTS)
 
 

@@ -1,4 +1,4 @@
-"""Tables as files: CSV, JSON, Markdown and Parquet."""
+"""Writes tables as files: CSV, JSON, Markdown and Parquet."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from eai.results.parquet import parquet
 from eai.results.table import Cell, Estimate, Label, Plain, Table
 
 _FORMULA = re.compile(r"[=+\-@\t\r].")
-"""How a text begins that a spreadsheet takes for a formula."""
+"""Pattern of texts that a spreadsheet reads as a formula."""
 
 
 def write_tables(folder: Path, name: str, tables: Sequence[Table], remarks: Sequence[str] = ()) -> list[Path]:
-    """Write an analysis: a CSV file a table, and all of them as ``name``.json and ``name``.md.
+    """Write an analysis: a CSV file for each table, and all tables as ``name``.json and ``name``.md.
 
     Args:
-        folder: where; it is made.
-        name: of the analysis.
-        tables: its tables.
-        remarks: what a reader must know besides, each a sentence.
+        folder: the folder, which is created.
+        name: name of the analysis.
+        tables: the tables.
+        remarks: further notes for readers, each a sentence.
 
     Raises:
         InputError: the folder cannot be written.
@@ -42,7 +42,7 @@ def write_tables(folder: Path, name: str, tables: Sequence[Table], remarks: Sequ
 
 
 def write_files(folder: Path, contents: Mapping[str, str]) -> list[Path]:
-    """Write texts by file name.
+    """Write texts by file name, and return their paths.
 
     Raises:
         InputError: the folder cannot be written.
@@ -52,31 +52,31 @@ def write_files(folder: Path, contents: Mapping[str, str]) -> list[Path]:
 
 
 def csv_text(columns: Sequence[str], rows: Iterable[Sequence[Plain]]) -> str:
-    """A CSV file: ``true`` and ``false``, nothing for what is not known.
+    """Return a CSV file, with ``true`` and ``false``, and empty fields for unknown values.
 
-    Spreadsheets take some texts for formulas, such as ``=1+1``: an apostrophe stands before them.
+    Texts that spreadsheets read as formulas, such as ``=1+1``, get an apostrophe in front.
     """
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows([_written(value) for value in row] for row in rows)
+    writer.writerows([_csv_value(value) for value in row] for row in rows)
     return file.getvalue()
 
 
 def rows_csv(rows: Iterable[Mapping[str, Plain]]) -> str:
-    """Rows with the same columns as CSV; of none nothing is known but that."""
-    written = list(rows)
-    return csv_text(list(written[0]) if written else [], (list(row.values()) for row in written))
+    """Return rows with equal columns as CSV; without rows the file is empty."""
+    row_list = list(rows)
+    return csv_text(list(row_list[0]) if row_list else [], (list(row.values()) for row in row_list))
 
 
 def lines_csv(kind: type[TidyLine], lines: Iterable[TidyLine]) -> str:
-    """A tidy table as CSV."""
+    """Return the lines of a tidy table as CSV."""
     columns = [column.name for column in fields(kind)]
     return csv_text(columns, ([getattr(line, name) for name in columns] for line in lines))
 
 
 def write_parquet(path: Path, kind: type[TidyLine], lines: Sequence[TidyLine]) -> None:
-    """Write a tidy table as Parquet.
+    """Write the lines of a tidy table as Parquet.
 
     Raises:
         EaiError: pyarrow is not installed.
@@ -120,24 +120,26 @@ def _json_cell(cell: Cell) -> Json:
 def _markdown(name: str, tables: Sequence[Table], remarks: Sequence[str]) -> str:
     lines = [f"# {name.capitalize()}", "", *(line for remark in remarks for line in (remark, ""))]
     for table in tables:
-        shown = _shown(table)
+        rows_by_heading = _select_shown_rows(table)
         lines += [f"## {table.title}", "", table.definition]
-        if sum(map(len, shown.values())) < len(table.rows):
+        if sum(map(len, rows_by_heading.values())) < len(table.rows):
             lines.append(f"All of it, and of each model, is in `{table.name}.csv`.")
         lines.append("")
-        for heading, rows in shown.items():
+        for heading, rows in rows_by_heading.items():
             lines += [f"### {heading}", ""] if heading else []
-            described = enumerate(table.full_columns)
-            places = [i for i, column in described if not heading or column.name not in (*SUITE, MODEL)]
-            columns = [table.full_columns[place] for place in places]
-            lines += [*rows_markdown(columns, ([row[place] for place in places] for row in rows)), ""]
+            columns_of_table = enumerate(table.full_columns)
+            indices = [
+                i for i, column in columns_of_table if not heading or column.name not in (*SUITE, MODEL)
+            ]
+            columns = [table.full_columns[index] for index in indices]
+            lines += [*rows_markdown(columns, ([row[index] for index in indices] for row in rows)), ""]
         if not table.rows:
             lines += ["Nothing.", ""]
     return "\n".join(lines)
 
 
-def _shown(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
-    """The rows that a reader is shown by suite and model: where models stand together, those, else all."""
+def _select_shown_rows(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
+    """Return the rows for readers by suite and model: only rows of all models together, if there are any."""
     rows = table.row_dicts()
     if any(row.get(MODEL) == ALL_MODELS for row in rows):
         rows = [row for row in rows if row[MODEL] == ALL_MODELS]
@@ -151,7 +153,7 @@ def _shown(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
     return {heading: rows for heading, rows in shown.items() if rows}
 
 
-def _written(value: Plain) -> Plain:
+def _csv_value(value: Plain) -> Plain:
     if isinstance(value, bool):
         return str(value).lower()
     if not isinstance(value, str):

@@ -1,8 +1,8 @@
-"""Facts of the data set about the tasks of records: their features, and where wrong goals come from.
+"""Looks up the features of tasks in the data set, and where wrong goals in answers come from.
 
-The paper says that models report what is on the way to a goal, or at the start, instead of the goal (section
-"Goal interpretation"). A stated goal that is none is followed along the data set's own plan, as far as that
-runs, and the first of `Reason` that fits is the one.
+The paper says that models state conditions on the way to a goal, or at the start, instead of the goal
+(section "Goal interpretation"). A wrong stated goal is followed along the data set's own plan, up to the
+plan's first invalid step. The first `WrongGoalReason` that fits counts.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from eai.world.state import State
 
 
 class TaskBook:
-    """The knowledge of the tasks of a benchmark, found when it is asked for; of other tasks there is none."""
+    """Looks up tasks of a benchmark in its data set, on demand; tasks of other benchmarks are unknown."""
 
     def __init__(self, benchmark: Benchmark, source: Source) -> None:
         self._benchmark, self._domain = benchmark, benchmark.domain
@@ -40,15 +40,15 @@ class TaskBook:
         self.reason = cache(self._reason)
 
     def _features(self, task_id: str) -> Mapping[str, int | None]:
-        """The features of a task, by column."""
+        """Return the features of a task by column; empty if the task is unknown."""
         return asdict(features_of(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}
 
     def _reason(self, task_id: str, call: Statement) -> WrongGoalReason | None:
-        """Why a goal that is none may be stated.
+        """Return why an answer may state a wrong goal; None if the task is unknown.
 
         Args:
-            task_id: the task that it is no goal of.
-            call: what is stated, in the words of answers.
+            task_id: the task that does not have the goal.
+            call: the stated goal, in the words of answers.
         """
         if task_id not in self._tasks:
             return None
@@ -72,28 +72,28 @@ class TaskBook:
         return frozenset(action for goal in goals for action in alternatives(goal))
 
     def _along_the_plan(self, task_id: str) -> tuple[State, ...]:
-        """The states along the data set's own plan, up to its first step that is wrong."""
+        """Return the states along the data set's own plan, up to its first invalid step."""
         task, arities = self._tasks[task_id], self._domain.arities
-        known = takewhile(lambda step: arities.get(step.operator) == len(step.arguments), task.script)
-        return execute(self._domain, task.initial, known).states
+        valid_steps = takewhile(lambda step: arities.get(step.operator) == len(step.arguments), task.script)
+        return execute(self._domain, task.initial, valid_steps).states
 
     def _holds(self, task_id: str, call: Statement) -> list[bool]:
-        """In which states it holds of some objects of these names; nowhere if the domain cannot say."""
+        """Return in which states a statement holds for some objects of its names; none if it is unknown."""
         scene, states, arguments = self._tasks[task_id].scene, self._states(task_id), call.arguments or ()
         vocabulary = scene.vocabulary
         predicate = self._words.get((call.name, len(arguments)))
         held = [False] * len(states)
         if predicate is None or vocabulary.arity(predicate) != len(arguments):
             return held
-        for objects in product(*(self._called(task_id, name) for name in arguments)):
+        for objects in product(*(self._objects_named(task_id, name) for name in arguments)):
             frame = Frame()
             truth = ConditionCompiler(vocabulary, frame).truth(Atom(predicate, objects), wanted=call.positive)
             binding = frame.bind(scene, ())
             held = [before or truth(s, binding.copy()) for before, s in zip(held, states, strict=True)]
         return held
 
-    def _called(self, task_id: str, name: str) -> Iterator[Constant]:
-        """The objects of a task that answers call so, or of which this is the full name."""
+    def _objects_named(self, task_id: str, name: str) -> Iterator[Constant]:
+        """Yield the objects of a task with this name in answers, or with this full name."""
         task, names = self._tasks[task_id], self._names(task_id)
         for index in task.relevant:
             full_name = task.scene.objects[index].name

@@ -1,4 +1,4 @@
-"""Tables on a terminal: as many columns side by side as fit, and no number is ever cut."""
+"""Prints tables on a terminal: as many columns side by side as fit, and no number is ever cut."""
 
 from __future__ import annotations
 
@@ -13,64 +13,66 @@ from rich.text import Text
 
 from eai.results.table import Cell, Column, Estimate, Label, Table, superscript
 
-_Shown: TypeAlias = tuple[Column, Sequence[Text]]
-"""A column with its cells as they are printed."""
+_PrintedColumn: TypeAlias = tuple[Column, Sequence[Text]]
+"""A column with its cells as printed texts."""
 
-_NAMES = 0.4
-"""The share of the width that names may take before they are folded."""
+_NAMES_WIDTH_SHARE = 0.4
+"""Maximum share of the terminal's width for names before they are folded."""
 
 
 def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
     """Print a table under its title.
 
-    The columns up to the first texts name the rows; what does not fit beside them follows below, with the
-    names again. Other texts are folded into what the last part leaves.
+    The columns up to the first text columns name the rows. Columns that do not fit beside them follow below,
+    with the names again. Other texts are folded into the space that the last part leaves.
 
     Args:
-        console: where to.
+        console: the terminal.
         table: the table.
-        wide: all side by side, however wide.
+        wide: print all columns side by side, even if the table is wider than the terminal.
     """
     console.print(Text(table.title, style="bold"), soft_wrap=True)
     if not table.rows:
         console.print("no rows\n", highlight=False)
         return
-    limit = None if wide else int(console.width * _NAMES)
+    limit = None if wide else int(console.width * _NAMES_WIDTH_SHARE)
     columns = [
-        (column, [_cell(column, row[place]) for row in table.rows])
-        for place, column in enumerate(table.full_columns)
+        (column, [_cell(column, row[index]) for row in table.rows])
+        for index, column in enumerate(table.full_columns)
     ]
-    for part in [columns] if wide else _parts(console, columns, limit):
-        grid = _grid(part, limit)
+    for group in [columns] if wide else _split_columns(console, columns, limit):
+        grid = _grid(group, limit)
         room = max(console.width, _width(console, grid)) if wide else console.width
         type(console)(file=console.file, width=room, markup=False).print(grid, "")
 
 
-def _parts(console: Console, columns: Sequence[_Shown], limit: int | None) -> Iterator[Sequence[_Shown]]:
-    """The columns in groups that fit beside the names, each with one column at least."""
-    begin = next(i for i, (column, _) in enumerate(columns) if not column.is_number)
-    first = next((i for i in range(begin, len(columns)) if columns[i][0].is_number), begin + 1)
-    names, rest = columns[:first], columns[first:]
-    beside = taken = _width(console, _grid(names, limit))
-    part: list[_Shown] = []
-    for shown in (shown for shown in rest if shown[0].is_number):
-        width = _width(console, _grid([*names, shown], limit)) - beside
-        if part and taken + width > console.width:
-            yield [*names, *part]
-            part, taken = [], beside
-        part.append(shown)
-        taken += width
-    part += [shown for shown in rest if not shown[0].is_number]
-    if part:
-        yield [*names, *part]
+def _split_columns(
+    console: Console, columns: Sequence[_PrintedColumn], limit: int | None
+) -> Iterator[Sequence[_PrintedColumn]]:
+    """Yield groups of columns that fit beside the names, each with at least one column."""
+    first_name = next(i for i, (column, _) in enumerate(columns) if not column.is_number)
+    name_end = next((i for i in range(first_name, len(columns)) if columns[i][0].is_number), first_name + 1)
+    names, rest = columns[:name_end], columns[name_end:]
+    names_width = width_taken = _width(console, _grid(names, limit))
+    group: list[_PrintedColumn] = []
+    for column in (column for column in rest if column[0].is_number):
+        width = _width(console, _grid([*names, column], limit)) - names_width
+        if group and width_taken + width > console.width:
+            yield [*names, *group]
+            group, width_taken = [], names_width
+        group.append(column)
+        width_taken += width
+    group += [column for column in rest if not column[0].is_number]
+    if group:
+        yield [*names, *group]
 
 
 def _width(console: Console, grid: Grid) -> int:
-    """How many characters a table takes where it has room."""
+    """Return the number of characters that a table takes without a limit."""
     return Measurement.get(console, console.options.update(max_width=10_000), grid).maximum
 
 
-def _grid(columns: Sequence[_Shown], limit: int | None) -> Grid:
+def _grid(columns: Sequence[_PrintedColumn], limit: int | None) -> Grid:
     grid = Grid(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, collapse_padding=True)
     names = True
     for column, _ in columns:

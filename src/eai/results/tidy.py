@@ -1,4 +1,4 @@
-"""From records to tidy tables, of which all analyses are made."""
+"""Converts records to tidy tables, from which all analyses are made."""
 
 from __future__ import annotations
 
@@ -26,13 +26,12 @@ if TYPE_CHECKING:
 class TidyTables:
     """The tidy tables of any number of runs, in their order.
 
-    What a task is like is looked up in the data set where its benchmark is registered, and is otherwise known
-    as far as records say it.
+    Features of tasks are looked up in the data set if the benchmark is registered; otherwise they come from
+    records.
 
     Args:
-        source: where the data set is.
-        features: whether lines say what tasks are like and where wrong goals come from, for which the data
-            set is looked up.
+        source: the folder and the options of the data set.
+        features: whether lines have features of tasks and reasons of wrong goals, which need the data set.
     """
 
     def __init__(self, source: Source, *, features: bool = True) -> None:
@@ -48,10 +47,10 @@ class TidyTables:
     def add(self, records: Sequence[Record]) -> None:
         """Add the records of one run, all of one model, ability, domain and protocol."""
         book = self._book(records[0].domain) if self._features else None
-        adds = shares_by_task(records)
+        shares = shares_by_task(records)
         for record in records:
             key = first_columns(record)
-            self.answers.append(_answer(record, key, adds.get(record.task_id, {}), book))
+            self.answers.append(_answer(record, key, shares.get(record.task_id, {}), book))
             if record.verdict.excluded is not None or record.unanswered is not None:
                 continue
             self.steps.extend(_steps(record, key))
@@ -68,11 +67,11 @@ class TidyTables:
 _COLUMNS = tuple(column.name for column in fields(AnswerLine))
 
 FirstColumns: TypeAlias = dict[str, Any]
-"""The columns of `Line`."""
+"""The columns of `TidyLine` by name."""
 
 
 def first_columns(record: Record) -> FirstColumns:
-    """The columns that every line of a record begins with."""
+    """Return the first columns of every line of a record."""
     rules = "" if record.experiment is None else record.experiment.rules_text
     return {
         "protocol": record.protocol.value,
@@ -107,8 +106,8 @@ def _answer(record: Record, key: FirstColumns, shares: Shares, book: TaskBook | 
         **_features(record, book),
         **verdict.columns,
     }
-    known: dict[str, Any] = {name: values.get(name) for name in _COLUMNS}
-    return AnswerLine(**known)
+    columns: dict[str, Any] = {name: values.get(name) for name in _COLUMNS}
+    return AnswerLine(**columns)
 
 
 def _has_plans(record: Record) -> bool:
@@ -116,37 +115,37 @@ def _has_plans(record: Record) -> bool:
 
 
 def _success(record: Record, shares: Shares) -> bool | None:
-    """The yes or no that an answer adds to its ability's main table, be it one of several that differ."""
+    """Return whether an answer counts as a success in its ability's main table, or None without a metric."""
     declared = declaration_of(record.ability)
-    asked = (
+    candidates = (
         shares.get(metric, EMPTY_SHARE)
         for metric in declared.overview_headings
         if metric in declared.yes_no_metrics
     )
-    share = next((share for share in asked if share.denominator), None)
+    share = next((share for share in candidates if share.denominator), None)
     if share is None:
         return None
-    whole = (0, share.denominator)
-    return bool(share.numerator) if share.numerator in whole else outcome_of(record) is AnswerOutcome.SUCCESS
+    yes_no = (0, share.denominator)
+    return bool(share.numerator) if share.numerator in yes_no else outcome_of(record) is AnswerOutcome.SUCCESS
 
 
 def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
-    """The counts that an answer adds to precision and recall in its ability's main table."""
+    """Return the counts that an answer adds to precision and recall in its ability's main table."""
     for metric in declaration_of(ability).overview_headings:
-        part, dot, measure = metric.rpartition(".")
+        prefix, dot, measure = metric.rpartition(".")
         if dot and measure == "f1" and shares:
-            hits, said = shares[f"{part}.precision"]
-            _, asked = shares[f"{part}.recall"]
-            return {"hits": int(hits), "extras": int(said - hits), "misses": int(asked - hits)}
+            hits, stated = shares[f"{prefix}.precision"]
+            _, expected = shares[f"{prefix}.recall"]
+            return {"hits": int(hits), "extras": int(stated - hits), "misses": int(expected - hits)}
     return {}
 
 
 def _features(record: Record, book: TaskBook | None) -> Mapping[str, int | None]:
-    """The features of the task: as the record says, and as far as it does not, as the data set does."""
-    found = {} if book is None else book.features(record.task_id)
+    """Return the features of the task from the data set; features in the record replace them."""
+    features = {} if book is None else book.features(record.task_id)
     if record.task is None:
-        return found
-    return {**found, "annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
+        return features
+    return {**features, "annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
 
 
 def _steps(record: Record, key: FirstColumns) -> Iterator[StepLine]:
@@ -178,12 +177,12 @@ def _atoms(record: Record, key: FirstColumns, book: TaskBook | None) -> Iterator
     if record.ability is not Ability.GOAL_INTERPRETATION:
         return
     verdict = cast("GoalVerdict", record.verdict)
-    for found in ("matched", "wrong", "missing"):
-        for atom in getattr(verdict, found):
+    for status in ("matched", "wrong", "missing"):
+        for atom in getattr(verdict, status):
             call = read_statement(atom) if record.explanation is None else record.explanation.statement(atom)
-            reason = book.reason(record.task_id, call) if found == "wrong" and book is not None else None
+            reason = book.reason(record.task_id, call) if status == "wrong" and book is not None else None
             yield AtomLine(
-                **key, verdict=found, atom=atom, predicate=call.name, positive=call.positive, reason=reason
+                **key, verdict=status, atom=atom, predicate=call.name, positive=call.positive, reason=reason
             )
 
 
@@ -196,12 +195,12 @@ def _clauses(record: Record, key: FirstColumns) -> Iterator[ClauseLine]:
     for report in verdict.operators:
         line = partial(ClauseLine, **key, operator=report.name, status=report.status.value)
         for side in ("precondition", "effect"):
-            for found in ("matched", "additional", "missing"):
-                for clause in getattr(getattr(report, side), found):
+            for status in ("matched", "additional", "missing"):
+                for clause in getattr(getattr(report, side), status):
                     names, kinds = verdict.clauses[clause]
                     yield line(
                         side=side,
-                        verdict=found,
+                        verdict=status,
                         clause=clause,
                         predicates=" ".join(names),
                         categories=" ".join(kind for kind in kinds if kind != OTHER),

@@ -1,4 +1,4 @@
-"""The totals of a run, added up record by record or part by part; memory grows with its tasks alone."""
+"""Adds up the totals of a run record by record; memory grows only with the number of tasks."""
 
 from __future__ import annotations
 
@@ -12,42 +12,42 @@ from eai.results.coverage import Coverage, ErrataEffect
 from eai.results.rate import NOTHING, Exact, Rate, add_up, rates_of
 from eai.results.record import NOT_ANSWERED, Record
 
-_ANSWERED, _SCORED, _LEFT_OUT, _IN_ERRATA, _RAISED = 1, 2, 4, 8, 16
-"""The bits of the fate of a task, of its answers together where it has several."""
+_ANSWERED, _SCORED, _LEFT_OUT, _CORRECTED_OR_LEFT_OUT, _RAISED = 1, 2, 4, 8, 16
+"""Bits of a task's status, combined over its answers if it has several."""
 
 
-def _fate(record: Record) -> int:
-    """The fate of a task by one of its records alone, as bits."""
+def _status_bits(record: Record) -> int:
+    """Return the status of a task from one of its records, as bits."""
     excluded, errata, error = record.verdict.excluded, record.errata, record.verdict.error
     return (
         _ANSWERED * (record.unanswered is None)
         | _SCORED * (excluded is None)
         | _LEFT_OUT * (excluded == NOT_ANSWERED)
-        | _IN_ERRATA * (errata is not None and bool(errata.entries))
+        | _CORRECTED_OR_LEFT_OUT * (errata is not None and bool(errata.entries))
         | _RAISED * (error is not None and error.check == RAISED)
     )
 
 
 @dataclass(slots=True)
 class Totals:
-    """The rates and the coverage of a run; it makes no difference in which parts it is added up.
+    """The rates and the coverage of a run; the order of addition does not matter.
 
     Attributes:
-        number: how many records it has.
-        head: the first one, without its words.
-        sums: by metric its numerator and its denominator.
-        fates: what became of each task, in the order of the records.
-        sizes: how many tasks the suite has, as the records say it.
-        versions: those of the errata.
-        void: the metrics of which a run has nothing, as a record says.
-        judges: by planner how many answers it judged.
-        left: by outcome of the second of two planners how many answers the first one left to it.
+        number: number of records.
+        head: first record, without explanations and texts.
+        sums: numerator and denominator of each metric.
+        statuses: status bits of each task, in the order of the records.
+        sizes: numbers of tasks of the suite that records state.
+        versions: versions of the errata.
+        void: metrics that records declare as having no cases in the run.
+        judges: number of answers that each planner judged.
+        left: number of answers that the first planner left to the second, by the second's outcome.
     """
 
     number: int = 0
     head: Record | None = None
     sums: dict[str, tuple[Exact, Exact]] = field(default_factory=dict)
-    fates: dict[str, int] = field(default_factory=dict)
+    statuses: dict[str, int] = field(default_factory=dict)
     sizes: set[int | None] = field(default_factory=set)
     versions: dict[str, None] = field(default_factory=dict)
     void: set[str] = field(default_factory=set)
@@ -75,14 +75,14 @@ class Totals:
             self.judges[verdict.planner_used] += 1
         if verdict.second_planner_outcome is not None:
             self.left[verdict.second_planner_outcome] += 1
-        self._became({record.task_id: _fate(record)})
+        self._add_statuses({record.task_id: _status_bits(record)})
         if verdict.excluded is None:
             declared = declaration_of(record.ability)
             self.void.update(declared.missing_metrics(verdict))
             add_up(self.sums, declared.contributions(verdict))
 
     def merge(self, later: Totals) -> None:
-        """Add those of a later part of the run."""
+        """Add the totals of a later part of the run."""
         self.head = self.head or later.head
         self.number += later.number
         self.sizes |= later.sizes
@@ -90,22 +90,22 @@ class Totals:
         self.void |= later.void
         self.judges += later.judges
         self.left += later.left
-        self._became(later.fates)
+        self._add_statuses(later.statuses)
         add_up(self.sums, later.sums)
 
-    def _became(self, fates: Mapping[str, int]) -> None:
-        for task_id, fate in fates.items():
-            self.fates[task_id] = self.fates.get(task_id, 0) | fate
+    def _add_statuses(self, statuses: Mapping[str, int]) -> None:
+        for task_id, status in statuses.items():
+            self.statuses[task_id] = self.statuses.get(task_id, 0) | status
 
     @property
     def first(self) -> Record:
-        """The first record, without its words.
+        """First record, without explanations and texts.
 
         Raises:
-            ValueError: there is none.
+            ValueError: there are no records.
         """
         if self.head is None:
-            raise ValueError("a run has at least one record")
+            raise ValueError("the totals have no record; add one first")
         return self.head
 
     @property
@@ -115,13 +115,13 @@ class Totals:
 
     @property
     def rates(self) -> dict[str, Rate]:
-        """All metrics of the ability, also those of nothing."""
+        """All metrics of the ability, also those without cases."""
         declared = declaration_of(self.first.ability)
         return {**dict.fromkeys(declared.contributions(declared.verdict()), NOTHING), **self.counted}
 
     @property
     def agent(self) -> tuple[str, ...]:
-        """The harness and the effort of who answered, and the rules of the game, if they are not standard."""
+        """Harness and effort of the model, and the rules of the game, if they are not standard."""
         experiment = self.first.experiment
         if experiment is None:
             return ()
@@ -129,32 +129,36 @@ class Totals:
 
     @property
     def planners(self) -> tuple[str, ...]:
-        """The planners that judged operators, by name; usually one, none where older records do not say."""
+        """Names of the planners that judged operators; usually one, none in older records."""
         return tuple(sorted(self.judges))
 
     @property
     def coverage(self) -> Coverage:
-        """How much of the suite, of which all records are, it answers."""
-        lacking = [fate for fate in self.fates.values() if not fate & _ANSWERED]
+        """How much of the suite the run answers."""
+        unanswered = [status for status in self.statuses.values() if not status & _ANSWERED]
         return Coverage(
-            asked=len(self.fates),
-            answered=len(self.fates) - len(lacking),
-            failed=sum(bool(fate & _SCORED) for fate in lacking),
-            left_out=sum(bool(fate & _LEFT_OUT) for fate in lacking),
+            asked=len(self.statuses),
+            answered=len(self.statuses) - len(unanswered),
+            failed=sum(bool(status & _SCORED) for status in unanswered),
+            left_out=sum(bool(status & _LEFT_OUT) for status in unanswered),
             tasks=next(iter(self.sizes)) if len(self.sizes) == 1 else None,
-            raised=sum(bool(fate & _RAISED) for fate in self.fates.values()),
+            raised=sum(bool(status & _RAISED) for status in self.statuses.values()),
         )
 
     @property
     def errata(self) -> ErrataEffect | None:
-        """The effect of errata; None if none were used."""
+        """Effect of errata on the run; None if none were used."""
         if not self.versions:
             return None
-        touched = {task_id: fate & _SCORED for task_id, fate in self.fates.items() if fate & _IN_ERRATA}
+        affected = {
+            task_id: status & _SCORED
+            for task_id, status in self.statuses.items()
+            if status & _CORRECTED_OR_LEFT_OUT
+        }
         return ErrataEffect(
             version=", ".join(self.versions),
-            tasks=len(self.fates),
-            scored=sum(bool(fate & _SCORED) for fate in self.fates.values()),
-            left_out=tuple(task_id for task_id, scored in touched.items() if not scored),
-            corrected=tuple(task_id for task_id, scored in touched.items() if scored),
+            tasks=len(self.statuses),
+            scored=sum(bool(status & _SCORED) for status in self.statuses.values()),
+            left_out=tuple(task_id for task_id, scored in affected.items() if not scored),
+            corrected=tuple(task_id for task_id, scored in affected.items() if scored),
         )

@@ -1,7 +1,7 @@
-"""Data sets for training: prompts to be rewarded, verified answers, pairs of a better and a worse answer.
+"""Makes training data: prompts to be rewarded, verified answers, and pairs of a better and a worse answer.
 
-A row is a JSON object. ``prompt``, ``completion``, ``chosen`` and ``rejected`` are lists of messages, as TRL
-has them; ``task`` names the task as `eai.reward` takes it.
+A row is a JSON object. ``prompt``, ``completion``, ``chosen`` and ``rejected`` are lists of messages, as in
+TRL; ``task`` is the reference of the task for `eai.reward`.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ TrainingRow: TypeAlias = dict[str, Any]
 
 
 def make_prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[TrainingRow]:
-    """A row for each task in which something is to be earned, in the order of the data set.
+    """Yield a row for each task that pays a reward, in the order of the data set.
 
-    Besides prompt and task a row has the columns by which verl (``data_source``, ``reward_model``) and SkyRL
-    (``env_class``, ``reward_spec``) learn of the task.
+    Further columns name the task for verl (``data_source``, ``reward_model``) and SkyRL (``env_class``,
+    ``reward_spec``).
     """
     suite = reward.suite
     for task_id in suite.task_ids:
@@ -43,27 +43,27 @@ NO_ANSWER = "without an answer, or with nothing to earn"
 EXPERIMENT = "of experiments, which ask other questions"
 ASKED_OTHERWISE = "answering another prompt than is exported"
 NOT_PAID = "of an ability whose verdicts do not say what an answer has earned"
-"""Why a record is not used."""
+"""Reason why a record is not used."""
 
 
 def make_reward_rows(
     records: Iterable[Record], reward: Reward, prompts: Mapping[str, Prompt], left_out: Counter[str]
 ) -> Iterator[TrainingRow]:
-    """A row for each answer in records of one suite, with the prompt that it answers and its worth now.
+    """Yield a row for each answer in records of one suite, with its prompt and its present reward.
 
-    ``left_out`` counts the records that are not used, by the reason.
+    ``left_out`` counts the records that are not used, by reason.
     """
     for record in records:
         if record.experiment is not None and not record.experiment.is_plain:
             left_out[EXPERIMENT] += 1
             continue
-        worth = None if record.unanswered is not None else reward(record.task_id, record.response)
-        if worth is None:
+        value = None if record.unanswered is not None else reward(record.task_id, record.response)
+        if value is None:
             left_out[NO_ANSWER] += 1
             continue
         prompt = prompts[record.task_id]
-        asked = None if record.origin is None else record.origin.prompt_sha256
-        if asked not in (None, prompt.sha256):
+        prompt_sha256 = None if record.origin is None else record.origin.prompt_sha256
+        if prompt_sha256 not in (None, prompt.sha256):
             left_out[ASKED_OTHERWISE] += 1
             continue
         yield {
@@ -71,26 +71,26 @@ def make_reward_rows(
             "completion": [{"role": "assistant", "content": record.response}],
             "task": reward.suite.reference(record.task_id),
             "model": record.model,
-            "reward": worth,
+            "reward": value,
         }
 
 
-def select_verified_rows(answers: Iterable[TrainingRow], least: float) -> Iterator[TrainingRow]:
-    """The rows of answers that are worth at least so much; equal answers to a task stand there once."""
+def select_verified_rows(answers: Iterable[TrainingRow], minimum: float) -> Iterator[TrainingRow]:
+    """Yield the rows of answers with at least a minimum reward, without repeated answers to a task."""
     seen: set[tuple[str, str]] = set()
     for row in answers:
-        place = (row["task"], _text_of(row))
-        if row["reward"] >= least and place not in seen:
-            seen.add(place)
+        key = (row["task"], _text_of(row))
+        if row["reward"] >= minimum and key not in seen:
+            seen.add(key)
             yield row
 
 
 def make_preference_rows(answers: Iterable[TrainingRow], margin: float) -> Iterator[TrainingRow]:
-    """For each task its best answer, the first of equally good ones, before every one that is worth less.
+    """Yield pairs of each task's best answer (the first of equal ones) with each answer of a lower reward.
 
     Args:
         answers: the rows of answers.
-        margin: by more than how much the chosen answer must be worth more than the rejected one.
+        margin: difference of rewards that a pair must exceed.
     """
     by_task: dict[str, dict[str, TrainingRow]] = {}
     for row in answers:
@@ -110,7 +110,6 @@ def make_preference_rows(answers: Iterable[TrainingRow], margin: float) -> Itera
 
 
 def _text_of(row: TrainingRow) -> str:
-    """The answer in a row."""
     text: str = row["completion"][0]["content"]
     return text
 

@@ -1,4 +1,4 @@
-"""The tasks of a suite as they are put to a model, once each or again and again, and its answers."""
+"""Asks a model the tasks of a suite, once each or in several attempts, and keeps its answers."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ class Answer:
     """An answer of a model.
 
     Attributes:
-        task_id: the data set's id.
-        epoch: which of several answers to the task it is, from 1 on.
-        request_sha256: digest of all that decides the answer: model, prompt, parameters.
+        task_id: the data set's id of the task.
+        epoch: number of the answer among several to the task, from 1 on.
+        request_sha256: digest of everything that decides the answer: model, prompt, parameters.
         prompt_sha256: digest of the prompt alone.
         text: the answer without reasoning.
-        reasoning: what the model thought before it, or empty.
-        stop_reason: why it ended, as Inspect says it: ``stop``, ``max_tokens``, ...
-        repairs: names of what was done to the text to separate or complete the answer.
-        usage: what it took.
-        attempt: in which attempt at the task it was given, from 1 on.
+        reasoning: reasoning of the model before the answer, or empty.
+        stop_reason: why the answer ended, in Inspect's words: ``stop``, ``max_tokens``, ...
+        repairs: names of the changes to the text that separated or completed the answer.
+        usage: tokens, cost and time of the answer.
+        attempt: number of the attempt at the task, from 1 on.
     """
 
     task_id: str
@@ -53,7 +53,7 @@ class Answer:
 
     @property
     def truncated(self) -> bool:
-        """Whether a limit of length cut it off."""
+        """Whether a length limit cut the answer off."""
         return self.stop_reason in ("max_tokens", "model_length")
 
 
@@ -62,17 +62,17 @@ AnswerKey: TypeAlias = tuple[str, int]
 
 
 class Conversation:
-    """A task as it is put to a model: there is a question until it is over.
+    """The questions on one task, asked until the task is over.
 
-    Without a trial it is asked once, and what becomes of its answer is found out afterwards.
+    Without a trial there is one question, and its answer is scored later.
 
     Args:
-        ask: makes the next question.
-        trial: what carries the answers out.
-        about: makes the metadata of the next question on the scene that it tells of, if that has changed.
+        ask: returns the next question.
+        trial: carries the answers out; None if the question is asked once.
+        about: returns metadata of the next question on a changed scene.
 
     Attributes:
-        asked: the questions that are answered, in order.
+        asked: the answered questions, in order.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class Conversation:
 
     @property
     def is_over(self) -> bool:
-        """Whether there is nothing more to ask."""
+        """Whether there are no more questions."""
         return bool(self.asked) if self._trial is None else self._trial.is_over
 
     @property
@@ -98,30 +98,30 @@ class Conversation:
 
     @property
     def metadata(self) -> Mapping[str, str]:
-        """The metadata of the next question on the scene that it tells of, if that has changed."""
+        """Metadata of the next question on its scene, if the scene has changed."""
         return self._about()
 
     @property
     def executed_actions(self) -> tuple[Action, ...]:
-        """The actions executed in the world that the question is about, if it says how that is now."""
+        """Actions executed in the world of the question, if it describes the world's present state."""
         if self._trial is None or self._trial.options.feedback == "none":
             return ()
         return self._trial.executed_actions
 
     @property
     def attempts(self) -> tuple[Attempt, ...]:
-        """The outcomes of the answers, where they are carried out."""
+        """Outcomes of the answers, if they are carried out."""
         return () if self._trial is None else tuple(self._trial.attempts)
 
     def add_answer(self, text: str) -> None:
-        """Take the answer to the question."""
+        """Add the answer to the present question."""
         self.asked.append(self.question)
         if self._trial is not None:
             self._trial.try_answer(text)
 
 
 def describe_attempts(attempts: Iterable[Attempt], answers: Iterable[Answer]) -> Iterator[Attempt]:
-    """Attempts at a task with what is known of the answers that were carried out in them."""
+    """Yield attempts with the prompt digest, the usage and the repairs of their answers."""
     for attempt, answer in zip(attempts, answers, strict=True):
         yield replace(
             attempt, prompt_sha256=answer.prompt_sha256, usage=answer.usage, answer_repairs=answer.repairs
@@ -130,13 +130,13 @@ def describe_attempts(attempts: Iterable[Attempt], answers: Iterable[Answer]) ->
 
 @dataclass(frozen=True)
 class Trials:
-    """How the tasks of a suite are tried in an experiment; `open_trials` makes it.
+    """Attempts at the tasks of a suite in an experiment; made by `open_trials`.
 
     Attributes:
-        suite: the suite, as it reads answers.
-        options: how many attempts there are, and in what world.
-        asker: what asks.
-        stated: by id, tasks with the goals that questions state instead of the tasks' own.
+        suite: the suite, opened for the answers (`Suite.over`).
+        options: number of attempts, and the world in which they are carried out.
+        asker: makes the questions.
+        stated: tasks with the goals that questions state instead of the tasks' own, by id.
     """
 
     suite: Suite
@@ -145,7 +145,7 @@ class Trials:
     stated: Mapping[str, Task] = field(default_factory=dict)
 
     def start_conversation(self, task_id: str, epoch: int = 1) -> Conversation:
-        """A task as it is put to a model."""
+        """Return the questions on a task in one epoch."""
         trial = begin_trial(self.suite, self.options, task_id, epoch, self.stated.get(task_id))
         return Conversation(
             partial(self.asker.write_question, trial), trial, partial(self.asker.describe_scene, trial)
@@ -155,14 +155,14 @@ class Trials:
 def replay(
     suite: Suite, options: AttemptOptions, task_id: str, answers: Iterable[str], epoch: int = 1
 ) -> tuple[Attempt, ...]:
-    """The outcomes of answers that were given before.
+    """Return the outcomes of recorded answers.
 
     Args:
-        suite: the suite, as it reads answers to such questions (`Suite.over`).
-        options: how many attempts there are, and in what world.
-        task_id: the task.
-        answers: the answers, in order.
-        epoch: which epoch they are of.
+        suite: the suite, opened for the answers to such questions (`Suite.over`).
+        options: number of attempts, and the world in which they are carried out.
+        task_id: id of the task.
+        answers: the answers in order.
+        epoch: epoch of the answers.
     """
     trial = begin_trial(suite, options, task_id, epoch)
     for text in answers:
@@ -173,16 +173,16 @@ def replay(
 def begin_trial(
     suite: Suite, options: AttemptOptions, task_id: str, epoch: int = 1, stated: Task | None = None
 ) -> Trial:
-    """A new trial of a task, in the way of a preset or in ours.
+    """Return a new trial of a task, of the options' preset or of our own kind.
 
     ``stated`` has the goals that questions state instead of the task's own.
 
     Raises:
-        InputError: answers to the task are no plans.
+        InputError: answers to the task are not plans.
     """
     scorer = suite.scorer(task_id)
     if not isinstance(scorer, PlanScorer):
-        raise InputError(f"{suite.domain} {suite.ability.value} has no plans to carry out")
+        raise InputError(f"{suite.domain} {suite.ability.value}: attempts need plans as answers")
     kind = Trial if options.preset is None else preset(options.preset).trial
     return kind(scorer, options, epoch, stated)
 
@@ -190,7 +190,7 @@ def begin_trial(
 def make_trial_record(
     suite: Suite, options: AttemptOptions, model: str, task_id: str, attempts: Sequence[Attempt]
 ) -> Record:
-    """The record of a task that was tried: its verdict is that of the last attempt."""
+    """Return the record of a tried task; its verdict is that of the last attempt."""
     last = attempts[-1]
     return make_record(
         suite,
@@ -212,17 +212,17 @@ def open_trials(
     task_ids: Iterable[str],
     stated: Mapping[str, Task] | None = None,
 ) -> Trials:
-    """The trials of some tasks of a suite, whose questions may state other goals (`Trials.stated`).
+    """Return the trials of some tasks of a suite, whose questions may state other goals (`Trials.stated`).
 
-    Where a protocol reads each answer as all are written, that cannot be waited for: answers are read as the
-    examples in the questions are written.
+    Some protocols read each answer by the form of all answers, which are not known yet. Then answers are read
+    by the form of the examples in the questions.
 
     Raises:
-        InputError: the answers of the suite are no plans.
+        InputError: the answers of the suite are not plans.
     """
     if suite.ability is not Ability.ACTION_SEQUENCING:
         raise InputError(
             f"{suite.domain} {suite.ability.value}: only plans are carried out, attempt by attempt"
         )
-    together = suite.over([asker.prompt_of(task_id).user for task_id in task_ids])
-    return Trials(together, options, asker, stated or {})
+    suite_of_questions = suite.over([asker.prompt_of(task_id).user for task_id in task_ids])
+    return Trials(suite_of_questions, options, asker, stated or {})

@@ -1,8 +1,8 @@
-"""Work spread over processes that stay: results in order, and a process that dies costs nothing but time.
+"""Spreads work over processes that stay: results come in order, and a dead process costs only time.
 
-To a worker batches come through a pipe of its own, and results leave through it; without it the worker ends.
-The standard library's pools do not keep this: `ProcessPoolExecutor` waits for ever for a worker that is
-killed while it sends a result, and fails all batches at once without saying which killed its worker.
+Each worker receives batches and returns results through a pipe of its own; when the pipe closes, the worker
+ends. The standard library's `ProcessPoolExecutor` waits for ever for a worker that is killed while it sends a
+result. It also fails all batches at once, without naming the batch that killed its worker.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ from typing_extensions import Self
 from eai.base.errors import EaiError
 from eai.results.collector import collect_seldom
 
-ENDED = 128 + signal.SIGTERM
-"""The exit status of a worker that is ended, as a shell has it."""
+ENDED_STATUS = 128 + signal.SIGTERM
+"""Exit status of a worker that was asked to end, as shells report it."""
 
 CLEANING_SECONDS = 1
-"""How long a worker may take to end its planners and to remove their files before it is killed."""
+"""Seconds that a worker may take to end its planners and remove their files before it is killed."""
 
 
 def serve(connection: Connection, folder: str) -> None:
-    """Do what comes, until whoever sends it has ended or is done with this process.
+    """Work on batches until the sender ends or closes the connection.
 
-    Results are sent as one pickle a batch: the results, or the exception that there was.
+    The results of a batch are sent as one pickle; it has an exception instead if the work raised one.
 
     Args:
-        connection: where batches come from, and where results go.
-        folder: where temporary files are made, which another process removes.
+        connection: receives batches and sends results.
+        folder: folder for temporary files, which another process removes.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal interrupts all processes at once
     signal.signal(signal.SIGTERM, _end)
@@ -60,31 +60,31 @@ def serve(connection: Connection, folder: str) -> None:
     given: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(connection, given), daemon=True).start()
     while True:
-        result = _done(given.get())
+        result = _work_on(given.get())
         try:
             connection.send_bytes(result)
-        except OSError:  # nobody is there to read it
+        except OSError:  # the receiver has ended
             return
 
 
 def _receive(connection: Connection, given: SimpleQueue[bytes]) -> None:
-    """Take what comes while the worker is at work, so that who sends never waits; then end the process."""
+    """Queue incoming batches, so that the sender never waits; end the process when the connection closes."""
     try:
         while True:
             given.put(connection.recv_bytes())
     except (EOFError, OSError):
         os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(CLEANING_SECONDS)
-    os._exit(ENDED)
+    os._exit(ENDED_STATUS)
 
 
 def _end(number: int, frame: FrameType | None) -> None:
-    """End as an exception does, so that planners are ended and their folders removed."""
-    sys.exit(ENDED)
+    """Raise SystemExit at a signal, so that planners are ended and their folders removed."""
+    sys.exit(ENDED_STATUS)
 
 
-def _done(content: bytes) -> bytes:
-    """The results of some work on a batch, pickled plainly: as a connection does it takes twice as long."""
+def _work_on(content: bytes) -> bytes:
+    """Return the results of a batch as plain pickle, which is twice as fast as the connection's own."""
     try:
         work, items = pickle.loads(content)  # noqa: S301 - of a process of this program
         return pickle.dumps(load_work(work)(items))
@@ -93,10 +93,10 @@ def _done(content: bytes) -> bytes:
 
 
 def _error_bytes(error: Exception) -> bytes:
-    """An exception with its traceback, to be raised elsewhere; in words if it cannot be sent."""
+    """Return a pickled exception with its traceback, or an EaiError with its text if it cannot be pickled."""
     try:
         content = pickle.dumps(ExceptionWithTraceback(error, error.__traceback__))
-        pickle.loads(content)  # noqa: S301 - some can be pickled and not loaded
+        pickle.loads(content)  # noqa: S301 - some exceptions can be pickled but not loaded
     except Exception:
         return pickle.dumps(EaiError(f"{type(error).__name__}: {error}"))
     return content
@@ -104,36 +104,36 @@ def _error_bytes(error: Exception) -> bytes:
 
 @lru_cache(maxsize=8)
 def load_work(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
-    """Work as it was pickled; opening the tasks that it is about takes long."""
-    known: Callable[[Sequence[Any]], Sequence[Any]] = pickle.loads(work)  # noqa: S301 - of this program
-    return known
+    """Load pickled work; cached, because opening its tasks takes long."""
+    work_function: Callable[[Sequence[Any]], Sequence[Any]] = pickle.loads(work)  # noqa: S301 - of this program
+    return work_function
 
 
 T = TypeVar("T")
 R = TypeVar("R")
 
 MIN_BATCH_SIZE, MAX_BATCH_SIZE = 16, 1024
-"""How many items a worker is given at a time: few at first, so that all have some, then more."""
+"""Number of items in a worker's first batch, so that all workers get some, and in its largest batch."""
 
 MAX_BATCHES_PER_WORKER = 2
-"""How many batches a worker has at most: one that it is at, and one to go on with.
+"""Maximum number of batches that a worker has at a time: one in progress and one to go on with.
 
-One of fewer than ``SMALLEST`` items, where each may take minutes, waits for who is free first.
+A batch of fewer than ``MIN_BATCH_SIZE`` items, which may take minutes each, waits for a free worker.
 """
 
 MAX_BATCHES_AHEAD = 3
-"""For how many batches a worker there may be at a time, those included whose results are not yet taken."""
+"""Maximum number of batches for each worker, including those with results that are not yet taken."""
 
 PAUSE_SECONDS = 0.01
-"""Seconds until a folder is looked at again."""
+"""Seconds between two attempts to remove a folder."""
 
 MAX_DEATHS = 3
-"""How often workers may die at a batch."""
+"""Number of worker deaths at one batch after which the batch fails."""
 
 
 @dataclass(slots=True, eq=False)
 class _Batch:
-    """Some items of a stream, the pickled work to do on them, and what becomes of them."""
+    """Some items of a stream, the pickled work on them, and their pickled results."""
 
     work: bytes
     items: Sequence[Any]
@@ -141,37 +141,37 @@ class _Batch:
     deaths: int = 0
 
     def results(self) -> Sequence[Any]:
-        """The results of the items.
+        """Return the results of the items.
 
         Raises:
-            Exception: that which the work raised.
+            Exception: the exception that the work raised.
         """
-        found = pickle.loads(self.result or b"")  # noqa: S301 - of a process of this program
-        if isinstance(found, Exception):
-            raise found
-        results: Sequence[Any] = found
-        return results
+        results_or_error = pickle.loads(self.result or b"")  # noqa: S301 - of a process of this program
+        if isinstance(results_or_error, Exception):
+            raise results_or_error
+        item_results: Sequence[Any] = results_or_error
+        return item_results
 
 
 @dataclass(slots=True, eq=False)
 class _Worker:
-    """A process, and the batches that it has, in the order in which their results will come."""
+    """A process, and its batches in the order in which their results will come."""
 
     process: BaseProcess
     connection: Connection
-    has: deque[_Batch] = field(default_factory=deque)
+    pending: deque[_Batch] = field(default_factory=deque)
 
 
 class Workers:
-    """Processes that do work on streams of items, and stay until they are closed.
+    """Worker processes for streams of items, which stay until they are closed.
 
-    Results come in the order of the items. No more than a few batches are read ahead, so that memory does not
-    grow with the stream. What a worker that dies was at is done again: nothing is lost, nothing comes twice.
-    Each worker has a pipe of its own, which ends with it, so that none waits for what another holds; what
-    they leave in temporary folders is removed here. Streams are for one thread, any number of them at a time.
+    Results come in the order of the items. Only a few batches are read ahead, so memory does not grow with
+    the stream. If a worker dies, its batches are done again: no item is lost or done twice. Each worker has a
+    pipe of its own that ends with it, so no worker waits for another's lock. Temporary files of workers are
+    removed here. A stream belongs to one thread; any number of streams may run.
 
     Args:
-        workers: how many processes to use; this one alone if fewer than two.
+        workers: number of processes; with fewer than two, this process does the work.
     """
 
     def __init__(self, workers: int = 1) -> None:
@@ -187,13 +187,15 @@ class Workers:
         self.close()
 
     def close(self) -> None:
-        """End the workers, whatever they do, and remove what they leave; another stream starts others."""
+        """End the workers at once, and remove their temporary files; the next stream starts new workers."""
         workers, self._workers = self._workers, []
         for worker in workers:
             worker.connection.close()
-            self._waiting.extend(worker.has)
+            self._waiting.extend(worker.pending)
         for batch in self._waiting:
-            batch.result = pickle.dumps(EaiError("the workers were closed before the stream came to its end"))
+            batch.result = pickle.dumps(
+                EaiError("the workers were closed before the end of the stream; take all results first")
+            )
         self._waiting.clear()
         end = time.monotonic() + CLEANING_SECONDS
         for worker in workers:
@@ -227,70 +229,70 @@ class Workers:
                 yield from work((item,))
             return
         content = pickle.dumps(work)
-        coming = split_batches(items, self._number, *batch_sizes)
-        ahead: deque[_Batch] = deque()
+        upcoming = split_batches(items, self._number, *batch_sizes)
+        in_progress: deque[_Batch] = deque()
         try:
             while True:
-                for part in islice(coming, self._number * MAX_BATCHES_AHEAD - len(ahead)):
-                    ahead.append(_Batch(content, part))
-                    self._waiting.append(ahead[-1])
+                for batch_items in islice(upcoming, self._number * MAX_BATCHES_AHEAD - len(in_progress)):
+                    in_progress.append(_Batch(content, batch_items))
+                    self._waiting.append(in_progress[-1])
                     self._give()
-                if not ahead:
+                if not in_progress:
                     return
-                while ahead[0].result is None:
+                while in_progress[0].result is None:
                     self._receive()
-                yield from ahead.popleft().results()
+                yield from in_progress.popleft().results()
         finally:
-            self._waiting = deque([batch for batch in self._waiting if batch not in ahead])
+            self._waiting = deque([batch for batch in self._waiting if batch not in in_progress])
 
     def _give(self) -> None:
-        """Send batches that wait to those who have least, as far as they may have more."""
+        """Send waiting batches to the least busy workers, up to their maximum."""
         while self._waiting:
             batch = self._waiting[0]
             worker = self._least_busy()
-            if len(worker.has) >= (1 if len(batch.items) < MIN_BATCH_SIZE else MAX_BATCHES_PER_WORKER):
+            if len(worker.pending) >= (1 if len(batch.items) < MIN_BATCH_SIZE else MAX_BATCHES_PER_WORKER):
                 return
             content = pickle.dumps((batch.work, batch.items))
-            worker.has.append(self._waiting.popleft())
-            with self._buried_if_cut_off(worker):
+            worker.pending.append(self._waiting.popleft())
+            with self._discard_on_cut(worker):
                 worker.connection.send_bytes(content)
 
     def _receive(self) -> None:
-        """Wait until there is a result, or a worker dies, and give out what waits."""
+        """Wait for a result or for a worker's death, and send out waiting batches."""
         by_connection = {worker.connection: worker for worker in self._workers}
         for connection in wait(list(by_connection)):
-            worker = by_connection[connection]  # type: ignore[index] # one of those that it was given
-            with self._buried_if_cut_off(worker):
+            worker = by_connection[connection]  # type: ignore[index] # wait() returns connections that it was given
+            with self._discard_on_cut(worker):
                 result = worker.connection.recv_bytes()
-                worker.has.popleft().result = result
+                worker.pending.popleft().result = result
         self._give()
 
     @contextmanager
-    def _buried_if_cut_off(self, worker: _Worker) -> Iterator[None]:
-        """Where a message is not whole, since the worker died or this process was interrupted, it goes."""
+    def _discard_on_cut(self, worker: _Worker) -> Iterator[None]:
+        """Discard a worker whose message was cut off, because it died or this process was interrupted."""
         try:
             yield
         except BaseException as error:
-            self._bury(worker)
+            self._discard_worker(worker)
             if not isinstance(error, EOFError | OSError):
                 raise
 
     def _least_busy(self) -> _Worker:
-        """A worker that has nothing, started if there may be more; else one that has least."""
-        least = min(self._workers, key=lambda worker: len(worker.has), default=None)
-        if least is None or (least.has and len(self._workers) < self._number):
-            least = self._started()
-            self._workers.append(least)
-        return least
+        """Return an idle worker; else a new one, if there may be more; else the least busy one."""
+        worker_with_least = min(self._workers, key=lambda worker: len(worker.pending), default=None)
+        if worker_with_least is None or (worker_with_least.pending and len(self._workers) < self._number):
+            worker_with_least = self._start_worker()
+            self._workers.append(worker_with_least)
+        return worker_with_least
 
-    def _started(self) -> _Worker:
-        """A new process, which shares nothing with threads of this one."""
+    def _start_worker(self) -> _Worker:
+        """Start a new process, which shares nothing with the threads of this one."""
         methods = multiprocessing.get_all_start_methods()
         context: Any = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
         context.set_forkserver_preload(["eai.results.batch"])  # imported once, not in every process
         if "forkserver" in methods:
-            resource_tracker.ensure_running()  # which lets interrupts in when it starts
-            with _interrupts_held():  # until what starts all workers is there, who inherit that
+            resource_tracker.ensure_running()  # its start would let interrupts in
+            with _hold_interrupts():  # workers inherit this from the fork server
                 ensure_running()
         if self._folder is None:
             self._folder = TemporaryDirectory(prefix="eai-workers-", ignore_cleanup_errors=True)
@@ -300,24 +302,24 @@ class Workers:
             process.start()
         return _Worker(process, connection)
 
-    def _bury(self, worker: _Worker) -> None:
-        """Take away a worker that died; what it had is done again, and by nobody what has killed too many."""
+    def _discard_worker(self, worker: _Worker) -> None:
+        """Remove a dead worker; its batches are done again, unless a batch has killed too many workers."""
         self._workers.remove(worker)
         worker.connection.close()
         worker.process.kill()
         worker.process.join()
-        if not worker.has:
+        if not worker.pending:
             return
-        at = worker.has[0]
-        at.deaths += 1
-        if at.deaths == MAX_DEATHS:
-            at.result = pickle.dumps(EaiError(_named_items(at.items)))
-            worker.has.popleft()
-        self._waiting.extendleft(reversed(worker.has))
+        current = worker.pending[0]
+        current.deaths += 1
+        if current.deaths == MAX_DEATHS:
+            current.result = pickle.dumps(EaiError(_death_message(current.items)))
+            worker.pending.popleft()
+        self._waiting.extendleft(reversed(worker.pending))
 
 
 def _remove(folder: TemporaryDirectory[str]) -> None:
-    """Remove a folder in which a planner may write until it notices that its worker was killed."""
+    """Remove a folder into which a planner may write until it notices that its worker was killed."""
     end = time.monotonic() + CLEANING_SECONDS
     folder.cleanup()
     while Path(folder.name).exists() and time.monotonic() < end:
@@ -326,18 +328,18 @@ def _remove(folder: TemporaryDirectory[str]) -> None:
 
 
 def split_batches(items: Iterable[T], workers: int, size: int, largest: int) -> Iterator[Sequence[T]]:
-    """The items in batches that grow until they are large enough."""
-    source, made = iter(items), 0
+    """Yield the items in batches, whose size grows up to a maximum."""
+    source, count = iter(items), 0
     while batch := list(islice(source, size)):
         yield batch
-        made += 1
-        if made % workers == 0:
+        count += 1
+        if count % workers == 0:
             size = min(2 * size, largest)
 
 
 @contextmanager
-def _interrupts_held() -> Iterator[None]:
-    """Interrupts wait until the end of the block, and so they do for ever in processes that it starts."""
+def _hold_interrupts() -> Iterator[None]:
+    """Hold back interrupts until the end of the block, and for ever in processes that the block starts."""
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -348,7 +350,7 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _named_items(items: Sequence[Any]) -> str:
+def _death_message(items: Sequence[Any]) -> str:
     hint = "is there enough memory, and does the program begin below `if __name__ == '__main__':`?"
     first = str(items[0])[:100]
     return f"workers died {MAX_DEATHS} times at the same {len(items)} items from {first!r} on; {hint}"

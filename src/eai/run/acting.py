@@ -1,7 +1,7 @@
-"""Agents that act: tools and lines of text below which a task is played, and the solvers that play it.
+"""Lets models act in Inspect: the tools of a task, lines of text, and the solvers that play an episode.
 
 The state of an episode is in Inspect's store, as JSON, after every command. ``eai_enter`` puts the tools into
-the state of a sample, so that any solver finds them; ``eai/player`` is the one that plays by default.
+the state of a sample, so that any solver finds them. ``eai/player`` is the default solver.
 """
 
 from __future__ import annotations
@@ -46,23 +46,23 @@ from eai.tasks.source import ErrataChoice, Source, errata_choice
 from eai.tasks.task import Task
 
 BEGUN = "begun"
-"""The field that says how often its episode was begun."""
+"""Field of a sample's metadata: how often its episode has begun."""
 
-_PATIENCE = 3
-"""How many replies a model has for each turn of a game."""
+_REPLIES_PER_TURN = 3
+"""Maximum number of replies of a model for each turn of a game."""
 
-_LIMITS = {"token": "tokens", "time": "time", "turn": "turns"}
+_ENDED_BY_LIMIT = {"token": "tokens", "time": "time", "turn": "turns"}
 
 
-class _Acted(StoreModel):
+class _StoredEpisode(StoreModel):
     """The episode so far, in Inspect's store."""
 
     episode: dict[str, Any] = Field(default_factory=dict)
 
 
 def episode_text(state: TaskState | EvalSample) -> str:
-    """The episode in the store of a sample as an answer; the sample's output where none is stored."""
-    episode = state.store_as(_Acted).episode
+    """Return the episode in a sample's store as an answer, or the sample's output without an episode."""
+    episode = state.store_as(_StoredEpisode).episode
     return json.dumps(episode, ensure_ascii=False) if episode else state.output.completion
 
 
@@ -72,29 +72,31 @@ def _tasks(benchmark: Benchmark, ability: Ability, errata: ErrataChoice) -> Mapp
 
 
 def _begin(state: TaskState) -> Play | None:
-    """The episode of a sample, which resumes from the store; None of a task that is not played."""
-    about = state.metadata
-    errata = errata_choice(about.get(ERRATA, ErrataChoice.CURRENT))
-    benchmark = find_benchmark(str(about["domain"]))
-    task = _tasks(benchmark, Ability(about["ability"]), errata)[str(state.sample_id)]
+    """Begin or resume the episode of a sample from the store; None if its task is not played."""
+    metadata = state.metadata
+    errata = errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))
+    benchmark = find_benchmark(str(metadata["domain"]))
+    task = _tasks(benchmark, Ability(metadata["ability"]), errata)[str(state.sample_id)]
     if task.left_out is not None:
         return None
-    play = Arena(benchmark, Setting.of_question(about)).play(task, state.epoch, int(about.get(BEGUN, 1)))
-    for turn in state.store_as(_Acted).episode.get("turns", ()):
+    play = Arena(benchmark, Setting.of_question(metadata)).play(
+        task, state.epoch, int(metadata.get(BEGUN, 1))
+    )
+    for turn in state.store_as(_StoredEpisode).episode.get("turns", ()):
         play.say(turn["said"], turn.get("thought", ""))
     return play
 
 
 def _carry_out(state: TaskState, play: Play, command: str) -> str | list[Content]:
-    """Play a command, and write the episode into the store; returns what the agent is told and shown."""
-    words = _words()
-    told = play.say(command, "" if words == command else words)
-    state.store_as(_Acted).episode = play.to_json("stopped")
-    return content_of(Prompt(told, images=play.pictures()))
+    """Play a command, store the episode, and return the reply to the agent with its pictures."""
+    last_reply = _read_last_reply()
+    reply = play.say(command, "" if last_reply == command else last_reply)
+    state.store_as(_StoredEpisode).episode = play.to_json("stopped")
+    return content_of(Prompt(reply, images=play.pictures()))
 
 
-def _words() -> str:
-    """The words of the model's last reply: its reasoning, and its text."""
+def _read_last_reply() -> str:
+    """Return the model's last reply: its reasoning, and its text."""
     replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
     if not replies or replies[-1].empty:
         return ""
@@ -102,29 +104,27 @@ def _words() -> str:
 
 
 def _tools(state: TaskState, play: Play) -> list[ToolDef]:
-    """The tools of an agent for one sample."""
-
-    def named(name: str) -> Callable[..., Awaitable[str | list[Content]]]:
+    def make_call(name: str) -> Callable[..., Awaitable[str | list[Content]]]:
         async def call(**arguments: Any) -> str | list[Content]:
             return _carry_out(state, play, command_of(name, arguments))
 
         return call
 
     return [
-        ToolDef(named(name), name, description, ToolParams.model_validate(schema), max_output=0)
+        ToolDef(make_call(name), name, description, ToolParams.model_validate(schema), max_output=0)
         for name, description, schema in tools_of(play.stage.domain)
     ]
 
 
 @solver(name="eai_enter")
 def enter() -> Solver:
-    """Offers the tools of a task to whoever solves it."""
+    """Return a solver that offers the tools of a task to the next solver."""
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         add_epoch(state)
         play = _begin(state)
         if play is not None:
-            state.store_as(_Acted).episode = play.to_json("stopped")
+            state.store_as(_StoredEpisode).episode = play.to_json("stopped")
             state.tools.extend([tool.as_tool() for tool in _tools(state, play)])
         return state
 
@@ -132,10 +132,10 @@ def enter() -> Solver:
 
 
 def _player(harness: str | None = None) -> Solver:
-    """Plays a task with the model: by tools in Inspect's ``react``, or by lines of text.
+    """Return a solver that plays a task with the model: by tools in Inspect's ``react``, or by lines of text.
 
     Args:
-        harness: react, text or module:object; that of the task if None.
+        harness: react, text or module:object; the harness of the task if None.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -146,14 +146,16 @@ def _player(harness: str | None = None) -> Solver:
         chosen = harness or setting.harness
         agent = AgentState(messages=state.messages)
         limits = [
-            turn_limit(_PATIENCE * (play.most + 1)),
+            turn_limit(_REPLIES_PER_TURN * (play.most + 1)),
             token_limit(setting.tokens),
             time_limit(setting.seconds),
         ]
         with apply_limits(limits, catch_errors=True) as scope:
-            await (_by_text(state, agent, play) if chosen == TEXT else _by_tools(state, agent, chosen))
+            await (
+                _play_by_text(state, agent, play) if chosen == TEXT else _play_by_tools(state, agent, chosen)
+            )
         state.messages = agent.messages
-        ended = "stopped" if scope.limit_error is None else _LIMITS[scope.limit_error.type]
+        ended = "stopped" if scope.limit_error is None else _ENDED_BY_LIMIT[scope.limit_error.type]
         _end(state, agent.output.stop_reason, ended)
         return state
 
@@ -167,68 +169,68 @@ if registry_info(player).name == "player":  # Inspect names the package only whe
 
 def _end(state: TaskState, stop_reason: StopReason, ended: str) -> None:
     """Make the episode the output of a sample."""
-    acted = state.store_as(_Acted)
-    if acted.episode["ended"] == "stopped":
-        acted.episode = {**acted.episode, "ended": ended}
+    stored = state.store_as(_StoredEpisode)
+    if stored.episode["ended"] == "stopped":
+        stored.episode = {**stored.episode, "ended": ended}
     state.output = ModelOutput.from_content(str(state.model), episode_text(state), stop_reason)
 
 
-async def _by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
-    """Let the model call tools, until the episode is over or it calls none; or an agent of one's own."""
+async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
+    """Let the model call tools until the episode is over or it calls none; or run the user's own agent."""
     if harness != REACT:
-        done = await loaded(harness)(state.tools)(agent)
-        agent.messages, agent.output = done.messages, done.output
+        result = await loaded(harness)(state.tools)(agent)
+        agent.messages, agent.output = result.messages, result.output
         return
 
     async def resumes(agent: AgentState) -> bool:
-        is_over = state.store_as(_Acted).episode["ended"] in ("done", "steps")
+        is_over = state.store_as(_StoredEpisode).episode["ended"] in ("done", "steps")
         return bool(agent.output.message.tool_calls) and not is_over
 
     await react(prompt=None, tools=state.tools, submit=False, on_continue=resumes)(agent)
 
 
-async def _by_text(state: TaskState, agent: AgentState, play: Play) -> None:
-    """Read a command of each message of the model, until the episode is over."""
+async def _play_by_text(state: TaskState, agent: AgentState, play: Play) -> None:
+    """Read a command from each message of the model, until the episode is over."""
     while not play.over:
         agent.output = await get_model().generate(agent.messages)
         if agent.output.empty:
             raise RuntimeError(agent.output.error or "the provider returned no choice")
         agent.messages.append(agent.output.message)
         command = read_command(split_reply(agent.output.completion).answer)
-        told = _carry_out(state, play, command)
-        agent.messages.append(ChatMessageUser(content=told))
+        reply = _carry_out(state, play, command)
+        agent.messages.append(ChatMessageUser(content=reply))
 
 
 def read_command(text: str) -> str:
-    """The command of a message: a JSON answer as a whole, or else its last line."""
+    """Return the command of a message: the whole message if it is JSON, else its last line."""
     text = text.strip()
     return text if text.startswith(("{", "[")) else (text.splitlines() or [""])[-1].strip()
 
 
 @solver(name="eai_act")
-def act(desk: RunState) -> Solver:
-    """Plays what is not played yet; episodes that are over go to the desk, and the others begin anew."""
+def act(run: RunState) -> Solver:
+    """Return a solver that plays open episodes and reports them; unfinished episodes begin anew."""
     begin, perform = enter(), player()
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        place = (str(state.sample_id), state.epoch)
-        if desk.all_answers[place]:
-            restore_answer(state, desk.all_answers[place][-1])
+        key = (str(state.sample_id), state.epoch)
+        if run.all_answers[key]:
+            restore_answer(state, run.all_answers[key][-1])
             return state
-        if desk.stopped is not None:
+        if run.stopped is not None:
             return state
-        question, request = desk.conversations[place].question, desk.request(place)
-        state.metadata[BEGUN] = desk.journal.begin(place, request)
-        with report_failure(desk, place):
+        question, request = run.conversations[key].question, run.request(key)
+        state.metadata[BEGUN] = run.journal.begin(key, request)
+        with report_failure(run, key):
             state = await perform(await begin(state, generate), generate)
-        desk.add_answer(make_answer(state, request, question, _usage_of_sample(desk.job.endpoint.model)))
+        run.add_answer(make_answer(state, request, question, _usage_of_sample(run.job.endpoint.model)))
         return state
 
     return solve
 
 
 def _usage_of_sample(model: str) -> Usage:
-    """The usage of all replies of an episode, which is timed where the model is not a built-in one."""
+    """Return the usage of all replies of an episode; built-in models are not timed."""
     replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
     seconds = None if model.startswith(f"{PROVIDER}/") else sum([reply.time or 0.0 for reply in replies])
     return sum(map(usage_of, replies), Usage(seconds=seconds))

@@ -1,4 +1,4 @@
-"""Jobs: what is to be asked of which model, and how."""
+"""Jobs: the questions to a model, and the options of its requests."""
 
 from __future__ import annotations
 
@@ -27,69 +27,73 @@ from eai.tasks.options import Options
 from eai.tasks.prompts.prompt import Prompt
 
 PROVIDER = "eai"
-"""The provider of built-in models, before the slash of their names."""
+"""Provider of built-in models, the part of their names before the slash."""
 
 ERRATA = "errata"
-"""The field of a question's metadata that says whether the task's own answers are the corrected ones."""
+"""Field of a question's metadata: whether errata correct the task's own answers."""
 
 CAPTIONER = "captioner"
-"""The built-in model that lists what is in pictures."""
+"""Built-in model that lists the objects in pictures."""
 
 EXPLORERS = ("explorer", "greedy", "novel", "blind")
-"""The built-in models that only act."""
+"""Built-in models that only act."""
 
 MODELS = (
     *("oracle", "planner", "lookup", "copy", "empty", "random", "noisy", "replay", CAPTIONER),
     *EXPLORERS,
 )
-"""The built-in models."""
+"""Names of the built-in models."""
 
-_ONLY: Mapping[str, Collection[Ability]] = {
+_ABILITIES_OF_MODEL: Mapping[str, Collection[Ability]] = {
     "planner": (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION),
     **dict.fromkeys(("lookup", "copy", "empty", "random"), (*PAPER_ABILITIES, Ability.ACTION_SEQUENCING)),
     CAPTIONER: (SCENE_GRAPH,),
     **dict.fromkeys(EXPLORERS, ()),
 }
-"""The abilities without turns that a built-in model answers, if it does not answer all."""
+"""Abilities without turns that a built-in model answers, if it does not answer all."""
 
 
 def can_answer(name: str, ability: Ability) -> bool:
-    """Whether a model answers an ability. Other models than built-in ones answer all."""
+    """Whether a model answers an ability; only built-in models do not answer all."""
     provider, _, model = name.partition("/")
     if provider != PROVIDER:
         return True
     if declaration_of(ability).takes_turns:
         return model != CAPTIONER
-    return ability in _ONLY.get(model, (ability,))
+    return ability in _ABILITIES_OF_MODEL.get(model, (ability,))
 
 
 def check_model(name: str) -> None:
-    """Raise InputError for a built-in model that there is not, or a name that no provider can stand in."""
-    known = [f"{PROVIDER}/{model}" for model in MODELS]
+    """Raise InputError for an unknown built-in model, or a name without a provider."""
+    known_models = [f"{PROVIDER}/{model}" for model in MODELS]
     provider, separator, _ = name.partition("/")
-    if provider == PROVIDER and name not in known:
-        raise InputError(f"{name}: expected one of {', '.join(known)}{did_you_mean(name, known)}")
+    if provider == PROVIDER and name not in known_models:
+        raise InputError(
+            f"{name}: expected one of {', '.join(known_models)}{did_you_mean(name, known_models)}"
+        )
     if not separator:
-        hint = did_you_mean(f"{PROVIDER}/{name}", known)
-        raise InputError(f"--model {name}: expected PROVIDER/NAME, such as openai/gpt-4o or {known[0]}{hint}")
+        hint = did_you_mean(f"{PROVIDER}/{name}", known_models)
+        raise InputError(
+            f"--model {name}: expected PROVIDER/NAME, such as openai/gpt-4o or {known_models[0]}{hint}"
+        )
 
 
 _ReasoningEffort: TypeAlias = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
-"""How much a model is to reason, in Inspect's words."""
+"""Reasoning effort of a model, in Inspect's words."""
 
 
 class Decoding(Options):
-    """How models answer.
+    """Options of the models' answers.
 
     Attributes:
-        temperature: For sampling.
-        max_tokens: The most tokens of an answer.
-        top_p: For sampling.
-        seed: For sampling, where a provider takes one.
+        temperature: Temperature of sampling.
+        max_tokens: Maximum number of tokens of an answer.
+        top_p: Probability mass of nucleus sampling.
+        seed: Seed of sampling, if the provider supports it.
         reasoning_effort: none, minimal, low, medium, high, xhigh or max.
-        reasoning_tokens: The most tokens of its reasoning.
-        stop: Stop sequences as in the paper's runs.
-        structured: Hold answers to the task's form and words, where a provider can.
+        reasoning_tokens: Maximum number of tokens of the model's reasoning.
+        stop: Use the stop sequences of the paper's runs.
+        structured: Restrict answers to the task's schema and words, if the provider supports it.
     """
 
     temperature: float = Field(default=0.0, ge=0)
@@ -103,18 +107,18 @@ class Decoding(Options):
 
     @property
     def sampling(self) -> dict[str, int | float | str]:
-        """The choices that only some providers know, of those that are made, by their names in Inspect."""
+        """The chosen options that only some providers support, by their names in Inspect."""
         chosen = {"top_p", "seed", "reasoning_effort", "reasoning_tokens"}
         return self.model_dump(mode="json", include=chosen, exclude_none=True)
 
 
 class Pace(Options):
-    """How requests are made, which changes no answer.
+    """Options of requests that change no answer.
 
     Attributes:
-        max_connections: Requests at a time; of a built-in model there is one.
-        max_retries: How often a failed request is repeated.
-        timeout: Seconds until a request has failed; the provider's if not given.
+        max_connections: Maximum number of requests at a time; one for built-in models.
+        max_retries: Maximum number of repetitions of a failed request.
+        timeout: Seconds after which a request fails; the provider's default if not given.
         batch: Use the provider's batch service, slower and cheaper.
     """
 
@@ -126,15 +130,15 @@ class Pace(Options):
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """Tasks of a suite to be put to a model, each by its id, in the order of the data set.
+    """The questions of one suite to one model, by task id, in the order of the data set.
 
     Attributes:
         suite: the suite.
-        prompts: the questions by id, in order.
-        epochs: how many answers to each.
-        trials: how answers are carried out in an experiment; None where each question is asked once.
-        about: what the built-in models are to know of questions besides, by task: fields of the metadata.
-        experiment: what the log says of how the run differs from asking each question once; None for nothing.
+        prompts: the questions by task id, in order.
+        epochs: number of answers to each question.
+        trials: how answers are carried out in an experiment; None if each question is asked once.
+        metadata: metadata of questions for the built-in models, by task id.
+        experiment: how the run differs from asking each question once, for the log; None if it does not.
     """
 
     endpoint: Endpoint
@@ -149,7 +153,7 @@ class Job:
 
     @property
     def sha256(self) -> str:
-        """Digest of all requests: two with the same one come to the same answers."""
+        """Digest of all requests: jobs with equal digests get the same answers."""
         requests = [(name, self.request_sha256(name, prompt)) for name, prompt in self.prompts.items()]
         decisive: list[Json] = [self.epochs, requests]
         if self.trials is not None:
@@ -157,15 +161,15 @@ class Job:
         return sha256_of(json.dumps(decisive))
 
     def start_conversation(self, task_id: str, epoch: int) -> Conversation:
-        """A task as it is put to the model."""
+        """Return the questions on a task in one epoch."""
         if self.trials is None:
             return Conversation(partial(self.prompts.__getitem__, task_id))
         return self.trials.start_conversation(task_id, epoch)
 
     def answer_schema(self, task_id: str) -> Schema | None:
-        """The form that answers are held to, with any objects where the scene is shown as it was perceived.
+        """Return the schema to which answers are restricted, or None if answers may have any form.
 
-        None if answers may have any form.
+        If the scene is shown as it was perceived, answers may name any objects.
         """
         if not self.decoding.structured:
             return None
@@ -174,19 +178,19 @@ class Job:
         return answer_form(self.suite.benchmark, self.suite.ability, task, self.prompts[task_id])
 
     def request_sha256(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
-        """Digest of all that decides the answer to a prompt.
+        """Return the digest of everything that decides the answer to a prompt.
 
-        The same question asked again is another request, or a run that resumes would take the first answer
-        for all.
+        A repeated question is another request: otherwise a resumed run would take the first answer for all
+        attempts.
         """
-        endpoint, decoding, form = self.endpoint, self.decoding, self.answer_schema(task_id)
+        endpoint, decoding, schema = self.endpoint, self.decoding, self.answer_schema(task_id)
         decisive = (
             (endpoint.model, sorted(endpoint.arguments.items()), endpoint.base_url),
             (decoding.temperature, decoding.max_tokens, decoding.stop, decoding.structured),
             (prompt.sha256, prompt.stop),
             *sorted(decoding.sampling.items()),
             *((attempt,) if attempt > 1 else ()),
-            *((form,) if form is not None else ()),
+            *((schema,) if schema is not None else ()),
             *((setting,) if (setting := self.metadata.get(task_id, {}).get(AGENT)) else ()),
         )
         return sha256_of(json.dumps(decisive))

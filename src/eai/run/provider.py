@@ -1,7 +1,7 @@
 """The built-in models as an Inspect provider: ``eai/oracle``, ``eai/planner``, ``eai/lookup`` and others.
 
-They answer without network and key. What they need to know of a question they read from the metadata of its
-message, which `eai.run.tasks` puts there; a question from elsewhere they cannot answer.
+They answer without network and key. They read the metadata that `eai.run.tasks` adds to a question's message;
+they cannot answer questions from elsewhere.
 """
 
 from __future__ import annotations
@@ -55,33 +55,33 @@ from eai.world.action import Action
 
 DEFAULT_NOISE = 0.1
 
-LIMITS = Limits(200)
-"""The effort of `eai/planner` for a plan from a later state, or in a perceived scene, which may have none.
+PLANNER_LIMITS = Limits(200)
+"""Search limits of `eai/planner` for a plan from a later state or in a perceived scene, which may have none.
 
-Every plan of the households takes less.
+Every plan of the household benchmarks needs less.
 """
 
 T = TypeVar("T")
 
-_BOOKS = {
+_OPEN_BOOK = {
     "planner": open_planned_book,
     "lookup": open_lookup_book,
     "copy": open_copy_book,
     "empty": open_empty_book,
 }
-"""The models that have answers of their own."""
+"""Function that opens the answers of a model, if they are not the data set's."""
 
-_NEEDED = frozenset({"domain", "ability", "task_id"})
-"""The metadata of a question that a built-in model needs."""
+_REQUIRED_METADATA = frozenset({"domain", "ability", "task_id"})
+"""Metadata of a question that a built-in model needs."""
 
 
 class _ModelArguments(Options):
-    """The arguments of a built-in model.
+    """Arguments of a built-in model.
 
     Attributes:
         rate: The share of errors.
-        seed: Of random draws.
-        heed: The probability with which it mends what feedback says.
+        seed: Seed of random draws.
+        heed: The probability with which the model repairs an error that feedback names.
         path: A response file, or a folder of them.
     """
 
@@ -92,16 +92,16 @@ class _ModelArguments(Options):
 
 
 class _ModelQuestion(NamedTuple):
-    """A question, as far as built-in models know it.
+    """A question with the metadata that built-in models read.
 
     Attributes:
-        attempt: which attempt at the task it is for, from 1 on.
-        done: what has been executed in the world as the question tells it.
-        text: all that was said.
-        stated: the answer whose goals it states in the place of the task's; None for the task's.
-        scene: the scene graph that it tells of in the place of the task's scene; None for the task's.
-        source: what the task's own answers are read from.
-        setting: how the task is played, where actions are asked for.
+        attempt: number of the attempt at the task, from 1 on.
+        done: actions executed in the world that the question describes.
+        text: text of all messages.
+        stated: the answer whose goals the question states instead of the task's; None for the task's.
+        scene: the scene graph that the question shows instead of the task's scene; None for the task's.
+        source: source of the task's own answers.
+        setting: setting of the game, if actions are asked for.
     """
 
     benchmark: Benchmark
@@ -128,9 +128,9 @@ class _BuiltInModel(ModelAPI):
             task, objects renamed), ``copy`` (what the question says), ``empty`` (nothing, in the form asked
             for), ``random`` (random possible actions; argument ``seed``), ``noisy``
             (the data set's answers, corrupted anew in each attempt; arguments ``rate`` and ``seed``, and
-            ``heed``, the probability with which it mends what feedback says, and else says the same
-            again), ``captioner`` (scene graphs of pictures, with errors; arguments ``rate`` and ``seed``) or
-            ``replay`` (answers from response files, of further attempts from
+            ``heed``, the probability with which it repairs an error that feedback names; otherwise it
+            repeats its answer), ``captioner`` (scene graphs of pictures, with errors; arguments ``rate``
+            and ``seed``) or ``replay`` (answers from response files, of further attempts from
             ``<model>_attempt_<k>_outputs.json``; argument ``path``).
         base_url: not used.
         api_key: not used.
@@ -155,7 +155,7 @@ class _BuiltInModel(ModelAPI):
             self._given = _ModelArguments.read(f"{PROVIDER}/{model_name}", model_args)
             if model_name == "replay" and self._given.path is None:
                 raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
-        self._book = cache(_BOOKS.get(model_name, open_answer_book))
+        self._book = cache(_OPEN_BOOK.get(model_name, open_answer_book))
         self._played = cache(self._commands)
         self._random = cache(open_random_answers)
         self._recorded = cache(self._read_recorded)
@@ -163,45 +163,49 @@ class _BuiltInModel(ModelAPI):
     async def generate(
         self, input: list[ChatMessage], tools: list[ToolInfo], tool_choice: ToolChoice, config: GenerateConfig
     ) -> ModelOutput:
-        """Answer the last question; where actions are asked for, take the next one of the answer."""
-        known = [n for n, message in enumerate(input) if (message.metadata or {}).keys() >= _NEEDED]
-        about = (input[known[-1]].metadata or {}) if known else {}
-        takes_turns = bool(known) and declaration_of(Ability(about["ability"])).takes_turns
-        if not known or (not takes_turns and known[-1] != len(input) - 1):
+        """Answer the last question; if actions are asked for, return the next command of the episode."""
+        positions = [
+            n for n, message in enumerate(input) if (message.metadata or {}).keys() >= _REQUIRED_METADATA
+        ]
+        metadata = (input[positions[-1]].metadata or {}) if positions else {}
+        takes_turns = bool(positions) and declaration_of(Ability(metadata["ability"])).takes_turns
+        if not positions or (not takes_turns and positions[-1] != len(input) - 1):
             raise InputError(f"eai/{self.model_name} can only answer the questions of eai's own tasks")
         question = _ModelQuestion(
-            find_benchmark(str(about["domain"])),
-            Ability(about["ability"]),
-            str(about["task_id"]),
-            int(about.get("epoch", 1)),
-            int(about.get("attempt", 1)),
-            tuple([Action(name, tuple(arguments)) for name, *arguments in about.get("done", ())]),
+            find_benchmark(str(metadata["domain"])),
+            Ability(metadata["ability"]),
+            str(metadata["task_id"]),
+            int(metadata.get("epoch", 1)),
+            int(metadata.get("attempt", 1)),
+            tuple([Action(name, tuple(arguments)) for name, *arguments in metadata.get("done", ())]),
             "\n\n".join([message.text for message in input]),
-            about.get(STATED),
-            about.get(SCENE),
-            Source(errata=errata_choice(about.get(ERRATA, ErrataChoice.CURRENT))),
-            Setting.of_question(about),
+            metadata.get(STATED),
+            metadata.get(SCENE),
+            Source(errata=errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))),
+            Setting.of_question(metadata),
         )
         if takes_turns:
-            commands = await _off_the_loop(partial(self._played, question._replace(text="")))
-            taken = sum(message.role == "assistant" for message in input[known[-1] :])
-            return self._output(input, commands[taken] if taken < len(commands) else DONE, tools)
-        return self._output(input, await _off_the_loop(partial(self._answer, question)))
+            commands = await _run_in_thread(partial(self._played, question._replace(text="")))
+            actions_taken = sum(message.role == "assistant" for message in input[positions[-1] :])
+            return self._output(
+                input, commands[actions_taken] if actions_taken < len(commands) else DONE, tools
+            )
+        return self._output(input, await _run_in_thread(partial(self._answer, question)))
 
-    def _commands(self, asked: _ModelQuestion) -> list[str]:
-        """The commands of an episode: a recorded one, or the model's answer to action sequencing."""
-        task = asked.benchmark.tasks(asked.source)[asked.task_id]
+    def _commands(self, question: _ModelQuestion) -> list[str]:
+        """Return the commands of an episode: recorded ones, or the model's plan for the task."""
+        task = question.benchmark.tasks(question.source)[question.task_id]
         if self.model_name in AGENTS:
-            arena = Arena(asked.benchmark, asked.setting)
-            return arena.commands(self.model_name, task, self._given.seed, asked.epoch)
-        of_plan = asked._replace(ability=Ability.ACTION_SEQUENCING)
-        answer = self._answer(asked if self.model_name == "replay" else of_plan)
-        return commands_of(task, asked.benchmark, answer)
+            arena = Arena(question.benchmark, question.setting)
+            return arena.commands(self.model_name, task, self._given.seed, question.epoch)
+        of_plan = question._replace(ability=Ability.ACTION_SEQUENCING)
+        answer = self._answer(question if self.model_name == "replay" else of_plan)
+        return commands_of(task, question.benchmark, answer)
 
     def _output(
         self, input: Sequence[ChatMessage], answer: str, tools: Sequence[ToolInfo] = ()
     ) -> ModelOutput:
-        """An answer, or a command as a call of a tool, with words for tokens."""
+        """Return an answer, or a command as a tool call, with word counts as token counts."""
         name = f"{PROVIDER}/{self.model_name}"
         if not tools:
             output = ModelOutput.from_content(name, answer)
@@ -209,8 +213,10 @@ class _BuiltInModel(ModelAPI):
             output = ModelOutput.for_tool_call(name, "done", {}, content="")
         else:
             action, _, objects = answer.removesuffix(")").partition("(")
-            listed = [each.strip() for each in objects.split(",") if each.strip()]
-            output = ModelOutput.for_tool_call(name, "act", {"action": action, "objects": listed}, content="")
+            object_names = [name.strip() for name in objects.split(",") if name.strip()]
+            output = ModelOutput.for_tool_call(
+                name, "act", {"action": action, "objects": object_names}, content=""
+            )
         # Without a usage Inspect would count tokens itself, for which it downloads a tokenizer.
         prompt_words = sum(len(message.text.split()) for message in input)
         words = len(answer.split())
@@ -219,52 +225,56 @@ class _BuiltInModel(ModelAPI):
         )
         return output
 
-    def _answer(self, asked: _ModelQuestion) -> str:
-        if not can_answer(f"{PROVIDER}/{self.model_name}", asked.ability):
-            raise no_answer(self.model_name, asked.benchmark, asked.ability)
+    def _answer(self, question: _ModelQuestion) -> str:
+        if not can_answer(f"{PROVIDER}/{self.model_name}", question.ability):
+            raise no_answer(self.model_name, question.benchmark, question.ability)
         if self.model_name == CAPTIONER:
-            return self._list(asked)
+            return self._describe_scene(question)
         if self.model_name == "replay":
-            recorded = self._recorded(asked.benchmark, asked.ability, asked.attempt, asked.source)
-            if asked.task_id not in recorded:
+            recorded = self._recorded(question.benchmark, question.ability, question.attempt, question.source)
+            if question.task_id not in recorded:
                 raise InputError(NO_ROW)
-            return recorded[asked.task_id]
-        if self.model_name == "planner" and (asked.done or asked.scene is not None):
-            book = open_planned_book(_as_told(asked), asked.ability, asked.source, LIMITS)
-            return _text_of(book[asked.task_id])
-        if self.model_name in ("planner", "copy") and asked.stated is not None:
-            book = _BOOKS[self.model_name](_as_told(asked), asked.ability, asked.source)
-            return _text_of(book[asked.task_id])
+            return recorded[question.task_id]
+        if self.model_name == "planner" and (question.done or question.scene is not None):
+            book = open_planned_book(
+                _benchmark_of_question(question), question.ability, question.source, PLANNER_LIMITS
+            )
+            return _text_of(book[question.task_id])
+        if self.model_name in ("planner", "copy") and question.stated is not None:
+            book = _OPEN_BOOK[self.model_name](
+                _benchmark_of_question(question), question.ability, question.source
+            )
+            return _text_of(book[question.task_id])
         if self.model_name == "random":
-            seed = f"{self._given.seed} {asked.epoch} {asked.attempt}"
-            draw = self._random(asked.benchmark, asked.ability, asked.source)
-            return draw(asked.task_id, seed, asked.done).text
-        book = self._book(asked.benchmark, asked.ability, asked.source)
-        if self.model_name in ("oracle", *_BOOKS):
-            return _text_of(book[asked.task_id])
-        _text_of(book[asked.task_id])
-        return self._noisy(book, asked).text
+            seed = f"{self._given.seed} {question.epoch} {question.attempt}"
+            draw = self._random(question.benchmark, question.ability, question.source)
+            return draw(question.task_id, seed, question.done).text
+        book = self._book(question.benchmark, question.ability, question.source)
+        if self.model_name in ("oracle", *_OPEN_BOOK):
+            return _text_of(book[question.task_id])
+        _text_of(book[question.task_id])
+        return self._corrupt_answer(book, question).text
 
-    def _list(self, asked: _ModelQuestion) -> str:
-        """The scene graph of a task with errors: as many facts are lost as are misplaced, on average."""
+    def _describe_scene(self, question: _ModelQuestion) -> str:
+        """Return the scene graph of a task with errors: on average as many facts are lost as misplaced."""
         from eai.studies.perception.belief import scene_words
         from eai.studies.perception.noise import Noise, perceive
 
         half = self._given.rate / 2
-        noise, stream = Noise(missing=half, misplaced=half, seed=self._given.seed), str(asked.epoch)
-        task = asked.benchmark.tasks_for(asked.ability, asked.source)[asked.task_id]
-        return perceive(task, scene_words(asked.benchmark), noise, stream).text
+        noise, stream = Noise(missing=half, misplaced=half, seed=self._given.seed), str(question.epoch)
+        task = question.benchmark.tasks_for(question.ability, question.source)[question.task_id]
+        return perceive(task, scene_words(question.benchmark), noise, stream).text
 
-    def _noisy(self, book: AnswerBook, asked: _ModelQuestion) -> WrittenAnswer:
-        """A corrupted answer: a new one in each attempt, or the same, mended where feedback is heeded."""
-        seed = f"{self._given.seed} {asked.epoch}"
+    def _corrupt_answer(self, book: AnswerBook, question: _ModelQuestion) -> WrittenAnswer:
+        """Return a corrupted answer: new in each attempt, or unchanged but repaired if feedback is heeded."""
+        seed = f"{self._given.seed} {question.epoch}"
         if self._given.heed is not None:
-            question, attempt, rate = asked.text, asked.attempt, self._given.rate
+            text, attempt, rate = question.text, question.attempt, self._given.rate
             return heeding_answer(
-                book, asked.task_id, question, attempt, rate=rate, seed=seed, heed=self._given.heed
+                book, question.task_id, text, attempt, rate=rate, seed=seed, heed=self._given.heed
             )
-        seed += f" {asked.attempt}" if asked.attempt > 1 else ""
-        return noisy_answer(book, asked.task_id, self._given.rate, seed)
+        seed += f" {question.attempt}" if question.attempt > 1 else ""
+        return noisy_answer(book, question.task_id, self._given.rate, seed)
 
     def _read_recorded(
         self, benchmark: Benchmark, ability: Ability, attempt: int, source: Source
@@ -275,19 +285,19 @@ class _BuiltInModel(ModelAPI):
         return {response.task_id: response.text for response in recorded.responses}
 
 
-def _as_told(asked: _ModelQuestion) -> Benchmark:
-    """The benchmark whose task is as a question tells it: its state, its scene and its goals."""
-    benchmark, task_id = asked.benchmark, asked.task_id
-    if asked.done:
-        benchmark = continuing(benchmark, task_id, asked.done)
-    if asked.scene is not None:
+def _benchmark_of_question(question: _ModelQuestion) -> Benchmark:
+    """Return the benchmark with the task as a question states it: its state, its scene and its goals."""
+    benchmark, task_id = question.benchmark, question.task_id
+    if question.done:
+        benchmark = continuing(benchmark, task_id, question.done)
+    if question.scene is not None:
         from eai.studies.perception.belief import perceiving, scene_words
 
-        graph = read_scene_graph(asked.scene, scene_words(benchmark).arities)
+        graph = read_scene_graph(question.scene, scene_words(benchmark).arities)
         benchmark = perceiving(benchmark, {task_id: graph})
-    if asked.stated is not None:
-        benchmark = believing(benchmark, {task_id: asked.stated})
-    return lacking(benchmark, task_id, asked.done) if asked.done else benchmark
+    if question.stated is not None:
+        benchmark = believing(benchmark, {task_id: question.stated})
+    return lacking(benchmark, task_id, question.done) if question.done else benchmark
 
 
 def _text_of(answer: WrittenAnswer) -> str:
@@ -301,16 +311,16 @@ def _text_of(answer: WrittenAnswer) -> str:
     return answer.text
 
 
-async def _off_the_loop(work: Callable[[], T]) -> T:
-    """Return the result of some work, in a thread for which nobody waits when the run is interrupted."""
-    done: Future[T] = Future()
-    done.set_running_or_notify_cancel()
+async def _run_in_thread(work: Callable[[], T]) -> T:
+    """Return the result of work in a thread that nobody waits for when the run is interrupted."""
+    future: Future[T] = Future()
+    future.set_running_or_notify_cancel()
 
-    def do() -> None:
+    def run_work() -> None:
         try:
-            done.set_result(work())
+            future.set_result(work())
         except BaseException as error:
-            done.set_exception(error)
+            future.set_exception(error)
 
-    Thread(target=do, daemon=True).start()
-    return await asyncio.wrap_future(done)
+    Thread(target=run_work, daemon=True).start()
+    return await asyncio.wrap_future(future)

@@ -1,6 +1,6 @@
-"""Our part of Inspect, found by entry point: the built-in models, scorers, metrics, a task for every suite.
+"""Inspect's entry point: registers the built-in models, scorers, metrics, and a task for every suite.
 
-An ability that is asked of files has one task, which ``-T domain=FILE`` names the file to.
+An ability whose benchmarks are files has one task, and ``-T domain=FILE`` names the file.
 """
 
 from eai.abilities.declaration import declaration_of
@@ -16,6 +16,6 @@ TASKS = {
     for ability in find_abilities()
     for name in ([""] if declaration_of(ability).interaction.task_command else registered())
 }
-"""The tasks by name; registering them is what making them does."""
+"""The tasks by name; their creation registers them."""
 
 __all__ = ["SCORERS", "TASKS", "paper_metrics", "player", "provider"]

@@ -1,8 +1,8 @@
-"""Verdicts as Inspect's scores, and the paper's columns as one metric of theirs.
+"""Inspect's scorers: verdicts as scores, and the columns of the paper's tables as one metric.
 
-A score says whether an answer is right in all that was asked (``C`` or ``I``); Inspect's own metrics and
-reducers work on that. Its metadata is the record, from which the metric pools what all answers contribute.
-Its explanation is the record's in Markdown, which Inspect's viewer shows.
+A score tells whether the whole answer is right (``C`` or ``I``), for Inspect's own metrics and reducers. Its
+metadata is the record; the metric pools the contributions of all records. Its explanation is the record's in
+Markdown, which Inspect's viewer shows.
 """
 
 from __future__ import annotations
@@ -58,32 +58,35 @@ _MARK = {True: "✓", False: "✗"}
 
 
 def explain_record(record: Record) -> str:
-    """Return the outcome of an answer and the reasons; step by step where the record has an explanation."""
+    """Return the outcome of an answer with reasons in Markdown, and its steps if the record explains them."""
     explanation = record.explanation or Explanation()
     steps = enumerate(explanation.steps, 1)
     sections = (
         ("", [f"- {note}" for note in explanation.notes]),
-        ("Steps\n", [f"{number}. `{step.action}`: {'; '.join(_of_step(step))}" for number, step in steps]),
+        (
+            "Steps\n",
+            [f"{number}. `{step.action}`: {'; '.join(_describe_step(step))}" for number, step in steps],
+        ),
         ("Goals\n", [f"- {_MARK[goal.satisfied]} {goal.kind} `{goal.goal}`" for goal in explanation.goals]),
-        ("Temporal goal\n", [f"- {_part(part, i)}" for i, part in enumerate(explanation.parts)]),
+        ("Temporal goal\n", [f"- {_describe_part(part, i)}" for i, part in enumerate(explanation.parts)]),
     )
     written = ["\n".join(filter(None, [title, *lines])) for title, lines in sections if lines]
     return "\n\n".join([f"**{_headline(record)}**", *written])
 
 
 def _headline(record: Record) -> str:
-    verdict, came_to = record.verdict, outcome_of(record)
-    if came_to is AnswerOutcome.EXCLUDED:
+    verdict, answer_outcome = record.verdict, outcome_of(record)
+    if answer_outcome is AnswerOutcome.EXCLUDED:
         return f"Excluded: {verdict.excluded}"
-    label = label_of(came_to.value)
-    if came_to is AnswerOutcome.NOT_ANSWERED:
+    label = label_of(answer_outcome.value)
+    if answer_outcome is AnswerOutcome.NOT_ANSWERED:
         return f"{label}: {record.unanswered}"
-    if verdict.error is None or came_to is AnswerOutcome.SUCCESS:
+    if verdict.error is None or answer_outcome is AnswerOutcome.SUCCESS:
         return label
     return f"{label}: {verdict.error.detail}"
 
 
-def _of_step(step: StepReport) -> Iterator[str]:
+def _describe_step(step: StepReport) -> Iterator[str]:
     yield f"{label_of(step.outcome).lower()}, {step.reason}" if step.reason else step.outcome
     if step.earlier:
         yield step.earlier
@@ -93,52 +96,52 @@ def _of_step(step: StepReport) -> Iterator[str]:
         yield f"{step.hidden_changes} more change{'' if step.hidden_changes == 1 else 's'}, not shown"
 
 
-def _part(part: PartReport, number: int) -> str:
+def _describe_part(part: PartReport, number: int) -> str:
     if part.met_after is not None:
         return f"✓ `{part.part}`, {part.when}"
     never = "never after that" if number else "never"
-    lacking = f", {never}: {', '.join([f'`{text}`' for text in part.missing])}" if part.missing else ""
-    return f"✗ `{part.part}`{lacking}"
+    missing_text = f", {never}: {', '.join([f'`{text}`' for text in part.missing])}" if part.missing else ""
+    return f"✗ `{part.part}`{missing_text}"
 
 
 @metric(name="paper", scores="unreduced")
 def paper_metrics(ability: str) -> Metric:
-    """The columns of the paper's tables, as shares: the rates of ``summary.json``, without those of nothing.
+    """Return the metric with the columns of the paper's tables, as fractions.
 
-    They are sums over sums of all tasks. Of several answers to a task the mean counts, or the one that says
-    what most of them say, as in ``eai run --epochs``. Where the form of all answers decides how each is read,
-    they are read once more together.
+    They are sums over sums of all tasks, as in ``summary.json``; columns without cases are left out. Of
+    several answers to a task the mean counts, or the answer with the most frequent meaning, as in ``eai run
+    --epochs``. If the form of all answers decides how each is read, all answers are read again together.
     """
 
-    def pooled(scores: list[SampleScore]) -> Value:
-        asked = Ability.from_name(ability)
+    def pool_scores(scores: list[SampleScore]) -> Value:
+        ability_of_scores = Ability.from_name(ability)
         ordered = sorted(scores, key=lambda score: int(_metadata(score)["epoch"]))
         by_task = group_pairs((str(score.sample_id), score) for score in ordered).values()
-        averaged = declaration_of(asked).combine_epochs
-        if averaged is None:
-            verdicts = _verdicts([_chosen(of_task, asked) for of_task in by_task])
+        average = declaration_of(ability_of_scores).combine_epochs
+        if average is None:
+            verdicts = _verdicts([_select_majority(of_task, ability_of_scores) for of_task in by_task])
         else:
-            verdicts = [averaged([_verdict(score) for score in of_task]) for of_task in by_task]
-        shares = {name: rate.share for name, rate in summarise(verdicts, asked).items()}
+            verdicts = [average([_verdict(score) for score in of_task]) for of_task in by_task]
+        shares = {name: rate.share for name, rate in summarise(verdicts, ability_of_scores).items()}
         return shares if scores else dict.fromkeys(shares, nan)
 
-    return pooled
+    return pool_scores
 
 
 def _register(ability: Ability) -> Callable[..., Scorer]:
-    """Register the scorer of an ability, which has the ability's name and columns."""
+    """Register the scorer of an ability, under the ability's name."""
 
     @scorer(metrics=[paper_metrics(ability.value), accuracy(), stderr()], name=ability.value)
     def verdict_scorer(
         benchmark: str, protocol: str, planner: str, errata: str = ErrataChoice.CURRENT.value
     ) -> Scorer:
-        """Scores an answer with the pure function of the library.
+        """Return a scorer that calls the library's scoring function.
 
         Args:
-            benchmark: what `find_benchmark` finds the benchmark by.
+            benchmark: reference of the benchmark (`find_benchmark`).
             protocol: the rules for scoring.
-            planner: which planner judges operators.
-            errata: whether what is wrong in the data is corrected.
+            planner: the planner that judges operators.
+            errata: whether known errors of the data are corrected.
         """
 
         async def score(state: TaskState, target: Target) -> Score:
@@ -151,7 +154,7 @@ def _register(ability: Ability) -> Callable[..., Scorer]:
 
 
 EXPERIMENT = "experiment"
-"""The field of a sample's metadata, and of a record, that has the experiment it is of."""
+"""Field of the metadata of a sample and of a record: the experiment."""
 
 SCORERS = {ability: _register(ability) for ability in find_abilities()}
 """The scorers by ability; the score of a sample has the ability's name."""
@@ -168,46 +171,48 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
     return apply_experiment(record, suite.over([state.input_text]), state.metadata, state.epoch)
 
 
-def _with_rules(stated: Experiment, record: Record) -> Experiment:
+def _merge_rules(stated: Experiment, record: Record) -> Experiment:
     """Return the experiment of a log with the harness and the rules of an episode, which decide its verdict.
 
-    The log may state further limits, such as one of tokens, that an episode does not name.
+    The log may have further limits, such as a token limit, that an episode does not have.
     """
-    own = declaration_of(record.ability).read_experiment(record.response) or record.experiment or Experiment()
-    in_episode, in_log = (
-        {*(rules or "").split(RULES_SEPARATOR)} - {""} for rules in (own.rules, stated.rules)
+    agent = (
+        declaration_of(record.ability).read_experiment(record.response) or record.experiment or Experiment()
     )
-    rules = stated.rules if in_episode <= in_log else own.rules
-    return replace(stated, harness=own.harness or stated.harness, rules=rules)
+    in_episode, in_log = (
+        {*(rules or "").split(RULES_SEPARATOR)} - {""} for rules in (agent.rules, stated.rules)
+    )
+    rules = stated.rules if in_episode <= in_log else agent.rules
+    return replace(stated, harness=agent.harness or stated.harness, rules=rules)
 
 
-def apply_experiment(record: Record, suite: Suite, about: Mapping[str, Any], epoch: int) -> Record:
-    """Return the record of an answer in a log as its experiment makes it.
+def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], epoch: int) -> Record:
+    """Return the record of an answer in a log with its experiment.
 
-    Attempts are carried out again, and what the question stated is judged again.
+    Attempts are carried out again, and the stated goals and scenes are judged again.
 
     Args:
-        record: the record of the last answer, as if it were the answer to a plain question.
-        suite: the suite, as it reads the answers.
-        about: the metadata of the sample.
-        epoch: the epoch of the sample.
+        record: the record of the last answer, scored as an answer to a plain question.
+        suite: the suite, opened for the answers.
+        metadata: metadata of the sample.
+        epoch: epoch of the sample.
     """
-    written = about.get(EXPERIMENT)
+    written = metadata.get(EXPERIMENT)
     if written is None:
         return record
     stated = experiment_from_json(written) or Experiment()
-    experiment, task_id = _with_rules(stated, record), record.task_id
+    experiment, task_id = _merge_rules(stated, record), record.task_id
     if record.unanswered is not None:
         return replace(record, experiment=experiment)
     options = AttemptOptions.from_experiment(experiment)
     if options is not None:
-        attempts = replay(suite, options, task_id, about[ANSWERS], epoch)
+        attempts = replay(suite, options, task_id, metadata[ANSWERS], epoch)
         record = make_trial_record(suite, options, record.model, task_id, attempts)
-    return summarized(replace(record, experiment=experiment), suite, about)
+    return summarized(replace(record, experiment=experiment), suite, metadata)
 
 
 LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
-"""By task, the metadata, the epoch and the question of the sample in a log whose answer counts."""
+"""Metadata, epoch and question of the sample whose answer counts, by task."""
 
 
 def make_logged_record(
@@ -219,25 +224,25 @@ def make_logged_record(
         suite: the suite.
         experiment: the experiment, as samples have it.
         samples: the samples.
-        record: the record as if the answer were to a plain question.
+        record: the record, scored as an answer to a plain question.
     """
-    about, epoch, question = samples.get(record.task_id, ({EXPERIMENT: experiment}, 1, ""))
-    found = apply_experiment(record, suite.over([question]), about, epoch)
-    return found.drop_explanations() if record.explanation is None else found
+    metadata, epoch, question = samples.get(record.task_id, ({EXPERIMENT: experiment}, 1, ""))
+    logged = apply_experiment(record, suite.over([question]), metadata, epoch)
+    return logged.drop_explanations() if record.explanation is None else logged
 
 
 def make_score(record: Record, epoch: int, *, answered: bool) -> Score:
-    """A record as the score of a sample; what is excluded is unscored, for its reason."""
-    came_to = outcome_of(record)
-    about = record_to_json(record.drop_explanations())
+    """Return a record as the score of a sample; an excluded answer is unscored, with the reason."""
+    answer_outcome = outcome_of(record)
+    fields = record_to_json(record.drop_explanations())
     score = Score.unscored(
         reason=record.verdict.excluded,
-        answer=str(about.pop("response")),
+        answer=str(fields.pop("response")),
         explanation=explain_record(record),
-        metadata={"epoch": epoch, "answered": answered, "explorer": explorer_address(record), **about},
+        metadata={"epoch": epoch, "answered": answered, "explorer": explorer_address(record), **fields},
     )
-    if came_to is not AnswerOutcome.EXCLUDED:
-        score.value = CORRECT if came_to is AnswerOutcome.SUCCESS else INCORRECT
+    if answer_outcome is not AnswerOutcome.EXCLUDED:
+        score.value = CORRECT if answer_outcome is AnswerOutcome.SUCCESS else INCORRECT
     return score
 
 
@@ -251,28 +256,28 @@ def _metadata(score: SampleScore) -> dict[str, Any]:
     return score.score.metadata or {}
 
 
-def _answered(scores: Iterable[SampleScore]) -> list[SampleScore]:
+def _select_answered(scores: Iterable[SampleScore]) -> list[SampleScore]:
     return [score for score in scores if _metadata(score)["answered"]]
 
 
-def _chosen(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
-    """Of the scores of one task, one epoch after the other, that of the answer that counts."""
-    answered = _answered(scores) or scores
-    return answered[majority_index([score.score.answer or "" for score in answered], ability)]
+def _select_majority(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
+    """Return the score of a task's answer that counts; the scores come one epoch after the other."""
+    answered_scores = _select_answered(scores) or scores
+    return answered_scores[majority_index([score.score.answer or "" for score in answered_scores], ability)]
 
 
 def _verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
-    """The verdicts on the answers that count, each read as it is together with the others.
+    """Return the verdicts on the answers that count, each read by the form of all answers.
 
-    Those of an experiment stand as they are: each was read before the next was asked for.
+    Verdicts of an experiment do not change: each answer was read before the next was requested.
     """
-    texts = {str(score.sample_id): score.score.answer or "" for score in _answered(scores)}
+    texts = {str(score.sample_id): score.score.answer or "" for score in _select_answered(scores)}
     verdicts = {str(score.sample_id): _verdict(score) for score in scores}
     if texts and not any(_metadata(score).get("attempts") for score in scores):
         suite = _suite_of(scores[0])
-        together = suite.over(list(texts.values()))
-        if together is not suite:
-            verdicts |= {task_id: together.score(task_id, text) for task_id, text in texts.items()}
+        suite_of_answers = suite.over(list(texts.values()))
+        if suite_of_answers is not suite:
+            verdicts |= {task_id: suite_of_answers.score(task_id, text) for task_id, text in texts.items()}
     return list(verdicts.values())
 
 
@@ -281,8 +286,8 @@ def _verdict(score: SampleScore) -> Verdict:
 
 
 def _suite_of(score: SampleScore) -> Suite:
-    """The suite that a score is of; no planner is asked where answers are read together."""
-    benchmark, about = (score.sample_metadata or {})["domain"], _metadata(score)
-    errata = ErrataChoice.CURRENT if about.get("errata") else ErrataChoice.NONE
-    rules = (about["protocol"], PlannerChoice.NONE.value, errata.value)
-    return _suite(find_benchmark(benchmark), Ability.from_name(about["ability"]), *rules)
+    """Return the suite of a score, without a planner."""
+    benchmark, metadata = (score.sample_metadata or {})["domain"], _metadata(score)
+    errata = ErrataChoice.CURRENT if metadata.get("errata") else ErrataChoice.NONE
+    rules = (metadata["protocol"], PlannerChoice.NONE.value, errata.value)
+    return _suite(find_benchmark(benchmark), Ability.from_name(metadata["ability"]), *rules)

@@ -1,7 +1,7 @@
-"""Asking a model: one request a task, or two where the first was corrupted by how it was made.
+"""Asks a model: one request for a task, and a second one if options of the first spoilt the answer.
 
-Prompts become messages, and replies are taken apart: reasoning may stand in the text, a stop sequence may
-have cut off its end, and its figures of usage may be unreadable.
+Prompts become messages. Replies are repaired: reasoning may stand in the text, a stop sequence may have cut
+off the end, and usage figures may be unreadable.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ from eai.tasks.prompts.prompt import Prompt
 
 
 class _ReplyParts(NamedTuple):
-    """The parts of a reply, and the repairs that parting it took.
+    """Answer and reasoning of a reply, with the repairs that separated them.
 
     Attributes:
         answer: the text without reasoning.
         reasoning: the reasoning without its tags, or empty.
-        repairs: names of what was done, in order.
+        repairs: names of the repairs, in order.
     """
 
     answer: str
@@ -62,20 +62,20 @@ def split_reply(text: str) -> _ReplyParts:
 
 
 def restore_brace(parts: _ReplyParts, stop: Sequence[str]) -> _ReplyParts:
-    """Give back the closing brace that a stop sequence took away, as the published answers have it."""
+    """Add the closing brace that a stop sequence cut off, as the published answers have it."""
     if "}" not in stop or parts.answer.count("{") <= parts.answer.count("}"):
         return parts
     return parts._replace(answer=parts.answer + "}", repairs=(*parts.repairs, "stop_sequence"))
 
 
 UNREADABLE = (ValueError, TypeError, LookupError, AttributeError, AssertionError)
-"""The errors that providers' libraries raise where a reply has not the form that they expect."""
+"""Errors of providers' libraries at a reply with an unexpected form."""
 
 
 def drop_unreadable_usage(model: Model) -> Model:
-    """The model, whose client from now on leaves usage that cannot be read out of what a server replies.
+    """Make a model's client drop usage figures that cannot be read from replies; return the model.
 
-    It is for those that speak OpenAI's protocol, as servers of all kinds do.
+    It applies to clients of OpenAI's protocol, which servers of all kinds speak.
     """
     hooks = getattr(getattr(model.api, "http_client", None), "event_hooks", {}).get("response")
     if hooks is not None and _drop_usage not in hooks:
@@ -85,13 +85,13 @@ def drop_unreadable_usage(model: Model) -> Model:
 
 
 async def _drop_usage(response: Any) -> None:
-    """Leave usage out of a response of the client's library, if nothing but usage cannot be read in it."""
+    """Remove usage from a response if the response is readable without it and unreadable with it."""
     if "json" not in response.headers.get("content-type", ""):
         return
     try:
         body = json.loads(await response.aread())
         plain = {**body, "usage": None}
-    except UNREADABLE:  # no answer at all
+    except UNREADABLE:  # the response has no answer
         return
     if not await _is_readable(body) and await _is_readable(plain):
         response._content = json.dumps(plain).encode()
@@ -108,43 +108,42 @@ async def _is_readable(body: dict[str, Any]) -> bool:
     return True
 
 
-def messages_of(prompt: Prompt, about: Mapping[str, Any]) -> list[ChatMessage]:
-    """The messages of a prompt.
+def messages_of(prompt: Prompt, metadata: Mapping[str, Any]) -> list[ChatMessage]:
+    """Return the messages of a prompt.
 
-    The last of them says what it is about: built-in models read it there. From other models the metadata
-    stays at home.
+    The last message has the metadata, which only built-in models read. Other providers do not send it.
     """
     messages: list[ChatMessage] = [ChatMessageUser(content=content_of(prompt))]
     if prompt.system is not None:
         messages.insert(0, ChatMessageSystem(content=prompt.system))
     for answer, reply in prompt.turns:
         messages += [ChatMessageAssistant(content=answer), ChatMessageUser(content=reply)]
-    messages[-1].metadata = dict(about)
+    messages[-1].metadata = dict(metadata)
     return messages
 
 
 def content_of(prompt: Prompt) -> str | list[Content]:
-    """The text of a prompt, after its pictures if it has any."""
+    """Return the text of a prompt, after its pictures if it has any."""
     if not prompt.images:
         return prompt.user
     return [*[ContentImage(image=image.url) for image in prompt.images], ContentText(text=prompt.user)]
 
 
-_REFUSED_PARAMETERS = (400, 422)
-"""The HTTP statuses with which servers answer to parameters that they do not take."""
+_REFUSED_PARAMETER_STATUSES = (400, 422)
+"""HTTP statuses of servers that refuse a parameter."""
 
-FINAL = (401, 404)
-"""The HTTP statuses that no repetition changes: a key that is wrong, a model that is unknown."""
+FINAL_STATUSES = (401, 404)
+"""HTTP statuses that a repetition does not change: wrong key, unknown model."""
 
 FORM_LEFT_OUT = "form_left_out"
-"""The repair that answers name where it was to be held to a form and could not be."""
+"""Repair of answers that could not be restricted to a schema."""
 
 ANSWERS = "answers"
-"""The field of a sample's metadata that has the answers to it, in order, without reasoning."""
+"""Field of a sample's metadata: its answers in order, without reasoning."""
 
 
 class _Reply(NamedTuple):
-    """The reply of a model."""
+    """A model's reply as it came, its parts, and its usage."""
 
     output: ModelOutput
     parts: _ReplyParts
@@ -152,37 +151,37 @@ class _Reply(NamedTuple):
 
 
 @contextmanager
-def report_failure(desk: RunState, place: AnswerKey) -> Iterator[None]:
-    """Tells the desk of an error in the block: the task is given up, or the run where nothing else helps."""
+def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
+    """Report an error of the block to the run: give up the task, or stop the run if none can succeed."""
     try:
         yield
     except Exception as error:
-        if http_status(error) in FINAL:
-            desk.stop(describe_error(error))
-        desk.give_up(*place, describe_error(error))
+        if http_status(error) in FINAL_STATUSES:
+            run.stop(describe_error(error))
+        run.give_up(*key, describe_error(error))
         raise
 
 
 @solver(name="eai_ask")
-def ask(desk: RunState) -> Solver:
-    """Asks what is not answered yet; answers go to the desk, and their text without reasoning to the log."""
-    restrictions = cache(partial(_restrictions, desk.job))
+def ask(run: RunState) -> Solver:
+    """Return a solver that asks open questions; answers go to the run, and their text to the log."""
+    restrictions = cache(partial(_restrictions, run.job))
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        place = (str(state.sample_id), state.epoch)
-        transcript, inquiry = _Transcript(state), desk.conversations[place]
-        for question, answer in zip(inquiry.asked, desk.all_answers[place], strict=True):
-            transcript.ask(question, inquiry)
-            transcript.remember(answer)
-        while not inquiry.is_over:
-            if desk.stopped is not None:  # the run ends with that; a traceback for each sample takes long
+        key = (str(state.sample_id), state.epoch)
+        transcript, conversation = _Transcript(state), run.conversations[key]
+        for question, answer in zip(conversation.asked, run.all_answers[key], strict=True):
+            transcript.ask(question, conversation)
+            transcript.add_recorded(answer)
+        while not conversation.is_over:
+            if run.stopped is not None:  # the run ends with that; a traceback for each sample takes long
                 return state
-            question, request = inquiry.question, desk.request(place)
-            messages = transcript.ask(question, inquiry)
-            with report_failure(desk, place):
-                reply = await _ask_model(messages, restrictions(place[0], question.stop))
-            transcript.hear(reply)
-            desk.add_answer(
+            question, request = conversation.question, run.request(key)
+            messages = transcript.ask(question, conversation)
+            with report_failure(run, key):
+                reply = await _ask_model(messages, restrictions(key[0], question.stop))
+            transcript.add_reply(reply)
+            run.add_answer(
                 make_answer(state, request, question, reply.usage, transcript.attempt, reply.parts)
             )
         return state
@@ -192,10 +191,10 @@ def ask(desk: RunState) -> Solver:
 
 @solver(name="eai_ask_as_published")
 def ask_as_published(trials: Trials | None) -> Solver:
-    """Asks with the stop sequences of the sample's metadata; for runs without a desk.
+    """Return a solver for runs without a journal, with the stop sequences of the sample's metadata.
 
     Args:
-        trials: how answers are carried out in an experiment; None where each question is asked once.
+        trials: how answers are carried out in an experiment; None if each question is asked once.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -203,73 +202,76 @@ def ask_as_published(trials: Trials | None) -> Solver:
         restrictions = GenerateConfig(stop_seqs=stop) if stop else None
         transcript = _Transcript(state)
         if trials is None:
-            transcript.hear(await _ask_model(state.messages, restrictions))
+            transcript.add_reply(await _ask_model(state.messages, restrictions))
             return state
-        inquiry = trials.start_conversation(str(state.sample_id), state.epoch)
-        while not inquiry.is_over:
-            messages = transcript.ask(inquiry.question, inquiry)
+        conversation = trials.start_conversation(str(state.sample_id), state.epoch)
+        while not conversation.is_over:
+            messages = transcript.ask(conversation.question, conversation)
             reply = await _ask_model(messages, restrictions)
-            transcript.hear(reply)
-            inquiry.add_answer(reply.parts.answer)
+            transcript.add_reply(reply)
+            conversation.add_answer(reply.parts.answer)
         return state
 
     return solve
 
 
 def add_epoch(state: TaskState) -> dict[str, Any]:
-    """The metadata of the question of a sample, which from now on say its epoch, for the built-in models."""
-    about = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
-    state.messages[-1].metadata = about
-    return about
+    """Add the epoch to the metadata of a sample's question, for the built-in models; return the metadata."""
+    metadata = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
+    state.messages[-1].metadata = metadata
+    return metadata
 
 
 class _Transcript:
-    """Questions and answers, in the state of a sample, whose metadata has the bare answers.
+    """Questions and answers in the state of a sample, whose metadata has the answers' text.
 
     Attributes:
-        attempt: which attempt at the task the last question is for.
+        attempt: number of the attempt of the last question.
     """
 
     def __init__(self, state: TaskState) -> None:
         self.attempt = 0
         self._state = state
-        self._about = add_epoch(state)
+        self._metadata = add_epoch(state)
 
-    def ask(self, question: Prompt, inquiry: Conversation) -> list[ChatMessage]:
-        """Write a question down: all of the first, then what is new.
+    def ask(self, question: Prompt, conversation: Conversation) -> list[ChatMessage]:
+        """Add a question to the state: all messages of the first one, the last message of later ones.
 
         Returns:
-            the messages to send. The last says the attempt, and what has been done in a world that continues.
+            the messages to send. The last has the attempt, and the actions executed in a world that
+                continues.
         """
         self.attempt += 1
-        done = [[action.operator, *action.arguments] for action in inquiry.executed_actions]
-        now = {"attempt": self.attempt, "done": done}
-        messages = messages_of(question, {**self._about, **inquiry.metadata, **now})
+        actions = [[action.operator, *action.arguments] for action in conversation.executed_actions]
+        metadata = {"attempt": self.attempt, "done": actions}
+        messages = messages_of(question, {**self._metadata, **conversation.metadata, **metadata})
         if self.attempt == 1:
             self._state.messages = list(messages)
         else:
             self._state.messages.append(messages[-1])
-            self._state.output = ModelOutput(model=str(self._state.model))  # none, unless it is answered
+            self._state.output = ModelOutput(
+                model=str(self._state.model)
+            )  # empty until the question is answered
         return messages
 
-    def remember(self, answer: Answer) -> None:
-        """Write down an answer that was given before."""
+    def add_recorded(self, answer: Answer) -> None:
+        """Add an answer from the journal to the state."""
         restore_answer(self._state, answer)
-        self._keep(answer.text)
+        self._store_text(answer.text)
 
-    def hear(self, reply: _Reply) -> None:
-        """Write a reply down: the message as it came, the answer without reasoning."""
+    def add_reply(self, reply: _Reply) -> None:
+        """Add a reply to the state: the message as it came, and the answer without reasoning."""
         self._state.messages.append(reply.output.message)
         self._state.output = reply.output
         self._state.output.completion = reply.parts.answer
-        self._keep(reply.parts.answer)
+        self._store_text(reply.parts.answer)
 
-    def _keep(self, text: str) -> None:
+    def _store_text(self, text: str) -> None:
         self._state.metadata[ANSWERS] = [*self._state.metadata.get(ANSWERS, ()), text]
 
 
 def restore_answer(state: TaskState, answer: Answer) -> None:
-    """Bring a state to what it was after a reply that was written down before."""
+    """Restore the state after a reply from the journal."""
     content: list[Content] = [ContentReasoning(reasoning=answer.reasoning)] if answer.reasoning else []
     message = ChatMessageAssistant(
         content=[*content, ContentText(text=answer.text)], model=str(state.model), source="generate"
@@ -279,25 +281,25 @@ def restore_answer(state: TaskState, answer: Answer) -> None:
 
 
 def describe_error(error: BaseException) -> str:
-    """Why a request failed, in one line; of one that was repeated, why its last attempt did."""
-    error = _last(error)
+    """Return one line on why a request failed; for a repeated request, why its last attempt failed."""
+    error = _find_last_error(error)
     lines = str(error).strip().splitlines()
-    first = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
+    first_line = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
     if isinstance(error, UNREADABLE):
-        return f"the provider's reply cannot be read ({first if lines else 'it is no completion'})"
-    return first
+        return f"the provider's reply cannot be read ({first_line if lines else 'it is no completion'})"
+    return first_line
 
 
-def _last(error: BaseException) -> BaseException:
-    """The provider's error: of a request that was repeated without success, that of its last attempt."""
+def _find_last_error(error: BaseException) -> BaseException:
+    """Return the provider's error; for a repeated request the error of its last attempt."""
     if isinstance(error, RetryError | RuntimeError) and error.__cause__ is not None:
         return error.__cause__
     return error
 
 
 def http_status(error: BaseException) -> int | None:
-    """The HTTP status with which a request failed, if it is known."""
-    status = getattr(_last(error), "status_code", None)
+    """Return the HTTP status with which a request failed, or None if it is unknown."""
+    status = getattr(_find_last_error(error), "status_code", None)
     return status if isinstance(status, int) else None
 
 
@@ -309,7 +311,7 @@ def make_answer(
     attempt: int = 1,
     parts: _ReplyParts | None = None,
 ) -> Answer:
-    """The answer that a state has come to, as the journal keeps it; ``parts`` has what was parted from it."""
+    """Return the answer in a state for the journal; ``parts`` has the reasoning and the repairs."""
     return Answer(
         task_id=str(state.sample_id),
         epoch=state.epoch,
@@ -325,50 +327,52 @@ def make_answer(
 
 
 def _restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
-    """The parts of a request that not every model takes: stop sequences and a form of the answer."""
-    form = job.answer_schema(task_id)
+    """Return request options that not every model supports: stop sequences and a schema; None if unused."""
+    schema = job.answer_schema(task_id)
     stop = stop if job.decoding.stop else ()
-    if not stop and form is None:
+    if not stop and schema is None:
         return None
-    schema = None
-    if form is not None:
-        schema = ResponseSchema(name="answer", json_schema=JSONSchema.model_validate(form), strict=True)
-    return GenerateConfig(stop_seqs=list(stop) or None, response_schema=schema)
+    response_schema = None
+    if schema is not None:
+        response_schema = ResponseSchema(
+            name="answer", json_schema=JSONSchema.model_validate(schema), strict=True
+        )
+    return GenerateConfig(stop_seqs=list(stop) or None, response_schema=response_schema)
 
 
 async def _ask_model(messages: list[ChatMessage], restrictions: GenerateConfig | None) -> _Reply:
-    """Ask once; and once more without restrictions where they were refused, or left nothing of the answer.
+    """Ask a model; ask again without restrictions if they were refused or left no answer.
 
-    A stop sequence may stand in the middle of reasoning, and some servers return nothing for a form that
-    they do not know.
+    A stop sequence may stand in the middle of reasoning, and some servers return nothing for a schema that
+    they do not support.
     """
     if restrictions is None:
         return await _request(messages, GenerateConfig())
-    spent = Usage()
+    first_usage = Usage()
     try:
         reply = await _request(messages, restrictions)
         if reply.parts.answer.strip() or reply.output.stop_reason != "stop":
             return reply
-        spent = reply.usage
+        first_usage = reply.usage
     except Exception as error:
-        if http_status(error) not in _REFUSED_PARAMETERS:
+        if http_status(error) not in _REFUSED_PARAMETER_STATUSES:
             raise
     output, parts, usage = await _request(messages, GenerateConfig())
     if restrictions.response_schema is not None:
         parts = parts._replace(repairs=(FORM_LEFT_OUT, *parts.repairs))
-    return _Reply(output, parts, spent + usage)
+    return _Reply(output, parts, first_usage + usage)
 
 
 async def _request(messages: list[ChatMessage], restrictions: GenerateConfig) -> _Reply:
     output = await get_model().generate(messages, config=restrictions)
     if output.empty:
         raise RuntimeError(output.error or "the provider returned no choice")
-    if output.stop_reason == "model_length" and output.usage is None:  # nothing was written: it is refused
+    if output.stop_reason == "model_length" and output.usage is None:  # the question was refused
         raise RuntimeError(f"the question is too long: {output.completion}")
-    return _Reply(output, _parts(output, restrictions.stop_seqs or ()), usage_of(output))
+    return _Reply(output, _split_output(output, restrictions.stop_seqs or ()), usage_of(output))
 
 
-def _parts(output: ModelOutput, stop: Sequence[str]) -> _ReplyParts:
+def _split_output(output: ModelOutput, stop: Sequence[str]) -> _ReplyParts:
     parts = split_reply(output.completion)
     if output.stop_reason == "stop":
         parts = restore_brace(parts, stop)
@@ -376,25 +380,26 @@ def _parts(output: ModelOutput, stop: Sequence[str]) -> _ReplyParts:
 
 
 def find_reasoning(output: ModelOutput) -> list[str]:
-    """The reasoning beside the text of a reply, block by block; of what is kept secret its summary."""
+    """Return the reasoning beside the text of a reply, block by block; its summary if it is secret."""
     content = output.message.content
     blocks = [] if isinstance(content, str) else [c for c in content if isinstance(c, ContentReasoning)]
     return [block.summary or "" if block.redacted else block.reasoning for block in blocks]
 
 
 def usage_of(output: ModelOutput) -> Usage:
-    """Return the usage of a reply, in which unknown numbers are None.
+    """Return the usage of a reply, with None for unknown numbers.
 
-    Inspect has zeros if a provider counts nothing; no question has no tokens. Negative numbers are unknown.
+    Inspect has zeros if a provider counts nothing; but every question has tokens. Negative numbers are
+    unknown.
     """
     usage = output.usage
     if usage is None:
         return Usage()
     cached = (usage.input_tokens_cache_read or 0) + (usage.input_tokens_cache_write or 0)
-    asked, answered = usage.input_tokens + cached, usage.output_tokens
-    counted = (asked, answered, usage.reasoning_tokens, usage.total_cost)
-    if min(number or 0 for number in counted) < 0:
+    input_tokens, output_tokens = usage.input_tokens + cached, usage.output_tokens
+    counts = (input_tokens, output_tokens, usage.reasoning_tokens, usage.total_cost)
+    if min(number or 0 for number in counts) < 0:
         return Usage()
-    if not asked:
-        return Usage(None, answered or None, usage.reasoning_tokens or None, usage.total_cost)
-    return Usage(*counted)
+    if not input_tokens:
+        return Usage(None, output_tokens or None, usage.reasoning_tokens or None, usage.total_cost)
+    return Usage(*counts)

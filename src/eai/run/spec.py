@@ -1,8 +1,8 @@
-"""The specification of a run: who is asked what, under which studies, within which limits.
+"""The specification of a run: models, tasks, studies, and limits.
 
-The flags of ``eai run``, the arguments of Inspect's tasks, the file beside a run and the table of options in
-the documentation are made from it. Its sections are tables of the file, which is TOML, as ``eai run
-FILE.toml`` takes it and writes it beside its results; a study that is chosen is one more.
+It defines the flags of ``eai run``, the arguments of Inspect's tasks, the file beside a run, and the table of
+options in the documentation. Its sections are tables of a TOML file, which ``eai run FILE.toml`` reads and
+which is written beside results. A chosen study is a section, too.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from eai.studies.variation import Endpoint, Variation, combine
 from eai.tasks.options import Arguments, Options
 from eai.tasks.prompts.prompt import VARIANTS, PromptSet
 
-_BARE = re.compile(r"[A-Za-z0-9_-]+")
-"""Keys that need no quotes."""
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+"""Pattern of TOML keys that need no quotes."""
 
 
 def save(spec: RunSpec, folder: Path) -> Path:
-    """Write a specification to ``run.toml``, or to ``run-2.toml`` and so on where other runs have theirs.
+    """Write a specification to ``run.toml``, or to ``run-2.toml`` and so on if the file has another one.
 
     Raises:
         InputError: the folder cannot be written.
@@ -45,13 +45,13 @@ def save(spec: RunSpec, folder: Path) -> Path:
         for name, table in spec.tables.items()
     ).encode("utf-8", "backslashreplace")
     files = (folder / f"run{'' if number == 1 else f'-{number}'}.toml" for number in count(1))
-    file = next(each for each in files if not each.is_file() or each.read_bytes() == content)
+    file = next(file for file in files if not file.is_file() or file.read_bytes() == content)
     write_whole({file: content})
     return file
 
 
 def _key(name: str) -> str:
-    return name if _BARE.fullmatch(name) else _text(name)
+    return name if _BARE_KEY.fullmatch(name) else _text(name)
 
 
 def _text(text: str) -> str:
@@ -59,35 +59,35 @@ def _text(text: str) -> str:
 
 
 def _value(value: JsonValue) -> str:
-    """A value in TOML, which has no null: members without a value are left out."""
+    """Return a value in TOML; members without a value are left out, because TOML has no null."""
     if isinstance(value, str):
         return _text(value)
     if isinstance(value, Mapping):
-        inner = [f"{_key(name)} = {_value(each)}" for name, each in value.items() if each is not None]
+        inner = [f"{_key(name)} = {_value(item)}" for name, item in value.items() if item is not None]
         return f"{{ {', '.join(inner)} }}" if inner else "{}"
     if isinstance(value, list):
-        return f"[{', '.join(_value(each) for each in value if each is not None)}]"
+        return f"[{', '.join(_value(item) for item in value if item is not None)}]"
     return str(value).lower() if isinstance(value, bool) else repr(value)
 
 
-def _several(given: object) -> object:
+def _to_tuple(given: object) -> object:
     return (given,) if isinstance(given, str) else given
 
 
-Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
-Abilities = Annotated[tuple[Ability, ...], BeforeValidator(_several)]
+Texts = Annotated[tuple[str, ...], BeforeValidator(_to_tuple)]
+Abilities = Annotated[tuple[Ability, ...], BeforeValidator(_to_tuple)]
 
 
 class _ChosenModels(Options):
-    """Who is asked.
+    """The models that are asked.
 
     Attributes:
-        name: As Inspect names it, openai/gpt-4o say; built in, without key and network: eai/oracle (gold),
+        name: Name in Inspect, such as openai/gpt-4o; built in, without key and network: eai/oracle (gold),
             eai/planner (finds plans), eai/noisy (corrupted gold), eai/replay (from files); the null models
             eai/copy (what the question says), eai/empty, eai/lookup (answers of similar public tasks),
             eai/random (random possible actions).
         args: Arguments of the model, such as args.rate=0.2.
-        base_url: The address of a local server.
+        base_url: Address of a local server.
     """
 
     name: Texts = ()
@@ -101,15 +101,15 @@ class _ChosenModels(Options):
 
 
 class _ChosenTasks(Options):
-    """The tasks.
+    """The tasks that are asked.
 
     Attributes:
         ids: Only these, in suites that have them; short: forty that stand for a suite.
-        limit: Tasks a suite, at most.
+        limit: Maximum number of tasks of a suite.
         adaptive: Choose the most informative tasks, until the ability's standard error is at most S logits.
         calibration: A folder with whole runs of three models or more, which tell tasks.adaptive how difficult
             tasks are.
-        epochs: Answers a task; the majority counts, in acting the mean.
+        epochs: Number of answers to a task; the majority counts, in acting the mean.
     """
 
     domain: Texts = Field(default=(), description=f"A benchmark: {REFERENCES}. The paper's two if not given.")
@@ -125,7 +125,7 @@ class _ChosenTasks(Options):
 
 
 class _ChosenPrompts(Options):
-    """How it is asked.
+    """The prompts.
 
     Attributes:
         set: The prompts: the data set's (official), or ours (eai), also in few words (eai-brief) or with
@@ -140,7 +140,7 @@ class _ChosenPrompts(Options):
 
     @property
     def label(self) -> str | None:
-        """The name of the prompts in records and tables: the user's, or that of a variant of ours."""
+        """Name of the prompts in records and tables: the user's name, or the name of our variant."""
         return self.name or (self.set if self.set in VARIANTS else None)
 
 
@@ -148,17 +148,17 @@ class RunSpec(Options):
     """The specification of a run.
 
     Attributes:
-        model: who is asked.
-        tasks: what is asked.
-        prompts: how it is asked.
-        generation: how models answer.
-        requests: how requests are made.
-        scoring: how answers are scored.
-        agent: how an agent acts, in the ability ``acting``.
-        studies: the options of the studies that are chosen, by name.
+        model: the models that are asked.
+        tasks: the tasks that are asked.
+        prompts: the prompts.
+        generation: options of the models' answers.
+        requests: options of requests.
+        scoring: options of scoring.
+        agent: setting of an agent, in the ability ``acting``.
+        studies: options of the chosen studies, by name.
 
     Raises:
-        InputError: what is chosen cannot be combined.
+        InputError: the choices cannot be combined.
     """
 
     model: _ChosenModels = _ChosenModels()
@@ -171,77 +171,89 @@ class RunSpec(Options):
     studies: Mapping[str, Variation] = {}
 
     @model_validator(mode="after")
-    def _without_contradictions(self) -> Self:
+    def _check_contradictions(self) -> Self:
         choice = self.variation.choice
         if self.tasks.adaptive and choice:
-            reason = "it chooses tasks by how difficult their plain questions are"
+            reason = "adaptive runs choose tasks by the difficulty of plain questions"
             raise InputError(f"tasks.adaptive: not with {choice}; {reason}")
         return self
 
     @property
     def variation(self) -> Variation:
-        """The options of the studies that the run combines.
+        """The combined options of the chosen studies.
 
         Raises:
-            InputError: two of them contradict each other.
+            InputError: two studies contradict each other.
         """
-        return combine([self.studies[each.key] for each in studies_of_runs() if each.key in self.studies])
+        return combine([self.studies[study.key] for study in studies_of_runs() if study.key in self.studies])
 
     @property
     def experiment(self) -> Experiment:
-        """The choices of studies in records, without those that a stage before the questions states."""
-        variations = {each.name: self.studies.get(each.key, Variation()) for each in studies_of_runs()}
-        chosen = {name: each.recorded(name) for name, each in variations.items() if each.choice}
-        return Experiment({name: choice for name, choice in chosen.items() if choice is not None})
+        """The choices of studies for records, without choices that an earlier stage adds to records."""
+        variations_by_study = {
+            variation.name: self.studies.get(variation.key, Variation()) for variation in studies_of_runs()
+        }
+        choices = {
+            name: variation.recorded(name)
+            for name, variation in variations_by_study.items()
+            if variation.choice
+        }
+        return Experiment({name: choice for name, choice in choices.items() if choice is not None})
 
     @property
     def tables(self) -> dict[str, dict[str, JsonValue]]:
-        """The specification as tables of a file: every option that has a value, and no keys of servers."""
+        """The specification as TOML tables: every option with a value, without keys of servers."""
         core = {name: getattr(self, name) for name in _CORE}
         sections: dict[str, Options] = {**core, **self.studies}
-        return {name: each.model_dump(mode="json", exclude_none=True) for name, each in sections.items()}
+        return {
+            name: options.model_dump(mode="json", exclude_none=True) for name, options in sections.items()
+        }
 
 
 _CORE = {name: type(field.default) for name, field in RunSpec.model_fields.items() if name != "studies"}
 
 
 def sections() -> Mapping[str, type[Options]]:
-    """The sections of a specification by name, those of studies last."""
+    """Return the sections of a specification by name, those of studies last."""
     return {**_CORE, **{study.key: study.options for study in studies_of_runs()}}
 
 
 def read_spec(tables: Mapping[str, object]) -> RunSpec:
-    """The specification that tables of options make, by the names of sections.
+    """Return the specification with these options, given by section.
 
     Raises:
-        InputError: there is no such section or option, it has no such value, or they contradict each other.
+        InputError: a section, an option or a value is unknown, or options contradict each other.
     """
-    known = sections()
+    options_of_section = sections()
     for name in tables:
-        _refuse_unknown(name, known)
-    read = {name: known[name].read(name, given) for name, given in tables.items()}
+        _refuse_unknown(name, options_of_section)
+    read = {name: options_of_section[name].read(name, given) for name, given in tables.items()}
     studies = {name: read.pop(name) for name in [*read] if name not in _CORE}
     return RunSpec.model_validate({**read, "studies": studies})
 
 
 def find_study_of_option(name: str) -> str:
-    """The name of the study that has an option.
+    """Return the name of the study that has an option.
 
     Raises:
-        InputError: none has.
+        InputError: no study has the option.
     """
-    known = {each: study.key for study in studies_of_runs() for each in study.options.model_fields}
-    _refuse_unknown(name, known)
-    return known[name]
+    study_of_option = {
+        option: study.key for study in studies_of_runs() for option in study.options.model_fields
+    }
+    _refuse_unknown(name, study_of_option)
+    return study_of_option[name]
 
 
-def _refuse_unknown(name: str, known: Collection[str]) -> None:
-    if name not in known:
-        raise InputError(f"{name}: unknown{did_you_mean(name, known)} (there are {', '.join(known)})")
+def _refuse_unknown(name: str, known_names: Collection[str]) -> None:
+    if name not in known_names:
+        raise InputError(
+            f"{name}: unknown{did_you_mean(name, known_names)} (there are {', '.join(known_names)})"
+        )
 
 
 def list_defaults() -> dict[str, str]:
-    """The value of each option without a choice, empty where there is none, by section and name."""
+    """Return the default value of each option as text, empty if there is none, by section and name."""
     return {
         f"{section}.{name}": options.default_of(name)
         for section, options in sections().items()

@@ -1,7 +1,7 @@
-"""The benchmark as Inspect tasks, for ``eai run`` and for ``inspect eval eai/...`` alike, and Inspect's logs.
+"""Inspect tasks of the suites, for ``eai run`` and for ``inspect eval eai/...``, and Inspect's logs.
 
-Inspect's command line, which is click's, refuses arguments that cannot be used in one line. Of logs there is
-the one that holds all answers to a job, with the scores in it; answers are read from any.
+Inspect's command line uses click, which shows a refused argument as one line. One log holds all answers to a
+job, with their scores; answers can be read from any log.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class _RefusalError(InputError, click.ClickException):
 
 @contextmanager
 def raise_refusals() -> Iterator[None]:
-    """Input that cannot be used ends what is in the block as a `_RefusalError`."""
+    """Raise an InputError of the block as a `_RefusalError`, which click shows as one line."""
     try:
         yield
     except InputError as error:
@@ -82,31 +82,41 @@ def build_task(
     *,
     metadata: Mapping[str, Json] | None = None,
     experiment: Experiment | None = None,
-    about: Mapping[str, Mapping[str, str]] | None = None,
+    question_metadata: Mapping[str, Mapping[str, str]] | None = None,
 ) -> inspect_ai.Task:
-    """The Inspect task that puts prompts to a model, each with its task's id and gold answer.
+    """Return the Inspect task that asks a model these prompts, each with its task's id and gold answer.
 
     Args:
-        suite: what is asked.
-        prompts: the questions by id of their task.
-        solver: what asks them.
-        metadata: what the log says of the task besides its domain and ability.
-        experiment: what it is an experiment of, if answers are carried out in one.
-        about: what the built-in models are to know of questions besides, by task.
+        suite: the suite.
+        prompts: the questions by task id.
+        solver: the solver that asks them.
+        metadata: metadata of the log, besides domain and ability.
+        experiment: the experiment of the run, if any.
+        question_metadata: metadata of questions for the built-in models, by task id.
     """
     benchmark, ability, source = suite.benchmark, suite.ability, suite.source
     name = suite_name(benchmark.name, ability)
     book = open_answer_book(benchmark, ability, source)
     gold = {task_id: book[task_id].text for task_id in book if task_id in prompts}
-    of_all = {"domain": benchmark.reference, "ability": ability.value, ERRATA: source.errata.value}
+    common_metadata = {"domain": benchmark.reference, "ability": ability.value, ERRATA: source.errata.value}
     choices = {} if experiment is None else experiment_to_json(experiment)
-    of_experiment = {EXPERIMENT: choices} if choices else {}
+    experiment_metadata = {EXPERIMENT: choices} if choices else {}
     samples = []
     for task_id, prompt in prompts.items():
-        known = {**of_all, "task_id": task_id, **(about or {}).get(task_id, {})}
-        told: dict[str, Json] = {**known, "stop": list(prompt.stop), **of_experiment}
-        question = messages_of(prompt, known)
-        samples.append(Sample(input=question, target=gold.get(task_id, ""), id=task_id, metadata=told))
+        metadata_of_question = {
+            **common_metadata,
+            "task_id": task_id,
+            **(question_metadata or {}).get(task_id, {}),
+        }
+        metadata_of_sample: dict[str, Json] = {
+            **metadata_of_question,
+            "stop": list(prompt.stop),
+            **experiment_metadata,
+        }
+        question = messages_of(prompt, metadata_of_question)
+        samples.append(
+            Sample(input=question, target=gold.get(task_id, ""), id=task_id, metadata=metadata_of_sample)
+        )
     rules = suite.protocol.value, source.planner.value, source.errata.value
     return inspect_ai.Task(
         dataset=MemoryDataset(samples, name=name),
@@ -121,7 +131,7 @@ def build_task(
 def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspect_ai.Task]:
     """Register a suite as an Inspect task, ``eai/<domain>_<ability>``.
 
-    Without a reference it is ``eai/<ability>``, to which ``-T domain=`` names the benchmark.
+    Without a reference the name is ``eai/<ability>``, and ``-T domain=`` names the benchmark.
     """
 
     def suite(
@@ -140,7 +150,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                 {
                     "prompts": {"set": prompts, "folder": prompt_folder},
                     "scoring": {"protocol": protocol, "planner": planner, "errata": errata},
-                    **_of_sections(ability, studies),
+                    **_sort_into_sections(ability, studies),
                 }
             )
             scoring, experiment = spec.scoring, spec.experiment
@@ -148,7 +158,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             suite = open_suite(find_benchmark(domain), ability, scoring.protocol, source=source)
             library = Library(spec.prompts.set, spec.prompts.folder, source)
             questions = library.open(suite.benchmark, ability)
-            asked = questions if tasks is None else _only(questions, tasks)
+            asked = questions if tasks is None else _select_prompts(questions, tasks)
             about: Mapping[str, Mapping[str, str]] = {}
             solver = ask_as_published(None)
             stage = spec.variation.stage(library, {suite.domain: asked}, _ask_nobody)
@@ -159,7 +169,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                 spec.variation.abilities([ability])
                 believed = None
                 if stage is not None:
-                    asked, believed = _staged(stage, asked, suite)
+                    asked, believed = _run_stage(stage, asked, suite)
                     about = believed.metadata
                 trials = make_trials(spec.variation.attempts, library, suite, asked, believed)
                 solver = ask_as_published(trials)
@@ -168,7 +178,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                 )
             if not takes_turns:
                 experiment = combine_experiments([experiment, of_prompts(spec.prompts.label)])
-        task = build_task(suite, asked, solver, experiment=experiment, about=about)
+        task = build_task(suite, asked, solver, experiment=experiment, question_metadata=about)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
         task.setup = enter() if takes_turns else None
@@ -188,10 +198,10 @@ def make_trials(
     asked: Mapping[str, Prompt],
     believed: BeliefSet | None,
 ) -> Trials | None:
-    """Return how answers to questions are carried out; None if each is asked once.
+    """Return how answers to questions are carried out; None if each question is asked once.
 
     Raises:
-        InputError: answers are no plans.
+        InputError: the answers of the suite are not plans.
     """
     if options is None:
         return None
@@ -201,22 +211,22 @@ def make_trials(
 
 
 def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
-    """Return the experiment that makes all choices of several.
+    """Return the experiment with all choices of several.
 
     Raises:
-        InputError: two of them choose different values of the same field.
+        InputError: two experiments choose different values of the same field.
     """
     combined = Experiment()
-    for part in parts:
-        combined = combined.combine(part or Experiment())
+    for experiment in parts:
+        combined = combined.combine(experiment or Experiment())
     return combined
 
 
-def _of_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """The options of agents and studies as sections of a specification.
+def _sort_into_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the options of agents and studies by section of a specification.
 
     Raises:
-        InputError: there is no such option, or it is of a model that would be asked first.
+        InputError: an option is unknown, or needs a second model that Inspect does not ask.
     """
     tables: dict[str, dict[str, Any]] = {}
     for name, value in arguments.items():
@@ -230,16 +240,18 @@ def _of_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, di
 
 
 def _ask_nobody(*_: object, **__: object) -> SuiteResult:
-    raise InputError("goals: in Inspect those of answers that there are; eai run asks for a model's own")
+    raise InputError(
+        "goals: in Inspect, give answers from a file; only eai run asks the model for its own goals"
+    )
 
 
-def _staged(
+def _run_stage(
     stage: Stage, asked: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], BeliefSet]:
-    """The same questions stating what came of an earlier stage, and that.
+    """Return the questions with the results of an earlier stage, and the beliefs that they state.
 
     Raises:
-        InputError: there is nothing to state of a task; a log would leave it out of all rates.
+        InputError: a task has no result to state; a log would leave it out of all rates.
     """
     prompts, believed = stage.second(Endpoint(""), asked, suite)
     missing = len(asked) - len(prompts)
@@ -251,55 +263,55 @@ def _staged(
     return prompts, believed
 
 
-def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Mapping[str, Prompt]:
-    """The prompts of the named tasks, in the order of the data set.
+def _select_prompts(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Mapping[str, Prompt]:
+    """Return the prompts of the named tasks, in the order of the data set.
 
     Raises:
-        InputError: a name is no name of a task, or could be that of several.
+        InputError: a name is unknown or ambiguous.
     """
     if isinstance(tasks, int):  # Inspect reads arguments as YAML, in which 27_2 is the number 272
-        meant = [task_id for task_id in prompts if task_id.replace("_", "") == str(tasks)]
-        if len(meant) != 1:
-            raise InputError(f"tasks={tasks} is a number and no task; --sample-id takes ids as they are")
-        tasks = meant
-    named = {task_id.strip() for task_id in ([tasks] if isinstance(tasks, str) else tasks)} - {""}
-    for task_id in named - prompts.keys():
+        matching_ids = [task_id for task_id in prompts if task_id.replace("_", "") == str(tasks)]
+        if len(matching_ids) != 1:
+            raise InputError(f"tasks={tasks} is a number, not a task; give the id with --sample-id")
+        tasks = matching_ids
+    requested_ids = {task_id.strip() for task_id in ([tasks] if isinstance(tasks, str) else tasks)} - {""}
+    for task_id in requested_ids - prompts.keys():
         hint = did_you_mean(task_id, prompts)
         raise InputError(f"tasks: {task_id!r} is not a task of this suite{hint}")
-    return {task_id: prompts[task_id] for task_id in prompts if task_id in named}
+    return {task_id: prompts[task_id] for task_id in prompts if task_id in requested_ids}
 
 
 SUFFIX = ".eval"
-"""How the name of a log ends."""
+"""End of the name of a log."""
 
 JOB = "job_sha256"
-"""The field of a log's metadata that says which job it is the log of."""
+"""Field of a log's metadata: digest of its job."""
 
 
 def find_log(job: Job, folder: Path) -> Path | None:
-    """The newest log that holds all answers to a job, or None."""
+    """Return the newest log with all answers to a job, or None."""
     if not folder.is_dir():
         return None
-    wanted = job.sha256
+    job_sha256 = job.sha256
     for path in sorted(folder.glob(f"*{SUFFIX}"), reverse=True):  # their names begin with the time
         try:
             header = _read(path, header_only=True)
-        except InputError:  # what a killed run left
+        except InputError:  # an incomplete log of a killed run
             continue
-        results, about = header.results, header.eval.metadata or {}
-        whole = results is not None and results.completed_samples == results.total_samples
-        if whole and about.get(JOB) == wanted:
+        results, metadata = header.results, header.eval.metadata or {}
+        is_complete = results is not None and results.completed_samples == results.total_samples
+        if is_complete and metadata.get(JOB) == job_sha256:
             return path
     return None
 
 
 def write_scores(path: Path, records: Mapping[AnswerKey, Record], source: Source) -> None:
-    """Put verdicts into a log, in place of those that it holds.
+    """Write verdicts into a log, in place of its scores.
 
     Args:
         path: the log.
-        records: the record of every answer that was asked for, all under one protocol.
-        source: what scored them: which planner judged operators, and whether errata were used.
+        records: the record of every requested answer, all under one protocol.
+        source: the planner that judged operators, and the use of errata.
 
     Raises:
         InputError: the log cannot be read or written.
@@ -319,56 +331,64 @@ def write_scores(path: Path, records: Mapping[AnswerKey, Record], source: Source
 
 
 def read_answers(path: Path, suite: Suite) -> ResponseFile:
-    """The answers in a log; of several to a task the one that says what most of them say.
+    """Return the answers in a log; of several to a task the one with the most frequent meaning.
 
-    Where tasks count by the mean over epochs, each epoch is a file of its own. A sample whose request failed
-    is no answer.
+    If tasks count by the mean over epochs, each epoch is a file of its own. Samples of failed requests have
+    no answer.
 
     Raises:
-        InputError: the log cannot be read, or is not of the suite.
+        InputError: the log cannot be read, or is of another suite.
     """
     log = _read(path)
-    about = log.eval.metadata or {}
-    of = f"{about.get('domain')} {about.get('ability')}"
-    if of != f"{suite.domain} {suite.ability.value}":
-        raise InputError(f"{path}: expected a log of {suite.domain} {suite.ability.value}, found {of}")
-    answered = [sample for sample in log.samples or () if sample.output.choices]
-    if not answered:
+    metadata = log.eval.metadata or {}
+    suite_of_log = f"{metadata.get('domain')} {metadata.get('ability')}"
+    if suite_of_log != f"{suite.domain} {suite.ability.value}":
+        raise InputError(
+            f"{path}: expected a log of {suite.domain} {suite.ability.value}, found {suite_of_log}"
+        )
+    answered_samples = [sample for sample in log.samples or () if sample.output.choices]
+    if not answered_samples:
         raise InputError(f"{path}: expected at least one answer, found none")
-    answered.sort(key=lambda sample: sample.epoch)
-    responses = [Response(str(sample.id), episode_text(sample)) for sample in answered]
+    answered_samples.sort(key=lambda sample: sample.epoch)
+    responses = [Response(str(sample.id), episode_text(sample)) for sample in answered_samples]
     model = to_file_name(log.eval.model)
     if declaration_of(suite.ability).combine_epochs is not None:
-        epochs = group_pairs(zip([sample.epoch for sample in answered], responses, strict=True))
+        epochs = group_pairs(zip([sample.epoch for sample in answered_samples], responses, strict=True))
         first, *further = [ResponseFile(model, tuple(each)) for each in epochs.values()]
         return replace(first, further_epochs=tuple(further))
-    by_task = group_pairs((str(sample.id), sample) for sample in answered)
-    chosen = [_counted(samples, suite.ability) for samples in by_task.values()]
-    return ResponseFile(model, tuple([Response(str(each.id), episode_text(each)) for each in chosen]))
+    by_task = group_pairs((str(sample.id), sample) for sample in answered_samples)
+    majority_samples = [_select_majority_sample(samples, suite.ability) for samples in by_task.values()]
+    return ResponseFile(
+        model, tuple([Response(str(each.id), episode_text(each)) for each in majority_samples])
+    )
 
 
 def read_experiment(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
-    """Return what makes records of the answers in a log, if it is of an experiment; else None.
+    """Return a function that adds a log's experiment to records of its answers; None without an experiment.
 
     Raises:
         InputError: the log cannot be read.
     """
     samples = _read(path).samples or ()
-    written = next((each.metadata[EXPERIMENT] for each in samples if EXPERIMENT in each.metadata), None)
-    if written is None or declaration_of(suite.ability).combine_epochs is not None:
+    experiment = next((each.metadata[EXPERIMENT] for each in samples if EXPERIMENT in each.metadata), None)
+    if experiment is None or declaration_of(suite.ability).combine_epochs is not None:
         return None
     by_task = group_pairs((str(sample.id), sample) for sample in samples if sample.output.choices)
-    chosen = [_counted(sorted(each, key=lambda s: s.epoch), suite.ability) for each in by_task.values()]
-    known: LoggedSamples = {str(each.id): (each.metadata, each.epoch, _question_of(each)) for each in chosen}
-    return partial(make_logged_record, suite, written, known)
+    majority_samples = [
+        _select_majority_sample(sorted(each, key=lambda s: s.epoch), suite.ability)
+        for each in by_task.values()
+    ]
+    logged_samples: LoggedSamples = {
+        str(each.id): (each.metadata, each.epoch, _question_of(each)) for each in majority_samples
+    }
+    return partial(make_logged_record, suite, experiment, logged_samples)
 
 
 def _question_of(sample: EvalSample) -> str:
     return sample.input if isinstance(sample.input, str) else sample.input[-1].text
 
 
-def _counted(samples: Sequence[EvalSample], ability: Ability) -> EvalSample:
-    """Of the samples of one task the one whose answer says what most of them say."""
+def _select_majority_sample(samples: Sequence[EvalSample], ability: Ability) -> EvalSample:
     return samples[majority_index([episode_text(sample) for sample in samples], ability)]
 
 
@@ -376,69 +396,71 @@ def _read(path: Path, *, header_only: bool = False) -> EvalLog:
     require_file(path)
     try:
         return read_eval_log(str(path), header_only=header_only)
-    except Exception as error:  # a file that is no log fails in whatever way its parts do
+    except Exception as error:  # readers of damaged logs raise many kinds of errors
         raise InputError(f"{path}: expected a log of Inspect's ({error})") from error
 
 
 def obtain_answers(
     job: Job, journal: Path, log_dir: Path, *, watch: ProgressWatch | None = None
 ) -> ModelAnswers:
-    """Ask a model for what the journal does not hold yet.
+    """Ask a model for the answers that the journal does not have, and return all answers.
 
     A suite is scored when all answers are there.
 
     Args:
-        job: what to ask whom.
-        journal: where answers are written down as they arrive.
-        log_dir: where Inspect writes its log.
-        watch: is called at every answer and failure.
+        job: the questions and the model.
+        journal: file in which answers are stored as they arrive.
+        log_dir: folder of Inspect's log.
+        watch: called at every answer and failure.
 
     Raises:
-        InputError: a folder cannot be made, or the journal cannot be used.
-        InterruptError: the user ended it.
-        EaiError: the run as a whole failed: no such model, a key is missing or wrong.
+        InputError: a folder cannot be created, or the journal cannot be used.
+        InterruptError: the user interrupted the run.
+        EaiError: the whole run failed: unknown model, or missing or wrong key.
     """
-    desk = RunState(job, AnswerJournal(journal), watch)
-    desk.report()
-    log = find_log(job, log_dir) if desk.is_complete else None
+    run = RunState(job, AnswerJournal(journal), watch)
+    run.report()
+    log = find_log(job, log_dir) if run.is_complete else None
     if log is None:
         with convert_write_errors(log_dir):
             log_dir.mkdir(parents=True, exist_ok=True)
-        evaluated = _evaluate(job, _task(job, desk), log_dir)
-        if desk.stopped is not None:
-            raise desk.stopped
-        log = _log_of(job, evaluated)
+        log_of_run = _evaluate(job, _task(job, run), log_dir)
+        if run.stopped is not None:
+            raise run.stopped
+        log = _log_of(job, log_of_run)
     return ModelAnswers(
         job.endpoint.model,
         to_file_name(job.endpoint.model),
         job.prompts,
-        desk.last_answers,
-        desk.failures,
+        run.last_answers,
+        run.failures,
         job.epochs,
         job.trials,
-        desk.attempts,
+        run.attempts,
         log=log,
     )
 
 
-def _task(job: Job, desk: RunState) -> inspect_ai.Task:
-    """All of the job, so that its log is whole; what is answered already is not asked again."""
+def _task(job: Job, run: RunState) -> inspect_ai.Task:
+    """Return the Inspect task of the whole job, so that its log is complete.
+
+    Answered questions are not asked again.
+    """
     return build_task(
         job.suite,
         job.prompts,
-        act(desk) if declaration_of(job.suite.ability).takes_turns else ask(desk),
+        act(run) if declaration_of(job.suite.ability).takes_turns else ask(run),
         metadata={JOB: job.sha256},
         experiment=job.experiment,
-        about=job.metadata,
+        question_metadata=job.metadata,
     )
 
 
 def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
-    """Let Inspect ask; scoring waits until all answers are there, whose form decides how each is read.
+    """Run Inspect without scoring, because the form of all answers may decide how each is read.
 
-    The scores come into the log afterwards (`eai.run.tasks.write_scores`).
-
-    There is no log where the run was interrupted before it began.
+    The scores are written into the log afterwards (`eai.run.tasks.write_scores`). Return None if the run was
+    interrupted before it began.
     """
     pace, model = job.pace, find_model(job.endpoint)
     sampling: dict[str, Any] = {**job.decoding.sampling}
@@ -463,23 +485,23 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
 
 
 def find_model(endpoint: Endpoint) -> Model:
-    """The model at an endpoint.
+    """Return the model of an endpoint.
 
     Raises:
-        EaiError: there is none, or what it needs is missing.
+        EaiError: the model is unknown, or a key or library is missing.
     """
     arguments: dict[str, Any] = dict(endpoint.arguments)
     try:
         return drop_unreadable_usage(get_model(endpoint.model, base_url=endpoint.base_url, **arguments))
     except EaiError:
         raise
-    except Exception as error:  # providers raise what they like when a key, a library or a name is missing
+    except Exception as error:  # providers raise many kinds of errors
         message = " ".join(Text.from_markup(str(getattr(error, "message", error))).plain.split())
         raise EaiError(f"{endpoint.model}: {message}") from error
 
 
 def _log_of(job: Job, log: EvalLog | None) -> Path:
-    """Where the log of a run is that came to its end; raises if it did not."""
+    """Return the log of a run that ended; raise if the run did not end well."""
     if log is None or log.status == "cancelled":
         raise InterruptError("interrupted; the same command resumes from here")
     if log.status == "success":

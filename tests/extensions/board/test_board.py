@@ -158,7 +158,7 @@ def test_a_zip_that_holds_too_much_is_refused_unread(
 HOSTILE = {
     "a link to somewhere else": "expected no link",
     "an unknown task": "is not one of the tasks",
-    "a task twice": "stands there twice",
+    "a task twice": "occurs twice",
     "a task of no scene": "tasks that are not in the data set",
     "an endless answer": "over 100,000 characters",
     "deep JSON": "expected JSON",
