@@ -172,7 +172,7 @@ def test_watching_a_download_survives_folders_that_come_and_go(tmp_path: Path) -
     thread = threading.Thread(target=churn)
     thread.start()
     try:
-        assert {source._largest_file_size(tmp_path) for _ in range(2_000)} <= {0, 4}
+        assert {source._find_largest_file_size(tmp_path) for _ in range(2_000)} <= {0, 4}
     finally:
         stop.set()
         thread.join()

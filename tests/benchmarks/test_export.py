@@ -54,7 +54,7 @@ def compare_engines(domain: Domain, task: Task) -> tuple[int, list[frozenset[str
             break
         assert not isinstance(reached, str), reached
         executed += 1
-        past = past.extended(outcome)
+        past = past.extend(outcome)
         state = exported.state(outcome) | static
         predicates = {atom.predicate for atom in reached ^ state if not atom.predicate.startswith("done-")}
         if predicates:

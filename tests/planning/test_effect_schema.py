@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from eai.logic.formula import FALSE, TRUE, Equals, Exists, Or, Variable
-from eai.planning.effect_schema import effect_schemas, make_operator_schema, written_predicates
+from eai.planning.effect_schema import effect_schemas, find_written_predicates, make_operator_schema
 from eai.world.effect import Add, Delete, Let, When
 from eai.world.operator import Operator, missing
 from eai.world.vocabulary import Predicate
@@ -52,4 +52,4 @@ def test_an_operator_can_be_taken_for_its_own_sake() -> None:
 def test_changed_predicates_include_effects_whose_variable_hides_another() -> None:
     hiding = Operator("O", (X,), (), (Let(X, held(X), (Add(open_(X)),)), Delete(held(X))))
     assert [schema.atom for schema in effect_schemas(hiding)] == [held(X)]
-    assert list(written_predicates(hiding.effects)) == ["open", "held"]
+    assert list(find_written_predicates(hiding.effects)) == ["open", "held"]

@@ -119,7 +119,7 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
             continue
         assert not isinstance(after, str)
         assert {atom for atom in exported.state(outcome) if atom.predicate in declared} == after
-        past = past.extended(outcome)
+        past = past.extend(outcome)
         state, taken = after, taken + 1
     assert taken > 3
 

@@ -252,7 +252,7 @@ def test_a_step_that_fails_repeatedly_tests_every_state_once(rule: HistoryRule) 
     for number in range(300):
         after = attempt(domain, history, Action(("TAKE", "LOSE")[number % 2], ()))
         assert isinstance(after, State)
-        history = history.extended(after)
+        history = history.extend(after)
         assert isinstance(attempt(domain, history, Action("DRY", ())), Fault)
     assert times < 10 * 300
 

@@ -30,7 +30,7 @@ class Look:
 
 def test_a_history_has_its_states_in_order() -> None:
     initial = toy.initial()
-    history = History(initial).extended(initial.scene.state([]))
+    history = History(initial).extend(initial.scene.state([]))
     assert (history.number, history.states) == (1, (initial, history.state))
     assert history.before is not None
     assert history.before.states == (initial,)
@@ -48,7 +48,7 @@ def test_an_answered_question_tests_no_state_again() -> None:
         history, look = lit(*numbers), Look()
         assert history.last_where("?", look) == found
         assert look.times == 6
-        ways = [history.extended(history.states[-1]) for _ in range(2)]  # with equal beginnings
+        ways = [history.extend(history.states[-1]) for _ in range(2)]  # with equal beginnings
         assert [way.last_where("?", look) for way in ways] == [found, found]
         assert look.times == 8
         assert ways[0].last_where("another", look) == found
@@ -59,6 +59,6 @@ def test_a_very_long_history_is_freed_without_recursion() -> None:
     state = toy.initial()
     history = History(state)
     for _ in range(200_000):
-        history = history.extended(state)
+        history = history.extend(state)
     assert len(history.states) == 200_001
     del history

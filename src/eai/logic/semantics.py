@@ -44,7 +44,7 @@ def holds(formula: f.Formula, trace: Trace) -> bool:
         InputError: a variable is not bound by any quantifier.
     """
     evaluator = _Evaluator(formula, trace)
-    return bool(evaluator.on(formula, {}, trace.length - 1) & 1)
+    return bool(evaluator.find_starts(formula, {}, trace.length - 1) & 1)
 
 
 class _Evaluator:
@@ -62,16 +62,16 @@ class _Evaluator:
         """Whether a part of the formula is about several positions."""
         return id(formula) in self._temporal
 
-    def state(self, formula: f.Formula, binding: Binding) -> int:
+    def find_state_positions(self, formula: f.Formula, binding: Binding) -> int:
         """Return the positions at which a state formula holds."""
         if binding:
-            return self._evaluate_state(formula, binding)
+            return self._compute_state_positions(formula, binding)
         mask = self._closed.get(id(formula))
         if mask is None:
-            mask = self._closed[id(formula)] = self._evaluate_state(formula, binding)
+            mask = self._closed[id(formula)] = self._compute_state_positions(formula, binding)
         return mask
 
-    def _evaluate_state(self, formula: f.Formula, binding: Binding) -> int:
+    def _compute_state_positions(self, formula: f.Formula, binding: Binding) -> int:
         match formula:
             case f.Atom(predicate, arguments):
                 return self._trace.atom(predicate, _objects(arguments, binding))
@@ -81,76 +81,78 @@ class _Evaluator:
                 a, b = _objects((left, right), binding)
                 return _up_to(self._trace.length - 1) if a == b else 0
             case _:
-                return self._combine(formula, binding, self.state, self._trace.length - 1)
+                return self._combine(formula, binding, self.find_state_positions, self._trace.length - 1)
 
-    def at(self, formula: f.Formula, binding: Binding, end: int) -> int:
+    def find_positions(self, formula: f.Formula, binding: Binding, end: int) -> int:
         """Return the positions at which the formula holds, on the trace cut off after ``end``."""
         if not self.is_temporal(formula):
-            return self.state(formula, binding) & _up_to(end)
+            return self.find_state_positions(formula, binding) & _up_to(end)
         match formula:
             case f.Next(operand):
-                return self.at(operand, binding, end) >> 1
+                return self.find_positions(operand, binding, end) >> 1
             case f.Eventually(operand):
-                return _up_to_last(self.at(operand, binding, end))
+                return _up_to_last(self.find_positions(operand, binding, end))
             case f.Always(operand):
                 everything = _up_to(end)
-                return everything & ~_up_to_last(everything & ~self.at(operand, binding, end))
+                return everything & ~_up_to_last(everything & ~self.find_positions(operand, binding, end))
             case f.Until(left, right):
-                return _until(self.at(left, binding, end), self.at(right, binding, end))
+                return _positions_until(
+                    self.find_positions(left, binding, end), self.find_positions(right, binding, end)
+                )
             case f.Then(parts):
-                last = self.on(parts[-1], binding, end) if parts else _up_to(end)
-                return self._before_starts(parts[:-1], binding, last)
+                last = self.find_starts(parts[-1], binding, end) if parts else _up_to(end)
+                return self._find_sequence_starts(parts[:-1], binding, last)
             case _:
-                return self._combine(formula, binding, partial(self.at, end=end), end)
+                return self._combine(formula, binding, partial(self.find_positions, end=end), end)
 
-    def on(self, formula: f.Formula, binding: Binding, end: int) -> int:
+    def find_starts(self, formula: f.Formula, binding: Binding, end: int) -> int:
         """Return the positions from which the rest of the trace, up to ``end``, satisfies the formula."""
         if not self.is_temporal(formula):
-            return _up_to_last(self.state(formula, binding) & _up_to(end))
+            return _up_to_last(self.find_state_positions(formula, binding) & _up_to(end))
         if isinstance(formula, (f.Next, f.Eventually, f.Always, f.Until, f.Then)):
-            return self.at(formula, binding, end)
-        return self._combine(formula, binding, partial(self.on, end=end), end)
+            return self.find_positions(formula, binding, end)
+        return self._combine(formula, binding, partial(self.find_starts, end=end), end)
 
-    def _before_starts(self, parts: Sequence[f.Formula], binding: Binding, starts: int) -> int:
+    def _find_sequence_starts(self, parts: Sequence[f.Formula], binding: Binding, starts: int) -> int:
         """Return the positions from which consecutive pieces satisfy the parts, up to just before a start."""
         for part in reversed(parts):
-            starts = self._before_rest(part, binding, starts)
+            starts = self._find_piece_starts(part, binding, starts)
         return starts
 
-    def _before_rest(self, formula: f.Formula, binding: Binding, rest: int) -> int:
+    def _find_piece_starts(self, formula: f.Formula, binding: Binding, rest: int) -> int:
         """Return the positions from which a piece satisfies the formula and ends before ``rest``."""
         ends = rest >> 1
         if id(formula) in self._monotony.lasting:  # the last end is the best
-            return self.on(formula, binding, ends.bit_length() - 1) if ends else 0
+            return self.find_starts(formula, binding, ends.bit_length() - 1) if ends else 0
         if id(formula) in self._monotony.perishing and ends == _up_to_last(ends):  # the first end is the best
-            return self._single_positions(formula, binding) & ends
-        table = self._table(formula, binding)
+            return self._find_single_positions(formula, binding) & ends
+        table = self._find_table(formula, binding)
         return reduce(or_, [table[end] for end in positions_in(ends)], 0)
 
-    def _single_positions(self, formula: f.Formula, binding: Binding) -> int:
+    def _find_single_positions(self, formula: f.Formula, binding: Binding) -> int:
         """Return the positions that satisfy the formula as pieces of length 1."""
         if not self.is_temporal(formula):
-            return self.state(formula, binding)
+            return self.find_state_positions(formula, binding)
         match formula:
             case f.Next():
                 return 0
             case f.Then(parts):
-                return self._single_positions(parts[0], binding) if len(parts) == 1 else 0
+                return self._find_single_positions(parts[0], binding) if len(parts) == 1 else 0
             case f.Eventually(operand) | f.Always(operand) | f.Until(right=operand):
-                return self._single_positions(operand, binding)
+                return self._find_single_positions(operand, binding)
             case _:
-                return self._combine(formula, binding, self._single_positions, self._trace.length - 1)
+                return self._combine(formula, binding, self._find_single_positions, self._trace.length - 1)
 
-    def _table(self, formula: f.Formula, binding: Binding) -> list[int]:
+    def _find_table(self, formula: f.Formula, binding: Binding) -> list[int]:
         key = (id(formula), frozenset(binding.items()))
         if key not in self._tables:
             self._tables[key] = self._compute_table(formula, binding)
         return self._tables[key]
 
     def _compute_table(self, formula: f.Formula, binding: Binding) -> list[int]:
-        """Compute what `on` returns for every end. Parts of connectives are computed first."""
+        """Compute what `find_starts` returns for every end. Parts of connectives are computed first."""
         if not self.is_temporal(formula):
-            mask = self.state(formula, binding)
+            mask = self.find_state_positions(formula, binding)
             return [_up_to_last(mask & _up_to(end)) for end in range(self._trace.length)]
         match formula:
             case f.Not(operand):
@@ -160,9 +162,11 @@ class _Evaluator:
                 tables = [self._compute_table(operand, binding) for operand in operands]
                 return [reduce(join, masks) for masks in zip(*tables, strict=True)]
             case f.Then((*first, last)):
-                return [self._before_starts(first, binding, m) for m in self._compute_table(last, binding)]
+                return [
+                    self._find_sequence_starts(first, binding, m) for m in self._compute_table(last, binding)
+                ]
             case _:
-                return [self.on(formula, binding, end) for end in range(self._trace.length)]
+                return [self.find_starts(formula, binding, end) for end in range(self._trace.length)]
 
     def _combine(self, formula: f.Formula, binding: Binding, evaluate: _EvaluatePart, end: int) -> int:
         everything = _up_to(end)
@@ -176,34 +180,38 @@ class _Evaluator:
             case f.Implies(premise, conclusion):
                 return (everything & ~evaluate(premise, binding)) | evaluate(conclusion, binding)
             case f.ForAll(variable, body):
-                return reduce(and_, self._instances(variable, body, binding, evaluate, False), everything)
+                return reduce(
+                    and_, self._evaluate_instances(variable, body, binding, evaluate, False), everything
+                )
             case f.Exists(variable, body):
-                return reduce(or_, self._instances(variable, body, binding, evaluate, True), 0)
+                return reduce(or_, self._evaluate_instances(variable, body, binding, evaluate, True), 0)
             case f.Exactly(count, variable, body):
-                return _exactly(count, self._instances(variable, body, binding, evaluate, True), everything)
+                return _positions_of_exactly(
+                    count, self._evaluate_instances(variable, body, binding, evaluate, True), everything
+                )
             case f.ForPairs():
                 return self._evaluate_pairing(formula, binding, evaluate, everything)
             case _:
                 raise AssertionError(f"{type(formula).__name__} is no connective")
 
-    def _instances(
+    def _evaluate_instances(
         self, variable: f.Variable, body: f.Formula, binding: Binding, evaluate: _EvaluatePart, truth: bool
     ) -> list[int]:
         """Return the positions at which the body holds, for every value that can give it this truth."""
         name = variable.name
-        values = self._candidates(variable, body, binding, truth)
+        values = self._find_candidates(variable, body, binding, truth)
         return [evaluate(body, {**binding, name: value}) for value in values]
 
-    def _candidates(
+    def _find_candidates(
         self, variable: f.Variable, body: f.Formula, binding: Binding, truth: bool
     ) -> frozenset[str]:
         """Return the values of a variable for which the body can have this truth at some position."""
         domain = self._trace.domain(variable.category)
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        possible = support(body, variable.name, inner, truth, self._participants)
+        possible = support(body, variable.name, inner, truth, self._find_participants)
         return domain if possible is None else domain & possible
 
-    def _participants(self, leaf: f.Atom | f.Occurs, index: int, binding: Binding) -> Set[str] | None:
+    def _find_participants(self, leaf: f.Atom | f.Occurs, index: int, binding: Binding) -> Set[str] | None:
         """Return the objects with which an action is ever taken; None for an atom, which must be tried."""
         return self._trace.participants(leaf.action, index) if isinstance(leaf, f.Occurs) else None
 
@@ -244,7 +252,7 @@ def _up_to_last(mask: int) -> int:
     return (1 << mask.bit_length()) - 1
 
 
-def _until(left: int, right: int) -> int:
+def _positions_until(left: int, right: int) -> int:
     """Return the positions from which ``left`` holds up to a position of ``right``.
 
     Each round doubles the distance that is covered.
@@ -257,7 +265,7 @@ def _until(left: int, right: int) -> int:
     return right
 
 
-def _exactly(count: int, masks: list[int], everything: int) -> int:
+def _positions_of_exactly(count: int, masks: list[int], everything: int) -> int:
     """Return the positions that are in exactly ``count`` masks, by a binary counter with one mask a digit."""
     digits: list[int] = []
     for mask in masks:
@@ -303,7 +311,9 @@ def support(
             return support_of(operand, not truth)
         case f.And(operands) | f.Or(operands):
             supports = [support_of(operand, truth) for operand in operands]
-            return _smallest(supports) if isinstance(formula, f.And) == truth else unite_supports(supports)
+            return (
+                _find_smallest(supports) if isinstance(formula, f.And) == truth else unite_supports(supports)
+            )
         case f.Implies(premise, conclusion):
             return support_of(f.Or((f.Not(premise), conclusion)), truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
@@ -317,7 +327,7 @@ def support(
         case f.Eventually(operand) | f.Always(operand):
             return support_of(operand, truth)
         case f.Then(parts) if truth:
-            return _smallest(support_of(operand, truth) for operand in parts)
+            return _find_smallest(support_of(operand, truth) for operand in parts)
         case _:
             return None
 
@@ -332,7 +342,7 @@ def _equal_to(left: f.Term, right: f.Term, variable: str, binding: Binding) -> S
     return None
 
 
-def _smallest(supports: Iterable[Set[str] | None]) -> Set[str] | None:
+def _find_smallest(supports: Iterable[Set[str] | None]) -> Set[str] | None:
     return min((objects for objects in supports if objects is not None), key=len, default=None)
 
 
@@ -383,10 +393,10 @@ def find_violation(formula: f.Formula, trace: Trace) -> _Violation:
     evaluator, end = _Evaluator(formula, trace), trace.length - 1
     match formula:
         case f.And(parts) if parts:
-            failing = [part for part in parts if not evaluator.on(part, {}, end) & 1]
+            failing = [part for part in parts if not evaluator.find_starts(part, {}, end) & 1]
             return find_violation(failing[0], trace) if failing else _Violation(formula, None)
         case f.Always(body) | f.Until(left=body):
-            violations = ~evaluator.at(body, {}, end) & ((2 << end) - 1)
+            violations = ~evaluator.find_positions(body, {}, end) & ((2 << end) - 1)
             if violations:
                 return _Violation(body, next(positions_in(violations)))
             return _Violation(formula.right if isinstance(formula, f.Until) else body, None)
@@ -402,21 +412,29 @@ def explain(formula: f.Formula, trace: Trace) -> _Evidence:
     """
     evaluator, end = _Evaluator(formula, trace), trace.length - 1
     if isinstance(formula, f.Then) and formula.parts:
-        return _explain_sequence(formula, bool(evaluator.on(formula, {}, end) & 1), evaluator, trace, 0)
-    failed = _blame(formula, evaluator, trace, 0)
-    mask = evaluator.on(formula, {}, end) if evaluator.is_temporal(formula) else evaluator.state(formula, {})
+        return _explain_sequence(
+            formula, bool(evaluator.find_starts(formula, {}, end) & 1), evaluator, trace, 0
+        )
+    failed = _find_blamed_parts(formula, evaluator, trace, 0)
+    mask = (
+        evaluator.find_starts(formula, {}, end)
+        if evaluator.is_temporal(formula)
+        else evaluator.find_state_positions(formula, {})
+    )
     return _Evidence(not failed, tuple(positions_in(mask)), failed)
 
 
-def _blame(formula: f.Formula, evaluator: _Evaluator, trace: Trace, start: int) -> tuple[f.Formula, ...]:
+def _find_blamed_parts(
+    formula: f.Formula, evaluator: _Evaluator, trace: Trace, start: int
+) -> tuple[f.Formula, ...]:
     """Return the parts of a formula that make it false from ``start`` on; () if it holds."""
-    if evaluator.on(formula, {}, trace.length - 1) >> start & 1:
+    if evaluator.find_starts(formula, {}, trace.length - 1) >> start & 1:
         return ()
     match formula:
         case f.Then(parts) if parts:
             return _explain_sequence(formula, False, evaluator, trace, start).failed
         case f.And(operands):
-            blamed = [_blame(operand, evaluator, trace, start) for operand in operands]
+            blamed = [_find_blamed_parts(operand, evaluator, trace, start) for operand in operands]
             return tuple([culprit for parts in blamed for culprit in parts]) or (formula,)
         case _:
             return (formula,)
@@ -428,20 +446,20 @@ def _explain_sequence(
     """Complete the parts of a ``then`` one after the other, each as early as possible."""
     positions: list[int] = []
     for part in formula.parts:
-        last = _first_completion(part, evaluator, trace, start)
+        last = _find_first_completion(part, evaluator, trace, start)
         if last is None:
             if holds:  # a later completion of an earlier part makes the rest possible
                 return _Evidence(True, tuple(positions))
-            blamed = _blame(part, evaluator, trace, start) if start < trace.length else ()
+            blamed = _find_blamed_parts(part, evaluator, trace, start) if start < trace.length else ()
             return _Evidence(False, tuple(positions), blamed or (part,))
         positions.append(last)
         start = last + 1
     return _Evidence(holds, tuple(positions), () if holds else (formula,))
 
 
-def _first_completion(part: f.Formula, evaluator: _Evaluator, trace: Trace, start: int) -> int | None:
+def _find_first_completion(part: f.Formula, evaluator: _Evaluator, trace: Trace, start: int) -> int | None:
     if not evaluator.is_temporal(part):
-        rest = evaluator.state(part, {}) >> start
+        rest = evaluator.find_state_positions(part, {}) >> start
         return start + (rest & -rest).bit_length() - 1 if rest else None
     ends = range(start, trace.length)
-    return next((end for end in ends if evaluator.on(part, {}, end) >> start & 1), None)
+    return next((end for end in ends if evaluator.find_starts(part, {}, end) >> start & 1), None)

@@ -90,8 +90,8 @@ class Achiever:
         self._frame = Frame([f.Variable(name) for name in schema.variables])
         self._compiler = ConditionCompiler(vocabulary, self._frame)
         self._joins: dict[tuple[str, ...], tuple[_Join, _Join]] = {}
-        self.open_variables = len(set(schema.variables) - _atom_variables(schema))
-        own_conditions = _own_conditions(schema, wide=wide)
+        self.open_variables = len(set(schema.variables) - _find_atom_variables(schema))
+        own_conditions = _find_own_conditions(schema, wide=wide)
         others = [c for c in schema.conditions if c not in own_conditions]
         needed = [c for c in (*own_conditions, *schema.checks) if c != f.TRUE]
         fixed = [c for c in needed if _is_fixed(c, vocabulary)]
@@ -261,7 +261,7 @@ class Achievers:
             schema for schema in schemas if not wide or _has_wider_conditions(schema, self._vocabulary)
         ]
         achievers = [Achiever(schema, self._vocabulary, wide=wide) for schema in suitable]
-        return sorted(achievers, key=_complexity)
+        return sorted(achievers, key=_measure_complexity)
 
     def static_facts(self, state: State) -> Sequence[object]:
         """Return the part of a state that no action changes. It is equal for states of one episode."""
@@ -293,17 +293,17 @@ class Achievers:
         return list(operators.values())
 
 
-def _complexity(achiever: Achiever) -> tuple[int, int]:
+def _measure_complexity(achiever: Achiever) -> tuple[int, int]:
     return achiever.open_variables, len(achiever.conditions)
 
 
-def _atom_variables(schema: EffectSchema) -> set[str]:
+def _find_atom_variables(schema: EffectSchema) -> set[str]:
     return {term.name for term in schema.atom.arguments if isinstance(term, f.Variable)}
 
 
-def _own_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
+def _find_own_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
     """Return the conditions of an effect on its atom's objects; or (``wide``) also on the operator's."""
-    atom_variables = _atom_variables(schema)
+    atom_variables = _find_atom_variables(schema)
     conditions = [c for c in schema.conditions if free_variables(c) <= atom_variables]
     if wide:
         variables = (atom_variables | {p.name for p in schema.operator.parameters}) - schema.read_variables
@@ -312,8 +312,8 @@ def _own_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
 
 
 def _has_wider_conditions(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
-    own_conditions = _own_conditions(schema, wide=False)
-    others = [c for c in _own_conditions(schema, wide=True) if c not in own_conditions]
+    own_conditions = _find_own_conditions(schema, wide=False)
+    others = [c for c in _find_own_conditions(schema, wide=True) if c not in own_conditions]
     return any(c != f.TRUE and not _is_fixed(c, vocabulary) for c in others)
 
 

@@ -189,7 +189,7 @@ class Estimates:
         None for atoms of stored predicates and of functions, and if no choice establishes the condition.
         """
         if isinstance(subgoal.formula, Atom):
-            definition = self._definition(self.atom(subgoal.formula, subgoal))
+            definition = self._find_definition(self.atom(subgoal.formula, subgoal))
             return None if definition is None else (definition,)
         parts = self._unfolding.parts(subgoal)
         return None if parts is None else self._choose(parts)
@@ -281,19 +281,19 @@ class Estimates:
 
     def _cost_of_parts(self, subgoal: Subgoal, limit: float) -> float:
         if isinstance(subgoal.formula, Atom):
-            definition = self._definition(self.atom(subgoal.formula, subgoal))
+            definition = self._find_definition(self.atom(subgoal.formula, subgoal))
             if definition is not None:
                 return self._cost(definition, limit)
             return OPAQUE_COST if limit > OPAQUE_COST else INFINITE
         parts = self._unfolding.parts(subgoal)
         if isinstance(parts, AnyOf):
-            return self._least(parts.parts, limit)
+            return self._least_cost(parts.parts, limit)
         conditions = None if parts is None else self._choose(parts)
         if conditions is None:
             return INFINITE
-        return self._sum([condition for condition in conditions if not self.holds(condition)], limit)
+        return self._sum_costs([condition for condition in conditions if not self.holds(condition)], limit)
 
-    def _least(self, conditions: Sequence[Subgoal], limit: float) -> float:
+    def _least_cost(self, conditions: Sequence[Subgoal], limit: float) -> float:
         best = INFINITE
         for condition in conditions:
             best = min(best, self._cost(condition, min(best, limit)))
@@ -301,7 +301,7 @@ class Estimates:
                 break
         return best
 
-    def _sum(self, failing: Sequence[Subgoal], limit: float) -> float:
+    def _sum_costs(self, failing: Sequence[Subgoal], limit: float) -> float:
         """Return the sum of the costs of failing conditions, or infinity if it is not below the limit."""
         min_rest = len(failing) * _MIN_COST
         if min_rest >= limit:
@@ -345,7 +345,7 @@ class Estimates:
 
     # Atoms.
 
-    def _definition(self, atom: GroundAtom) -> Subgoal | None:
+    def _find_definition(self, atom: GroundAtom) -> Subgoal | None:
         derived = self._heuristic.derived.get(atom.predicate)
         if not isinstance(derived, Defined):
             return None
@@ -366,7 +366,7 @@ class Estimates:
             prerequisites = tuple([Subgoal(condition, scope, True) for condition in failing])
             action = Action(achiever.schema.operator.name, achiever.arguments(binding))
             cost = _MIN_COST + (
-                self._sum(prerequisites, best.cost - _MIN_COST)
+                self._sum_costs(prerequisites, best.cost - _MIN_COST)
                 if prerequisites
                 else self._count_undone(action)
             )

@@ -18,8 +18,8 @@ from eai.planning.effect_schema import (
     EffectSchema,
     FactChange,
     changes_towards,
+    find_predicates_without_schema,
     match_atom,
-    unread_predicates,
 )
 from eai.planning.search import Effort
 from eai.planning.subgoal import arguments_of, find_object
@@ -64,7 +64,9 @@ class ConflictChanges:
         self._achievers = achievers
         self._static = {p.name for p in domain.vocabulary.predicates if p.static}
         self._schema_conditions: dict[int, list[tuple[f.Formula, frozenset[str]]]] = {}
-        self._unread = {o.name: unread for o in domain.operators if (unread := unread_predicates(o))}
+        self._unread = {
+            o.name: unread for o in domain.operators if (unread := find_predicates_without_schema(o))
+        }
         # Dictionaries, since a `cache` of a method would keep the whole episode until garbage collection.
         self._writers: dict[FactChange, tuple[Action, ...]] = {}
         self._taking: dict[str, tuple[Action, ...]] = {}
@@ -108,7 +110,7 @@ class ConflictChanges:
                 groups.setdefault(tuple([action.arguments[i] for i in positions]), []).append(action)
             for values, group in groups.items():
                 inner = {names[position]: value for position, value in zip(positions, values, strict=True)}
-                yield group, _closed_conditions(conditions, {**scope, **inner})
+                yield group, _select_closed(conditions, {**scope, **inner})
 
     def _unread_operators(self, change: FactChange) -> list[str]:
         """Return the operators that change a predicate by effects that no schema describes."""
@@ -380,7 +382,7 @@ def _schema_conditions(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[
     return [(condition, free_variables(condition)) for condition in conditions]
 
 
-def _closed_conditions(
+def _select_closed(
     conditions: Iterable[tuple[f.Formula, Iterable[str]]], scope: Scope
 ) -> list[ScopedCondition]:
     return [(condition, scope) for condition, names in conditions if scope.keys() >= set(names)]

@@ -65,30 +65,30 @@ def effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
         )
 
 
-def written_predicates(effects: Iterable[Effect]) -> Iterator[str]:
+def find_written_predicates(effects: Iterable[Effect]) -> Iterator[str]:
     """Yield the predicates that effects change, also those that `effect_schemas` leaves out."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
                 yield atom.predicate
             case When(_, inner, otherwise):
-                yield from written_predicates((*inner, *otherwise))
+                yield from find_written_predicates((*inner, *otherwise))
             case ForEach(_, _, inner) | Let(_, _, inner):
-                yield from written_predicates(inner)
+                yield from find_written_predicates(inner)
 
 
-def changed_predicates(operator: Operator) -> list[str]:
+def find_changed_predicates(operator: Operator) -> list[str]:
     """Return the predicates that an operator changes, its tries included, once for each effect."""
     return [
         name
         for effects in (operator.effects, *(t.effects for t in operator.tries))
-        for name in written_predicates(effects)
+        for name in find_written_predicates(effects)
     ]
 
 
-def unread_predicates(operator: Operator) -> frozenset[str]:
+def find_predicates_without_schema(operator: Operator) -> frozenset[str]:
     """Return the changed predicates of an operator if `effect_schemas` leaves out one of its effects."""
-    changed = changed_predicates(operator)
+    changed = find_changed_predicates(operator)
     return frozenset(changed if len(changed) > len([*effect_schemas(operator)]) else ())
 
 
@@ -154,10 +154,10 @@ def _specialize_check(check: f.Formula, variable: f.Variable, condition: f.Formu
             isinstance(condition, f.Atom) and condition.predicate == predicate
         ):
             same = zip(arguments, condition.arguments, strict=True)
-            return f.Or((check, _all([f.Equals(one, other) for one, other in same])))
+            return f.Or((check, _conjoin([f.Equals(one, other) for one, other in same])))
         case f.Exists(quantified, body) if quantified == variable:
             parts = f.operands(body, f.And)
-            return _all([part for part in parts if part != condition]) if condition in parts else check
+            return _conjoin([part for part in parts if part != condition]) if condition in parts else check
         case f.Not(operand):
             inner = _specialize_check(operand, variable, condition)
             return f.FALSE if inner == f.TRUE else f.TRUE if inner == f.FALSE else f.Not(inner)
@@ -167,7 +167,7 @@ def _specialize_check(check: f.Formula, variable: f.Variable, condition: f.Formu
             return check
 
 
-def _all(parts: Sequence[f.Formula]) -> f.Formula:
+def _conjoin(parts: Sequence[f.Formula]) -> f.Formula:
     return parts[0] if len(parts) == 1 else f.And(tuple(parts))
 
 

@@ -15,10 +15,10 @@ import eai.logic.formula as f
 from eai.logic.traversal import predicates_of, walk
 from eai.planning.effect_schema import (
     EffectSchema,
-    changed_predicates,
     effect_schemas,
+    find_changed_predicates,
+    find_predicates_without_schema,
     match_atom,
-    unread_predicates,
 )
 from eai.planning.subgoal import GroundAtom, find_object
 from eai.world.derived import find_definition, find_stored_predicates
@@ -59,8 +59,8 @@ class ExclusionRules:
         self.vocabulary = domain.vocabulary
         self.effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
         self.single = {p.name for p in domain.vocabulary.predicates if p.single}
-        self.changed = {name for o in domain.operators for name in changed_predicates(o)}
-        self.unread = {name for o in domain.operators for name in unread_predicates(o)}
+        self.changed = {name for o in domain.operators for name in find_changed_predicates(o)}
+        self.unread = {name for o in domain.operators for name in find_predicates_without_schema(o)}
         self.denying = self._find_rivals(domain)
         self.rivals = {p: self.denying.get(p, set()) | ({p} & self.single) for p in self.changed}
 
@@ -79,7 +79,7 @@ class ExclusionRules:
             added = {effect.atom.predicate for effect in effects if effect.adds}
             formulas = [c.condition for c in operator.checks] + [g for e in effects for g in e.conditions]
             denied = {effect.atom.predicate for effect in effects if not effect.adds}
-            denied |= _denied_predicates(formulas, domain.vocabulary)
+            denied |= _find_denied_predicates(formulas, domain.vocabulary)
             for added_predicate in added:
                 for denied_predicate in denied:
                     rivals.setdefault(added_predicate, set()).add(denied_predicate)
@@ -294,7 +294,7 @@ class _Supposition:
                 return False
         return True
 
-    def _value(
+    def _evaluate(
         self, formula: f.Formula, scope: _ArgumentScope, within: frozenset[str] = frozenset()
     ) -> bool | None:
         """Return the truth of a formula, or None if it is unknown."""
@@ -302,32 +302,32 @@ class _Supposition:
             case f.Atom(predicate, terms):
                 arguments = tuple([self._exclusion.term(term, scope) for term in terms])
                 if predicate not in self._exclusion.rules.vocabulary.derived_by_name:
-                    return self._fact_value(_FactPattern(predicate, arguments))
+                    return self._evaluate_fact(_FactPattern(predicate, arguments))
                 inner = None if predicate in within else self._unfold(predicate, arguments)
-                return None if inner is None else self._value(*inner, within | {predicate})
+                return None if inner is None else self._evaluate(*inner, within | {predicate})
             case f.Equals(left, right):
                 one, other = self._exclusion.term(left, scope), self._exclusion.term(right, scope)
                 are_known = isinstance(one, int) and isinstance(other, int)
                 return one == other if are_known or (one == other and one is not None) else None
             case f.Not(operand):
-                value = self._value(operand, scope, within)
+                value = self._evaluate(operand, scope, within)
                 return None if value is None else not value
             case f.And(operands) | f.Or(operands):
                 deciding = isinstance(formula, f.Or)
                 values = set()
                 for operand in operands:
-                    values.add(self._value(operand, scope, within))
+                    values.add(self._evaluate(operand, scope, within))
                     if deciding in values:
                         return deciding
                 return None if None in values else not deciding
             case f.Implies(premise, conclusion):
-                return self._value(f.Or((f.Not(premise), conclusion)), scope, within)
+                return self._evaluate(f.Or((f.Not(premise), conclusion)), scope, within)
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 deciding = isinstance(formula, f.Exists)
-                if self._value(body, {**scope, variable.name: None}, within) is (not deciding):
+                if self._evaluate(body, {**scope, variable.name: None}, within) is (not deciding):
                     return not deciding
                 is_decided = any(
-                    self._value(body, {**scope, variable.name: term}, within) is deciding
+                    self._evaluate(body, {**scope, variable.name: term}, within) is deciding
                     for term in self._possible_terms(variable)
                 )
                 return deciding if is_decided else None
@@ -338,7 +338,7 @@ class _Supposition:
         self, formula: f.Formula, scope: _ArgumentScope, within: frozenset[str] = frozenset(), *, truth: bool
     ) -> bool:
         """Suppose that a formula has a truth, with its immediate consequences; False if it cannot."""
-        value = self._value(formula, scope, within)
+        value = self._evaluate(formula, scope, within)
         if value is not None:
             return value is truth
         match formula:
@@ -355,7 +355,9 @@ class _Supposition:
             case f.And(operands) | f.Or(operands):
                 if isinstance(formula, f.And) is truth:
                     return all(self._suppose(operand, scope, within, truth=truth) for operand in operands)
-                undecided = [operand for operand in operands if self._value(operand, scope, within) is None]
+                undecided = [
+                    operand for operand in operands if self._evaluate(operand, scope, within) is None
+                ]
                 return len(undecided) > 1 or self._suppose(undecided[0], scope, within, truth=truth)
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) is not truth:
@@ -378,7 +380,7 @@ class _Supposition:
             self._true[fact] = _generalize(fact)
         return True
 
-    def _fact_value(self, fact: _FactPattern) -> bool | None:
+    def _evaluate_fact(self, fact: _FactPattern) -> bool | None:
         """Return whether a fact, or all facts of a pattern, hold; None if it is unknown."""
         if fact in self._true:
             return True
@@ -411,7 +413,7 @@ class _Supposition:
         return [term for term in objects if isinstance(term, int) and category >> term & 1]
 
 
-def _denied_predicates(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
+def _find_denied_predicates(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
     """Return the stored predicates that formulas deny, directly or by definitions."""
     pending, seen, denied = [*formulas], set[str](), set[str]()
     while pending:

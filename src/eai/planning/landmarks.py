@@ -87,7 +87,7 @@ class _RelaxationGraph:
         self._grouped: dict[int, list[tuple[Sequence[Action], list[int]]]] = {}
         self._made: dict[int, list[tuple[Action, int]]] = {}
         self._open: set[object] = set()
-        self._goal = self._all([self._condition(goal.formula, goal.scope, goal.truth) for goal in goals])
+        self._goal = self._conjoin([self._condition(goal.formula, goal.scope, goal.truth) for goal in goals])
 
     @property
     def size(self) -> int:
@@ -101,7 +101,7 @@ class _RelaxationGraph:
             reached = self._find_reached(actions)
             if reached[self._goal]:
                 return None
-            between = self._conditions_between(actions, reached)
+            between = self._find_conditions_between(actions, reached)
             if not self._add_makers(between):
                 break
         cut_actions: dict[Action, None] = {}
@@ -112,7 +112,7 @@ class _RelaxationGraph:
             cut_actions.update(dict.fromkeys([a for a in self._others if a in self._makers.get(number, ())]))
         return [action for action in cut_actions if action not in actions]
 
-    def _conditions_between(self, actions: Collection[Action], reached: bytearray) -> dict[int, None]:
+    def _find_conditions_between(self, actions: Collection[Action], reached: bytearray) -> dict[int, None]:
         """Return the conditions between some actions and the goals, nearest first.
 
         If all parts of a condition are needed, one part that fails is followed; otherwise every part is
@@ -186,7 +186,7 @@ class _RelaxationGraph:
         alternatives: list[int] = []
         for conditions in self._conflict_changes.effect_conditions(action, self._changes[number]):
             condition_numbers = [self._condition(*part, True) for part in conditions]
-            condition = self._all([*self._preconditions(action), *condition_numbers])
+            condition = self._conjoin([*self._find_preconditions(action), *condition_numbers])
             if condition != _FALSE:
                 alternatives.append(condition)
                 self._made.setdefault(condition, []).append((action, number))
@@ -194,7 +194,7 @@ class _RelaxationGraph:
             self._makers[number][action] = alternatives
         return bool(alternatives)
 
-    def _preconditions(self, action: Action) -> list[int]:
+    def _find_preconditions(self, action: Action) -> list[int]:
         numbers = self._needs.get(action)
         if numbers is None:
             needs = self._conflict_changes.preconditions(action)
@@ -241,7 +241,7 @@ class _RelaxationGraph:
             if number == (_FALSE if all_needed else _TRUE):
                 return number
             numbers.append(number)
-        return self._all(numbers) if all_needed else self._any(numbers)
+        return self._conjoin(numbers) if all_needed else self._disjoin(numbers)
 
     def _atom(self, atom: f.Atom, scope: Scope, truth: bool) -> int:
         arguments = arguments_of(atom, scope, self._initial.scene)
@@ -268,7 +268,7 @@ class _RelaxationGraph:
         return result
 
     def _any_change(self, changes: Iterable[FactChange]) -> int:
-        return self._any([self._change(change) for change in sorted(changes, key=change_order)])
+        return self._disjoin([self._change(change) for change in sorted(changes, key=change_order)])
 
     def _change(self, change: FactChange) -> int:
         number = self._numbers.get(change)
@@ -283,15 +283,15 @@ class _RelaxationGraph:
                 self._tried[number] = 0
         return number
 
-    def _all(self, parts: Iterable[int]) -> int:
+    def _conjoin(self, parts: Iterable[int]) -> int:
         numbers = tuple(dict.fromkeys([part for part in parts if part != _TRUE]))
-        return _FALSE if _FALSE in numbers else self._compound(numbers, len(numbers), _TRUE)
+        return _FALSE if _FALSE in numbers else self._combine(numbers, len(numbers), _TRUE)
 
-    def _any(self, parts: Iterable[int]) -> int:
+    def _disjoin(self, parts: Iterable[int]) -> int:
         numbers = tuple(dict.fromkeys([part for part in parts if part != _FALSE]))
-        return _TRUE if _TRUE in numbers else self._compound(numbers, 1, _FALSE)
+        return _TRUE if _TRUE in numbers else self._combine(numbers, 1, _FALSE)
 
-    def _compound(self, parts: tuple[int, ...], needed: int, default: int) -> int:
+    def _combine(self, parts: tuple[int, ...], needed: int, default: int) -> int:
         """Return the number of the condition that needs ``needed`` of its parts."""
         if len(parts) < 2:
             return parts[0] if parts else default
@@ -358,7 +358,7 @@ class Landmarks:
         """Return the cuts that an action hits, as a mask."""
         return 0 if action is None else self._hits.get(action, 0)
 
-    def missed_cuts(self, actions: Iterable[Action]) -> int:
+    def find_missed_cuts(self, actions: Iterable[Action]) -> int:
         """Return the cuts that none of some actions hits, as a mask."""
         missed = (1 << len(self.cuts)) - 1
         for action in actions:
@@ -378,13 +378,16 @@ class Landmarks:
         """
         if steps in self._done or effort.is_used_up:
             return
-        lacked = self.min_actions(self.missed_cuts(steps))
+        lacked = self.min_actions(self.find_missed_cuts(steps))
         while (
             steps not in self._done
             and not effort.is_used_up
-            and self.min_actions(self.missed_cuts(steps)) == lacked
+            and self.min_actions(self.find_missed_cuts(steps)) == lacked
         ):
-            actions, number = {*steps, *self._min_hitting_set(self.missed_cuts(steps))[1]}, len(self.cuts)
+            actions, number = (
+                {*steps, *self._min_hitting_set(self.find_missed_cuts(steps))[1]},
+                len(self.cuts),
+            )
             while not effort.is_used_up:
                 cut = self._relaxation.cut(actions)
                 effort.used += 1 + self._relaxation.size // _CONDITIONS_PER_EFFORT
@@ -433,7 +436,7 @@ class _HittingSets:
         }
         self._branches = 0
         self.best: tuple[int, ...] = self._greedy(mask)
-        self.least = self._disjoint(mask)
+        self.least = self._count_disjoint_cuts(mask)
         if self.least < len(self.best):
             self._cover(mask, ())
             if self._branches <= _MAX_BRANCHES:
@@ -447,7 +450,7 @@ class _HittingSets:
                 mask &= ~chosen[-1]
         return tuple(chosen)
 
-    def _disjoint(self, mask: int) -> int:
+    def _count_disjoint_cuts(self, mask: int) -> int:
         """Count greedily chosen cuts; no pattern hits two of them."""
         number = 0
         for bit, covered in self._covered_with.items():
@@ -461,7 +464,7 @@ class _HittingSets:
         if not mask:
             self.best = chosen
             return
-        if self._branches > _MAX_BRANCHES or len(chosen) + self._disjoint(mask) >= len(self.best):
+        if self._branches > _MAX_BRANCHES or len(chosen) + self._count_disjoint_cuts(mask) >= len(self.best):
             return
         patterns = next(patterns_of_bit for bit, patterns_of_bit in self._with_bit.items() if mask & bit)
         for pattern in sorted(patterns, key=lambda pattern: -(pattern & mask).bit_count()):

@@ -93,14 +93,14 @@ def spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str, ...]
     ]
     visible = {change.name for change in domain.vocabulary.predicates if change.visible}
     for operator_changes in handling:
-        pairs = set(_added_relations(operator_changes))
+        pairs = set(_find_added_relations(operator_changes))
         visible -= {predicate for predicate, first, second in pairs if (predicate, second, first) in pairs}
     supports: dict[str, None] = {}
     for operator_changes in handling:
         released = {e.atom.arguments[-1] for e in operator_changes if not e.adds and e.atom.predicate in held}
         names = [
             name
-            for name, first, second in _added_relations(operator_changes)
+            for name, first, second in _find_added_relations(operator_changes)
             if first in released and second != AGENT
         ]
         supports |= dict.fromkeys(names)
@@ -114,7 +114,7 @@ def _is_of_parameter(change: EffectSchema, operator: Operator) -> bool:
     return last in operator.parameters and before in ([], [AGENT])
 
 
-def _added_relations(changes: list[EffectSchema]) -> Iterator[tuple[str, Term, Term]]:
+def _find_added_relations(changes: list[EffectSchema]) -> Iterator[tuple[str, Term, Term]]:
     for change in changes:
         if change.adds and len(change.atom.arguments) == 2:
             first, second = change.atom.arguments

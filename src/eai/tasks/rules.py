@@ -10,7 +10,7 @@ from itertools import groupby
 import eai.logic.formula as f
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import map_parts, predicates_of
-from eai.planning.effect_schema import written_predicates
+from eai.planning.effect_schema import find_written_predicates
 from eai.world.condition import FormulaEvaluator
 from eai.world.derived import Defined, Lookup, find_definition, find_stored_predicates
 from eai.world.domain import Domain
@@ -78,7 +78,8 @@ class Rules:
     def written(self) -> Mapping[str, frozenset[str]]:
         """By operator the predicates that it changes and that can be shown."""
         return {
-            each.name: frozenset(written_predicates(each.effects)) - self.memory for each in self.operators
+            each.name: frozenset(find_written_predicates(each.effects)) - self.memory
+            for each in self.operators
         }
 
     def predicates(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> frozenset[str]:

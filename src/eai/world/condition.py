@@ -111,7 +111,7 @@ class ConditionCompiler:
         scope = self._frame.scope if scope is None else scope
         match formula:
             case f.Atom():
-                return self._atom_truth(formula, scope, wanted)
+                return self._compile_atom_truth(formula, scope, wanted)
             case f.Equals(left, right):
                 a, b = self._frame.slot_of(left, scope), self._frame.slot_of(right, scope)
                 return lambda state, binding: (binding[a] == binding[b]) is wanted
@@ -123,15 +123,15 @@ class ConditionCompiler:
             case f.Implies(premise, conclusion):
                 return self.truth(f.Or((f.Not(premise), conclusion)), scope, wanted=wanted)
             case f.Exists(variable, body):
-                matching = self._value_mask(variable, body, scope)
+                matching = self._compile_values(variable, body, scope)
                 return lambda state, binding: bool(matching(state, binding)) is wanted
             case f.ForAll(variable, body):
                 return self.truth(f.Exists(variable, f.Not(body)), scope, wanted=not wanted)
             case f.Exactly(count, variable, body):
-                matching = self._value_mask(variable, body, scope)
+                matching = self._compile_values(variable, body, scope)
                 return lambda state, binding: (matching(state, binding).bit_count() == count) is wanted
             case f.ForPairs():
-                is_paired = self._pairs_truth(formula, scope)
+                is_paired = self._compile_pairs(formula, scope)
                 return is_paired if wanted else negation(is_paired)
             case _:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
@@ -140,13 +140,13 @@ class ConditionCompiler:
         """Compile a formula to a function that selects the objects that make it true in ``slot``."""
         match formula:
             case f.Atom():
-                return self._atom_extension(formula, slot, scope)
+                return self._compile_atom_extension(formula, slot, scope)
             case f.Equals(left, right):
                 slots = {self._frame.slot_of(left, scope), self._frame.slot_of(right, scope)}
                 if slot in slots and len(slots) == 2:
                     other = (slots - {slot}).pop()
                     return lambda state, binding, among: among & 1 << binding[other]
-                return self._extension_by_trial(formula, slot, scope)
+                return self._compile_by_trial(formula, slot, scope)
             case f.Not(operand):
                 return complement(self.extension(operand, slot, scope))
             case f.And(operands) | f.Or(operands):
@@ -155,11 +155,11 @@ class ConditionCompiler:
             case f.Implies(premise, conclusion):
                 return self.extension(f.Or((f.Not(premise), conclusion)), slot, scope)
             case f.Exists(variable, body):
-                return self._exists_extension(variable, body, slot, scope)
+                return self._compile_exists(variable, body, slot, scope)
             case _:
-                return self._extension_by_trial(formula, slot, scope)
+                return self._compile_by_trial(formula, slot, scope)
 
-    def _exists_extension(
+    def _compile_exists(
         self, variable: f.Variable, body: f.Formula, slot: int, scope: Mapping[str, int]
     ) -> Extension:
         """Compile an existential formula.
@@ -170,7 +170,7 @@ class ConditionCompiler:
         parts = f.operands(body, f.And)
         independent = tuple([part for part in parts if names.isdisjoint(free_variables(part))])
         if not independent:
-            return self._extension_by_trial(f.Exists(variable, body), slot, scope)
+            return self._compile_by_trial(f.Exists(variable, body), slot, scope)
         inner = self._frame.new_slot()
         within = {**scope, variable.name: inner}
         candidates = self.extension(f.And(independent), inner, within)
@@ -188,7 +188,7 @@ class ConditionCompiler:
 
         return extension
 
-    def _value_mask(self, variable: f.Variable, body: f.Formula, scope: Mapping[str, int]) -> _ValueMask:
+    def _compile_values(self, variable: f.Variable, body: f.Formula, scope: Mapping[str, int]) -> _ValueMask:
         slot = self._frame.new_slot()
         matching = self.extension(body, slot, {**scope, variable.name: slot})
         category = variable.category
@@ -196,7 +196,7 @@ class ConditionCompiler:
             return lambda state, binding: matching(state, binding, state.scene.everything)
         return lambda state, binding: matching(state, binding, state.scene.category(category))
 
-    def _extension_by_trial(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> Extension:
+    def _compile_by_trial(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> Extension:
         truth = self.truth(formula, scope)
 
         def extension(state: State, binding: FrameBinding, among: int) -> int:
@@ -210,11 +210,11 @@ class ConditionCompiler:
 
         return extension
 
-    def _pairs_truth(self, formula: f.ForPairs, scope: Mapping[str, int]) -> Truth:
+    def _compile_pairs(self, formula: f.ForPairs, scope: Mapping[str, int]) -> Truth:
         """Compile a pairing: it exists if a maximum matching is large enough."""
         first, second, count = formula.first, formula.second, formula.count
         slot = self._frame.new_slot()
-        partners = self._value_mask(second, formula.body, {**scope, first.name: slot})
+        partners = self._compile_values(second, formula.body, {**scope, first.name: slot})
 
         def truth(state: State, binding: FrameBinding) -> bool:
             sources = list(bits(state.scene.category(first.category)))
@@ -228,12 +228,12 @@ class ConditionCompiler:
 
         return truth
 
-    def _atom_truth(self, atom: f.Atom, scope: Mapping[str, int], wanted: bool) -> Truth:
+    def _compile_atom_truth(self, atom: f.Atom, scope: Mapping[str, int], wanted: bool) -> Truth:
         slots = self._slots(atom, scope)
         derived = self._find_derived(atom.predicate)
         match derived:
             case None:
-                return _stored_truth(self._vocabulary, atom.predicate, slots, wanted)
+                return _compile_stored_truth(self._vocabulary, atom.predicate, slots, wanted)
             case Defined(definition=definition):
                 with self._guard_recursion(derived):
                     return self.truth(definition, _inner_scope(derived, slots), wanted=wanted)
@@ -245,11 +245,11 @@ class ConditionCompiler:
             case _:
                 raise DomainError(f"derived predicate {atom.predicate}: expected Defined, Computed or Lookup")
 
-    def _atom_extension(self, atom: f.Atom, slot: int, scope: Mapping[str, int]) -> Extension:
+    def _compile_atom_extension(self, atom: f.Atom, slot: int, scope: Mapping[str, int]) -> Extension:
         slots = self._slots(atom, scope)
         derived = self._find_derived(atom.predicate)
         if slots.count(slot) == 0:
-            truth = self._atom_truth(atom, scope, wanted=True)
+            truth = self._compile_atom_truth(atom, scope, wanted=True)
             return lambda state, binding, among: among if truth(state, binding) else 0
         if isinstance(derived, Defined):
             with self._guard_recursion(derived):
@@ -261,8 +261,8 @@ class ConditionCompiler:
             of, other = derived.inverse, slots[1]
             return lambda state, binding, among: of(state, (binding[other],)) & among
         if derived is not None or slots.count(slot) > 1:
-            return self._extension_by_trial(atom, slot, scope)
-        return _stored_extension(self._vocabulary, atom.predicate, slots, slot)
+            return self._compile_by_trial(atom, slot, scope)
+        return _compile_stored_extension(self._vocabulary, atom.predicate, slots, slot)
 
     def _find_derived(self, predicate: str) -> DerivedPredicate | None:
         """Return a derived predicate in the form in which it is evaluated; None if it is stored."""
@@ -297,7 +297,9 @@ def _compile_lookup(lookup: Lookup, slots: Sequence[int]) -> _ValueMask:
     return lambda state, binding: values(state, tuple([binding[s] for s in slots]))
 
 
-def _stored_truth(vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], wanted: bool) -> Truth:
+def _compile_stored_truth(
+    vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], wanted: bool
+) -> Truth:
     if len(slots) > 2:
         slot = vocabulary.tuple_slots[predicate]
         return lambda state, binding: (
@@ -314,7 +316,9 @@ def _stored_truth(vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...]
     return lambda state, binding: state.unary[mask] >> binding[argument] & 1 == bit
 
 
-def _stored_extension(vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], slot: int) -> Extension:
+def _compile_stored_extension(
+    vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], slot: int
+) -> Extension:
     if len(slots) == 1:
         mask = vocabulary.unary_slots[predicate]
         return lambda state, binding, among: state.unary[mask] & among

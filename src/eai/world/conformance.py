@@ -86,7 +86,7 @@ def _walk(
             yield f"{action.operator}: the simulator's state differs from the outcome that it returned"
         if isinstance(after, State):
             yield from _check_simulator(domain, history.state, action, outcome, after, declared)
-            history = history.extended(after)
+            history = history.extend(after)
 
 
 def _check_simulator(
@@ -97,17 +97,19 @@ def _check_simulator(
     after: State,
     declared_predicates: AbstractSet[str],
 ) -> Iterator[str]:
-    for effect in _new_effects(domain, before, action, declared):
+    for effect in _find_new_effects(domain, before, action, declared):
         if not domain.holds(effect, after, argument_indices(action, domain)):
             yield f"{action.operator}: executed without its intended effect {print_ltl(effect)}"
     for name in sorted(compare_states(declared, after).predicates & declared_predicates):
         yield f"{action.operator}: the simulator changes {name}, which must follow the declaration"
 
 
-def _new_effects(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
+def _find_new_effects(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
     """Yield the intended effects of an action that hold after it and did not hold before."""
     arguments = argument_indices(action, domain)
-    for effect in _intended_effects(domain.compiled[action.operator].operator.effects, domain.vocabulary):
+    for effect in _find_intended_effects(
+        domain.compiled[action.operator].operator.effects, domain.vocabulary
+    ):
         if domain.holds(effect, after, arguments) and not domain.holds(effect, before, arguments):
             yield effect
 
@@ -130,11 +132,11 @@ def _check_fault(domain: Domain, history: History, action: Action, fault: Fault)
 
 def _check_additional_step(domain: Domain, before: State, action: Action) -> Iterator[str]:
     after = domain.apply(before, action)
-    for effect in _new_effects(domain, before, action, after):
+    for effect in _find_new_effects(domain, before, action, after):
         yield f"{action.operator}: an additional step that would bring about {print_ltl(effect)}"
 
 
-def _intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
+def _find_intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
     """Yield the visible changes that effects make in any case; two branches give a disjunction."""
 
     def is_visible(atom: Atom) -> bool:
@@ -149,7 +151,9 @@ def _intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iter
                 yield Not(atom)
             case When(_, then, otherwise):
                 yield Or(
-                    tuple(And(tuple(_intended_effects(branch, vocabulary))) for branch in (then, otherwise))
+                    tuple(
+                        And(tuple(_find_intended_effects(branch, vocabulary))) for branch in (then, otherwise)
+                    )
                 )
             case _:
                 pass

@@ -123,7 +123,7 @@ class Episode:
             self._steps.append(Step(action, tried))
             return tried
         self._known_outcomes = then
-        self._history = self._history.extended(tried)
+        self._history = self._history.extend(tried)
         self._steps.append(Step(action, None))
         return tried
 

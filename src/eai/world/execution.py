@@ -83,7 +83,7 @@ def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajector
     for action in plan:
         outcome = attempt(domain, history, action)
         if isinstance(outcome, State):
-            history = history.extended(outcome)
+            history = history.extend(outcome)
             steps.append(Step(action, None))
             continue
         steps.append(Step(action, outcome))

@@ -40,7 +40,7 @@ class History:
         self.number: int = 0 if before is None else before.number + 1
         self._answers: dict[Hashable, int | None] = {}
 
-    def extended(self, state: State) -> History:
+    def extend(self, state: State) -> History:
         """Return the history with one more state."""
         return History(state, self)
 

@@ -82,9 +82,9 @@ def make_listing(vocabulary: Vocabulary, predicate: str, *, repeated: bool = Fal
 
 def _find_tuples(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _FindTuples:
     if vocabulary.find_stored(predicate) is not None and vocabulary.arity(predicate) == 2:
-        return partial(_stored_pairs, predicate, repeated)
+        return partial(_list_stored_pairs, predicate, repeated)
     if predicate in vocabulary.tuple_slots:
-        return partial(_stored_tuples, predicate, repeated)
+        return partial(_list_stored_tuples, predicate, repeated)
     declared = vocabulary.find_stored(predicate) or vocabulary.derived_by_name.get(predicate)
     if declared is None:
         raise DomainError(f"predicate {predicate} is not declared")
@@ -93,12 +93,12 @@ def _find_tuples(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _Fin
     conditions = ConditionCompiler(vocabulary, frame)
     if declared.arity == 2:
         values = conditions.extension(declared(*variables), frame.scope["x1"], frame.scope)
-        return partial(_derived_pairs, values, frame, repeated)
+        return partial(_list_derived_pairs, values, frame, repeated)
     tuples = partial(product, repeat=declared.arity) if repeated else partial(permutations, r=declared.arity)
-    return partial(_tuples_by_trial, conditions.truth(declared(*variables)), frame, tuples)
+    return partial(_list_by_trial, conditions.truth(declared(*variables)), frame, tuples)
 
 
-def _stored_pairs(
+def _list_stored_pairs(
     predicate: str, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
 ) -> Iterator[tuple[int, ...]]:
     relation, among = state.relation(predicate), mask_of(objects)
@@ -111,7 +111,7 @@ def _stored_pairs(
             yield from _pairs(x, relation.row(x) & wanted, objects, repeated)
 
 
-def _stored_tuples(
+def _list_stored_tuples(
     predicate: str, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
 ) -> Iterator[tuple[int, ...]]:
     order = {index: position for position, index in enumerate(objects)}
@@ -120,7 +120,7 @@ def _stored_tuples(
     yield from sorted(listed, key=lambda member: [order[index] for index in member])
 
 
-def _derived_pairs(
+def _list_derived_pairs(
     values: Extension, frame: Frame, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
 ) -> Iterator[tuple[int, ...]]:
     among = mask_of(objects)
@@ -134,7 +134,7 @@ def _pairs(x: int, row: int, objects: _ObjectIndices, repeated: bool) -> Iterato
     return ((x, y) for y in objects if row >> y & 1 and (repeated or y != x)) if row else iter(())
 
 
-def _tuples_by_trial(
+def _list_by_trial(
     truth: Truth, frame: Frame, tuples: _MakeTuples, state: State, objects: _ObjectIndices, chosen: int
 ) -> Iterator[tuple[int, ...]]:
     for arguments in tuples(objects):

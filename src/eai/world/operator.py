@@ -56,11 +56,11 @@ class Check:
     @property
     def mentioned_parameters(self) -> tuple[str, ...]:
         """The parameters that the reason mentions, in the order of its words."""
-        return _mentioned_parameters(self.reason)
+        return _find_mentioned_parameters(self.reason)
 
 
 @lru_cache(maxsize=1024)
-def _mentioned_parameters(reason: str) -> tuple[str, ...]:
+def _find_mentioned_parameters(reason: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(_PARAMETER.findall(reason)))
 
 

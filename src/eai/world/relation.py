@@ -91,7 +91,7 @@ class Relation:
         if line is not None:
             return line
         line = self._base.rows[source]
-        return _line(line, source, self._columns, self._column_keys) if self._column_keys else line
+        return _correct_line(line, source, self._columns, self._column_keys) if self._column_keys else line
 
     def base_row(self, source: int) -> int:
         """Return the mask of the targets that ``source`` had at the start of the episode."""
@@ -105,7 +105,7 @@ class Relation:
         if line is not None:
             return line
         line = self._base.columns[target]
-        return _line(line, target, self._rows, self._row_keys) if self._row_keys else line
+        return _correct_line(line, target, self._rows, self._row_keys) if self._row_keys else line
 
     def has(self, source: int, target: int) -> bool:
         """Whether the pair is in the relation."""
@@ -133,7 +133,7 @@ class Relation:
         self.sources = self.sources | bit if targets else self.sources & ~bit
         self.targets |= targets
         if self._column_keys:
-            _patch(self._columns, source, targets)
+            _patch_crossing_lines(self._columns, source, targets)
 
     def set_column(self, target: int, sources: int) -> None:
         """Change a copy so that ``target`` has exactly these sources (a mask)."""
@@ -144,7 +144,7 @@ class Relation:
         self.targets = self.targets | bit if sources else self.targets & ~bit
         self.sources |= sources
         if self._row_keys:
-            _patch(self._rows, target, sources)
+            _patch_crossing_lines(self._rows, target, sources)
 
     def flip(self, source: int, target: int) -> None:
         """Change a copy: add the pair if it is missing, else remove it."""
@@ -243,7 +243,7 @@ def first_bits(mask: int, number: int) -> int:
     return sum([1 << position for position in islice(bits(mask), number)])
 
 
-def _line(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:
+def _correct_line(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:
     """Return a line of the base, corrected by the overridden lines that cross it."""
     line = base & ~crossing_keys
     for key, mask in crossing.items():
@@ -252,7 +252,7 @@ def _line(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -
     return line
 
 
-def _patch(crossing: dict[int, int], index: int, line: int) -> None:
+def _patch_crossing_lines(crossing: dict[int, int], index: int, line: int) -> None:
     """Correct the crossing lines after line ``index`` was replaced."""
     bit = 1 << index
     for key, mask in crossing.items():

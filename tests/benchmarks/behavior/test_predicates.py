@@ -36,7 +36,7 @@ def take_random_walk(seed: int, steps: int = 60) -> list[State]:
         arguments = tuple(choice.randrange(len(state.scene.objects)) for _ in operator.parameters)
         outcome = attempt(DOMAIN, past, Action(operator.name, arguments))
         if isinstance(outcome, State):
-            past = past.extended(outcome)
+            past = past.extend(outcome)
     return list(past.states)
 
 

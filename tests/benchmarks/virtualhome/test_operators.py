@@ -217,7 +217,7 @@ def test_contents_move_with_a_grabbed_object_but_a_bed_on_it_does_not() -> None:
     for step in ("WALK cup.13", "GRAB cup.13", "WALK book.16", "PUTBACK cup.13 bed.20", "WALK fridge.10"):
         outcome = attempt(STRICT, past, flat.parse_action(step, scene))
         assert isinstance(outcome, State)
-        past = past.extended(outcome)
+        past = past.extend(outcome)
     facts = flat.format_facts(past.state.facts(), scene)
     unchanged = {"INSIDE milk.11 cup.13", "ONTOP bread.14 cup.13", "INSIDE knife.15 milk.11"}
     moved = {"ONTOP cup.13 bed.20"}
@@ -225,7 +225,7 @@ def test_contents_move_with_a_grabbed_object_but_a_bed_on_it_does_not() -> None:
     assert facts >= unchanged | moved
     assert facts.isdisjoint({"ONTOP bed.20 cup.13", "INSIDE milk.11 kitchen.1"})
     assert isinstance(attempt(STRICT, past, flat.parse_action("WALK cup.13", scene)), State)
-    near = past.extended(attempt(STRICT, past, flat.parse_action("WALK cup.13", scene)))  # type: ignore[arg-type]
+    near = past.extend(attempt(STRICT, past, flat.parse_action("WALK cup.13", scene)))  # type: ignore[arg-type]
     assert isinstance(attempt(STRICT, near, flat.parse_action("GRAB milk.11", scene)), State)
 
 

@@ -151,7 +151,7 @@ def test_quirk_sought_is_not_the_condition(plan: list[str], strict: FaultKind, r
         for step in plan:
             outcome = attempt(domain, past, flat.parse_action(step, scene))
             if isinstance(outcome, State):
-                past = past.extended(outcome)
+                past = past.extend(outcome)
         assert isinstance(outcome, Fault)
         assert outcome.kind is kind, domain
 

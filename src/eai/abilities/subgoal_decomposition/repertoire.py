@@ -20,9 +20,9 @@ from eai.planning.achievers import Achiever, complete_bindings
 from eai.planning.effect_schema import (
     EffectSchema,
     FactChange,
-    changed_predicates,
     changes_for,
     effect_schemas,
+    find_changed_predicates,
     make_operator_schema,
     match_atom,
 )
@@ -116,7 +116,7 @@ class Repertoire:
     def __init__(self, domain: Domain) -> None:
         self._domain = domain
         self._effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
-        self._writes = {o.name: frozenset(changed_predicates(o)) for o in domain.operators}
+        self._writes = {o.name: frozenset(find_changed_predicates(o)) for o in domain.operators}
         self._checks = {o.name: self._sources(_deciding_conditions(o)) for o in domain.operators}
         self._asks = {
             name: self._checks[name] | self._sources([f for effect in effects for f in effect.conditions])

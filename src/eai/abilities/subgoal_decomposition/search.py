@@ -418,7 +418,7 @@ class _Exploration:
                 executed += 1
                 refined += executed == 1
                 met = self._goal.advance(met, past.state, action)
-                past, tried = past.extended(outcome), _TriedSteps(Step(action, None), tried)
+                past, tried = past.extend(outcome), _TriedSteps(Step(action, None), tried)
                 continue
             errors += 1
             tried = _TriedSteps(Step(action, outcome), tried)

@@ -92,7 +92,7 @@ class PlanStates:
         kind = min(kinds, key=self.domain.precedence.index)
         return (number if kind is FaultKind.ADDITIONAL_STEP else None), False
 
-    def missed_goals(self, number: int) -> tuple[Subgoal, ...]:
+    def find_missed_goals(self, number: int) -> tuple[Subgoal, ...]:
         """Return the conditions of the goal that do not hold in a state."""
         missed = self._missed.get(number)
         if missed is None:
@@ -126,12 +126,14 @@ class PlanStates:
                 failed += after is None
                 moment = after or moment
         number, taken = moment
-        return failed + len(self.missed_goals(number)) + len(self.goal.actions) - taken
+        return failed + len(self.find_missed_goals(number)) + len(self.goal.actions) - taken
 
     def succeeds(self, plan: EditedPlan, path: PlanPath) -> bool:
         """Whether a plan with this path succeeds."""
         number, taken = path[-1]
-        return len(path) > len(plan) and taken == len(self.goal.actions) and not self.missed_goals(number)
+        return (
+            len(path) > len(plan) and taken == len(self.goal.actions) and not self.find_missed_goals(number)
+        )
 
     def reaches_goal(self, plan: EditedPlan, start: PlanMoment = START[0]) -> bool:
         """Whether a plan, executed from a moment on, reaches the goal."""
@@ -219,7 +221,7 @@ class _Conflicts:
             state, find_changes = self._states.by_number[number], self._conflict_changes.find_changes
             changes = [
                 find_changes(g.formula, g.scope, state, truth=g.truth)
-                for g in self._states.missed_goals(number)
+                for g in self._states.find_missed_goals(number)
             ]
             self._lacking[number] = changes
         return changes

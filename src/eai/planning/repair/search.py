@@ -130,7 +130,7 @@ class Repairer:
     def least(self, effort: Effort) -> int:
         """Return the proved minimum number of steps of plans that succeed."""
         if self.conflict_changes.is_partial:
-            return int(bool(self.states.missed_goals(0) or self.states.goal.actions))
+            return int(bool(self.states.find_missed_goals(0) or self.states.goal.actions))
         search = _RepairSearch(self, ())
         search.run(effort.limit * _SEARCH_SHARE)
         effort.used += search.effort.used
@@ -270,7 +270,7 @@ class Repairer:
     ) -> Iterator[PlanEdit]:
         """Yield the edits that add an inserted action to an edit, and make a plan succeed."""
         rest = plan[edit.step + (edit.removed is not None) :]
-        lacked = landmarks.missed_cuts(filter(None, (*plan[: edit.step], *rest)))
+        lacked = landmarks.find_missed_cuts(filter(None, (*plan[: edit.step], *rest)))
         old_action = None if edit.removed is None else plan[edit.removed]
         for action in actions:
             if action is None or action == old_action or lacked & ~landmarks.hit_cuts(action):
@@ -305,7 +305,7 @@ class Repairer:
             for names in untaken
         ]
         return Landmarks(
-            self.conflict_changes, self.states.initial, self.states.missed_goals(0), steps, taking
+            self.conflict_changes, self.states.initial, self.states.find_missed_goals(0), steps, taking
         )
 
 
@@ -470,7 +470,7 @@ class _RepairSearch:
         plan, at = apply_edit(node.plan, position, None)
         lacked = node.open
         if self._landmarks.hit_cuts(node.plan[position].action):
-            lacked = self._landmarks.missed_cuts([e.action for e in plan if e.action is not None])
+            lacked = self._landmarks.find_missed_cuts([e.action for e in plan if e.action is not None])
         return self._child(node, plan, at, edit_cost(plan), lacked)
 
     def _update_bounds(self, node: _RepairNode) -> _RepairNode:
@@ -483,7 +483,7 @@ class _RepairSearch:
         steps = frozenset([entry.action for entry in node.plan if entry.action is not None])
         if node.at < 0:
             landmarks.refine(steps, search_effort)
-        lacked = landmarks.missed_cuts(steps)
+        lacked = landmarks.find_missed_cuts(steps)
         return node._replace(open=lacked, known=len(landmarks.cuts), lacking=landmarks.min_actions(lacked))
 
     def _child(
