@@ -1,4 +1,4 @@
-"""A seventh ability as another distribution would bring it: how many objects are there to name?"""
+"""A seventh ability, as another distribution would provide it: counting the objects of a task."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from eai.tasks.task import Task
 
 @dataclass(frozen=True, slots=True)
 class CountVerdict(Verdict):
-    """Whether the number is right, and by how much it is not."""
+    """Whether the number is right, and its difference from the right one."""
 
     right: bool = False
     off_by: int | None = None

@@ -1,4 +1,4 @@
-"""Forms of answers: what providers take."""
+"""Schemas of answers, within the limits of providers."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ PLAN = '{"WALK": ["sofa"]}'
 
 
 def plain(value: object) -> object:
-    """Pairs as a list of pairs, all the way down."""
+    """Return JSON objects as lists of pairs, at all depths."""
     if isinstance(value, JsonObject):
         return [(key, plain(part)) for key, part in value.members]
     return [plain(part) for part in value] if isinstance(value, list) else value
@@ -212,7 +212,7 @@ def test_values_are_found_down_to_the_greatest_depth() -> None:
         text = "{'a': " * (depth - 1) + "{}" + "}" * (depth - 1)
         assert (found(text, ANYTHING) is not None) is is_read
     around = nested(MAX_DEPTH)
-    assert found(around.replace("[]", "[0]"), ANYTHING) is None  # as deep as what it holds
+    assert found(around.replace("[]", "[0]"), ANYTHING) is None  # as deep as its content
 
 
 @pytest.mark.parametrize(
@@ -235,7 +235,7 @@ def test_values_are_found_down_to_the_greatest_depth() -> None:
     ],
 )
 def test_the_search_takes_time_in_proportion_to_the_text(piece: str) -> None:
-    """Quadratic search would take minutes on a text of the greatest length."""
+    """A quadratic search would take minutes on a text of the maximum length."""
     text = piece * (MAX_LENGTH // len(piece))
     started = time.process_time()
     read_json(text, OBJECT)

@@ -25,13 +25,13 @@ def tasks(data_store: Store) -> BehaviorTasks:
 
 @pytest.fixture
 def scorer_of() -> Callable[[BehaviorTask], SubgoalDecomposition]:
-    """Makes scorers under `strict`; tests of other protocols have a fixture of this name, too."""
+    """Make scorers under `strict`. Tests of other protocols replace this fixture."""
     return behavior_subgoals()
 
 
 @pytest.fixture
 def reached() -> int:
-    """Number of tasks whose goals are reached."""
+    """Return the number of tasks whose goals are reached."""
     return 93
 
 

@@ -56,9 +56,9 @@ def test_two_experiments_combine_their_choices() -> None:
     goals, scene = experiment(goals_from="m"), experiment(scene="image")
     assert goals.combine(scene) == scene.combine(goals) == experiment(goals_from="m", scene="image")
     assert goals.combine(goals) == goals
-    with pytest.raises(InputError, match="pipeline: goals_from is both m and other in one run"):
+    with pytest.raises(InputError, match="pipeline: goals_from has two values in one run, m and other"):
         goals.combine(experiment(goals_from="other"))
-    with pytest.raises(InputError, match="effort is both high and low in one run"):
+    with pytest.raises(InputError, match="effort has two values in one run, high and low"):
         Experiment(effort="high").combine(Experiment(effort="low"))
 
 
@@ -90,7 +90,7 @@ def test_the_label_of_studies_names_neither_harness_nor_effort() -> None:
         {"replans": -1},
         {"slip": 1.5},
         {"preset": ""},
-        {"feedback": "state"},  # which is the initial one again
+        {"feedback": "state"},  # the initial state again
     ],
 )
 def test_options_of_attempts_that_are_out_of_range_are_refused(wrong: dict[str, Any]) -> None:

@@ -38,7 +38,7 @@ def explain(text: str, task: Task | None = None) -> Explanation:
 
 @pytest.fixture
 def explained() -> Explain:
-    """Explains an answer under `strict`; tests of other protocols have a fixture of this name, too."""
+    """Explain an answer under `strict`. Tests of other protocols replace this fixture."""
     return explain
 
 
@@ -266,7 +266,7 @@ def test_a_near_miss_is_another_fact_about_the_goals_objects(
 
 
 def test_a_state_that_ended_the_wanted_state_is_a_near_miss() -> None:
-    """What is opened is not what came of a thing that should be on, and neither is what is held."""
+    """An opened object is no near miss of an object that must be switched on, nor is a held object."""
     steps = (
         StepReport(
             "SWITCHOFF(a)",

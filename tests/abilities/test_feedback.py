@@ -1,4 +1,4 @@
-"""What a model is told after it has failed: by level, form and world, never more than the level allows."""
+"""Feedback on a failed attempt, by level, form and world. It never says more than its level allows."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ FAILURES = {
 def questions(
     chosen: AttemptOptions, answers: Sequence[str], asker: QuestionWriter | None = None, task_id: str = "both"
 ) -> list[Prompt]:
-    """The questions of a trial, the one after the last answer included."""
+    """Return the questions of a trial, including the question after the last answer."""
     scorer = SUITE.scorer(task_id)
     assert isinstance(scorer, ActionSequencing)
     trial = Trial(scorer, chosen)
@@ -66,8 +66,8 @@ def questions(
     return found
 
 
-def told(feedback: FeedbackLevel, answer: str) -> str:
-    """What a second question says besides the first."""
+def added_text(feedback: FeedbackLevel, answer: str) -> str:
+    """Return the text that a second question adds to the first."""
     _, second = questions(AttemptOptions(1, feedback=feedback), [answer])
     assert second.user.startswith(PLAIN.user.rstrip())
     return second.user.removeprefix(PLAIN.user.rstrip())
@@ -75,7 +75,7 @@ def told(feedback: FeedbackLevel, answer: str) -> str:
 
 def test_each_failure_has_its_own_words() -> None:
     parts = [
-        f"=== {failure}, {feedback}{told(feedback, answer)}\n"
+        f"=== {failure}, {feedback}{added_text(feedback, answer)}\n"
         for failure, answer in FAILURES.items()
         for feedback in ("kind", "explained")
     ]
@@ -107,13 +107,13 @@ def test_a_task_is_tried_again_after_its_scorer_raised(feedback: FeedbackLevel) 
     ],
 )
 def test_only_the_level_explained_gives_the_failed_check(failure: str, explained: str) -> None:
-    assert explained in told("explained", FAILURES[failure])
-    assert explained not in told("kind", FAILURES[failure])
+    assert explained in added_text("explained", FAILURES[failure])
+    assert explained not in added_text("kind", FAILURES[failure])
 
 
 def test_a_wrong_number_of_objects_is_explained_at_every_level() -> None:
     for feedback in ("kind", "explained"):
-        assert "GO takes 1 object, not 2" in told(feedback, FAILURES["argument_number"])
+        assert "GO takes 1 object, not 2" in added_text(feedback, FAILURES["argument_number"])
 
 
 FORMS = [
@@ -129,7 +129,7 @@ FORMS = [
 def test_the_text_of_each_attempt_reaches_the_next_question(
     feedback: FeedbackLevel, form: FeedbackForm, world: AttemptStart
 ) -> None:
-    """But for levels that tell of no plan; and every question is another, but where nothing is told."""
+    """Two levels leave the plan out. Without feedback all questions are equal."""
     answers = [plan(LAMP, TORCH), plan(LAMP, "WAVE"), plan("WAVE", TORCH)]
     asked = questions(AttemptOptions(3, world, feedback, form), answers)
     for number, (before, after) in enumerate(pairwise(asked)):
@@ -155,7 +155,10 @@ def test_a_conversation_asks_the_first_question_once() -> None:
 
 
 def test_the_question_in_a_continued_world_describes_the_present_state() -> None:
-    """Rendered questions are of the present state, to which no word is added; others have it at the end."""
+    """Rendered questions describe the present state without an addition.
+
+    Other questions describe it at the end.
+    """
     chosen = AttemptOptions(1, "continue", "state")
     library = Library("eai")
     prompts = library.open(SWITCHES, ACTIONS)
@@ -186,7 +189,7 @@ def test_actions_already_taken_are_not_requested_again() -> None:
 def test_feedback_is_about_the_goals_that_the_question_stated(
     world: AttemptStart, form: FeedbackForm
 ) -> None:
-    """The task's own goals stay unsaid, and goals about unknown things are never met."""
+    """The task's own goals are left out. Goals about unknown objects are never met."""
     scorer = SUITE.scorer("both")
     assert isinstance(scorer, ActionSequencing)
     lit = [w.Atom("lit", (w.Constant(name),)) for name in ("lamp", "moon")]
@@ -195,17 +198,17 @@ def test_feedback_is_about_the_goals_that_the_question_stated(
     asks = QuestionWriter({"both": PLAIN}.__getitem__, Wording.of(DOMAIN))
     trial.try_answer(plan(LAMP))
     question = asks.write_question(trial)
-    told = question.user.removeprefix(PLAIN.user.rstrip()) + "".join(reply for _, reply in question.turns)
-    assert "lit(moon)" in told
-    assert "lit(torch)" not in told
-    assert "lit(lamp)" not in told.partition("relation: ")[2].partition("state: ")[2]
+    added = question.user.removeprefix(PLAIN.user.rstrip()) + "".join(reply for _, reply in question.turns)
+    assert "lit(moon)" in added
+    assert "lit(torch)" not in added
+    assert "lit(lamp)" not in added.partition("relation: ")[2].partition("state: ")[2]
     assert not trial.attempts[0].verdict.success
     assert [report.satisfied for report in trial.goal_reports[0]] == [True, False]
     assert trial.remaining.goals == stated.goals
 
 
 def test_the_question_describes_the_perceived_scene() -> None:
-    """The question tells of the scene as it is perceived then, and so does its metadata."""
+    """The metadata of the question describe the perceived scene as well."""
     library = Library("eai")
 
     def look(task: Task, attempt: int) -> tuple[Belief, dict[str, str]]:

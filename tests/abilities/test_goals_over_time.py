@@ -1,4 +1,4 @@
-"""Goals over time: a plan is tested on its whole course, and the report says what of it was violated."""
+"""Goals over time: they are tested on all states of a trajectory, and a report names the violated part."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ CASES = [
     (NEVER, f"{LIGHT}, {OPEN}", False, "violated after OPEN(box): not (is_open(box) and lit(lamp_1))"),
     (LATER, f"{OTHER}, {LIGHT}", True, ""),
     (LATER, f"{LIGHT}, {OTHER}", False, "never after what comes first: lit(lamp_1)"),
-    (LATER, f"{LIGHT}, {OTHER}, GO box", True, ""),  # lit for ever: also after the other
+    (LATER, f"{LIGHT}, {OTHER}, GO box", True, ""),  # lit until the end, also after the other
     (LATER, f"{LIGHT}", False, "never: lit(lamp_2)"),
     (TAKEN, f"GO ball, TAKE ball, {LIGHT}", True, ""),
     (TAKEN, f"{LIGHT}, GO ball, TAKE ball", False, "violated after PRESS(lamp_1): not lit(lamp_1)"),
@@ -131,7 +131,7 @@ PLACE = "at(robot, box) or at(robot, ball)"
 SUBGOALS = [
     (LAMPS, ["lit(lamp_1)", "lit(lamp_2)"], True),
     (LAMPS, ["lit(lamp_2)", "lit(lamp_1)"], False),
-    # branches that meet in one state have come different ways, and one of them is right
+    # branches with equal states have different trajectories; one is right
     (LAMPS, [EITHER, "lit(lamp_1) and lit(lamp_2)", PLACE, PLACE, "at(robot, lamp_1)"], True),
     (LATER, ["lit(lamp_1)"], False),
 ]
@@ -148,7 +148,7 @@ def test_goals_over_time_are_tested_while_subgoals_are_executed(
 
 
 def test_a_continued_world_keeps_its_history(lamps: Benchmark) -> None:
-    """In a further attempt the course begins with the first one."""
+    """The trajectory of a further attempt begins with the first attempt."""
     asked = task(lamps, "lit(lamp_1)", TAKEN)
     scorer = ActionSequencing(asked, lamps.domain, lamps.notation.plans)
     trial = Trial(scorer, AttemptOptions(replans=2, world="continue"))

@@ -48,7 +48,7 @@ SOME_IN_SHED = Exists(BOX, Atom("at", (BOX, Constant("shed"))))
 
 
 def task(*goals: Goal | Formula) -> Task:
-    """A task in the toy world; formulas are goals about states."""
+    """Return a task in the toy world; formulas are goals about states."""
     goals_of_task = tuple(goal if isinstance(goal, Goal) else Goal(GoalKind.STATE, goal) for goal in goals)
     return Task("1", "Toy", "Play.", toy.initial(), goals_of_task, tuple(range(6)))
 
@@ -63,7 +63,7 @@ def partial(given: Task, actions: Sequence[str] = (), state: State | None = None
 
 
 def test_each_condition_of_a_quantified_goal_counts() -> None:
-    """One of the two boxes is in the shed; goals count as reached or not, so none is."""
+    """One of the two boxes is in the shed. The goal is missed, but one of its conditions is met."""
     given = task(ALL_IN_SHED)
     test = GoalTest(given)
     assert test.reached(given.initial, ()) == (False,)
@@ -176,7 +176,7 @@ def test_partial_success_equals_the_best_of_all_options_after_random_plans(every
 
 
 def _states(domain: Domain, given: Task, rng: Random) -> Iterator[State]:
-    """The states of a random play."""
+    """Return the states of a random play."""
     episode = Episode(domain, given.initial)
     yield episode.state
     for _ in range(20):

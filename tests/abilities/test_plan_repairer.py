@@ -1,4 +1,4 @@
-"""Smallest repairs of models' answers: told where they fail, carried out as told, within their effort."""
+"""Smallest repairs of models' answers: they name the failure, work when executed, and keep to the effort."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def repair_of(scorer: ActionSequencing, text: str) -> tuple[PlanVerdict, Repair]
     return verdict, verdict.repair
 
 
-def as_told(steps: PlanSteps, repair: Repair, task: Task) -> list[Action | None]:
-    """A plan with the edits of a repair made, read from their texts."""
+def apply_edits(steps: PlanSteps, repair: Repair, task: Task) -> list[Action | None]:
+    """Return a plan after the edits of a repair, read from their texts."""
     plan: list[Action | None] = []
     for i, step in enumerate((*steps, None)):
         edits = [edit for edit in repair.edits if edit.step == i]
@@ -112,7 +112,7 @@ def check_repairs(name: str, store: Store, answers: Sequence[tuple[str, str]]) -
         if repair.at_most:
             assert not isinstance(plan, Unreadable)
             assert len(repair.edits) == repair.at_most >= repair.at_least
-            assert succeeds(scorer, as_told(scorer.repairer.read_steps(plan), repair, scorer.task))
+            assert succeeds(scorer, apply_edits(scorer.repairer.read_steps(plan), repair, scorer.task))
     assert seen > {0}
 
 
@@ -130,7 +130,7 @@ def test_caches_of_plans_are_bounded_and_change_no_result(monkeypatch: pytest.Mo
 
 
 def test_the_reported_edit_is_about_the_objects_of_the_failed_step() -> None:
-    """The food lies in the freezer, so that to walk to either would do; the food was to be grabbed."""
+    """The food lies in the freezer, so walking to either would do. The failed step grabs the food."""
     scorer = eai.open("virtualhome", "action_sequencing").scorer("152_2")
     assert isinstance(scorer, ActionSequencing)
     text = """{"WALK": ["dining_room", 201], "GRAB": ["food_food", 1000], "WALK": ["freezer", 289],
@@ -141,7 +141,7 @@ def test_the_reported_edit_is_about_the_objects_of_the_failed_step() -> None:
 
 @cache
 def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
-    """Plans that succeed, each with the scorer of its task."""
+    """Return successful plans, each with the scorer of its task."""
     suite, book = eai.open(name, "action_sequencing"), answer_book(name, Ability.ACTION_SEQUENCING)
     found = []
     for task_id in suite.task_ids:
@@ -159,8 +159,11 @@ Fault = tuple[list[Action], PlanEdit]
 """A plan with a fault, and the edit that undoes it."""
 
 
-def planted(task: Task, plan: Sequence[Action], kind: str, random: Random) -> Fault:
-    """A plan in which a step is dropped, or about another object, or in which there is a step too many."""
+def plant_fault(task: Task, plan: Sequence[Action], kind: str, random: Random) -> Fault:
+    """Return a plan with a planted fault: a dropped step, another object, or an additional step.
+
+    The edit that undoes the fault is returned with the plan.
+    """
     steps, at = [*plan], random.randrange(len(plan))
     was = steps[at]
     if kind == "drop":
@@ -176,7 +179,7 @@ def planted(task: Task, plan: Sequence[Action], kind: str, random: Random) -> Fa
 
 
 def is_idle(scorer: ActionSequencing, action: Action) -> bool:
-    """Whether an action changes nothing and no goal asks for it: no repair needs it."""
+    """Whether an action changes nothing and no goal requires it, so that no repair needs it."""
     operator = scorer.domain.compiled[action.operator].operator
     asked = {name for names in planning_goal(scorer.task).actions for name in names}
     return not (operator.effects or operator.tries or operator.name in asked)
@@ -189,11 +192,11 @@ def is_idle(scorer: ActionSequencing, action: Action) -> bool:
 def test_the_single_edits_include_the_one_that_undoes_a_planted_fault(
     name: str, number: int, kind: str
 ) -> None:
-    """One fault takes one edit at most: a theorem."""
+    """A plan with one planted fault has a distance of at most one."""
     random, harmful = Random(11), 0
     notation = eai.open(name, "action_sequencing").benchmark.notation.plans
     for scorer, plan in random.sample(good_plans(name), number):
-        faulty, undoing = planted(scorer.task, plan, kind, random)
+        faulty, undoing = plant_fault(scorer.task, plan, kind, random)
         text = notation.join(notation.write(faulty, scorer.task.scene)) if faulty else "[]"
         _, repair = repair_of(scorer, text)
         assert repair.at_least <= 1

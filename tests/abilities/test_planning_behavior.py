@@ -27,20 +27,20 @@ MOST_STATES = 300
 
 
 def sample(tasks: BehaviorTasks) -> list[BehaviorTask]:
-    """Every sixth task, and those that are hard to plan for."""
+    """Return every sixth task, and the tasks that are hard to plan for."""
     ids = list(tasks)
     return [tasks[i] for i in ids if ids.index(i) % 6 == 1 or i.startswith(HARD)]
 
 
 @pytest.fixture(scope="module")
-def planned(behavior_tasks: BehaviorTasks) -> list[tuple[BehaviorTask, SearchResult[Action]]]:
-    """The sample, with what the planner finds for each."""
+def planner_results(behavior_tasks: BehaviorTasks) -> list[tuple[BehaviorTask, SearchResult[Action]]]:
+    """Return the sample with the planner's result for each task."""
     planner = Planner(DOMAIN)
     return [(task, find_plan(task, planner)) for task in sample(behavior_tasks)]
 
 
 def reaches(task: BehaviorTask, steps: Sequence[Action]) -> bool:
-    """Whether a plan, without the steps that are impossible, reaches all goals."""
+    """Whether a plan without its impossible steps reaches all goals."""
     state = task.initial
     for step in steps:
         after = attempt(DOMAIN, History(state), step)
@@ -49,9 +49,9 @@ def reaches(task: BehaviorTask, steps: Sequence[Action]) -> bool:
 
 
 def test_plans_score_and_no_step_can_be_left_out(
-    planned: list[tuple[BehaviorTask, SearchResult[Action]]],
+    planner_results: list[tuple[BehaviorTask, SearchResult[Action]]],
 ) -> None:
-    for task, found in planned:
+    for task, found in planner_results:
         assert found.states < MOST_STATES, task.id
         scorer = behavior_scorer(task)
         verdict = scorer.score(scorer.notation.join(scorer.notation.write(found.plan, task.scene)))
@@ -60,9 +60,11 @@ def test_plans_score_and_no_step_can_be_left_out(
             assert not reaches(task, (*found.plan[:i], *found.plan[i + 1 :])), task.id
 
 
-def test_subgoals_of_the_planner_succeed(planned: list[tuple[BehaviorTask, SearchResult[Action]]]) -> None:
+def test_subgoals_of_the_planner_succeed(
+    planner_results: list[tuple[BehaviorTask, SearchResult[Action]]],
+) -> None:
     words = BehaviorSubgoals()
-    for task, found in planned:
+    for task, found in planner_results:
         text = words.join(words.write(task, found.plan))
         verdict = behavior_subgoals()(task).score(text)
         assert (verdict.success, verdict.executable) == (True, True), task.id

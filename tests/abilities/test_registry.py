@@ -1,4 +1,4 @@
-"""Abilities are registered values: a seventh, of another distribution, goes through every command."""
+"""Abilities are registered values: a seventh ability of another distribution works in every command."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LAMPS = TESTS.parent / "examples" / "lamps"
 
 @pytest.fixture
 def distribution(tmp_path: Path) -> dict[str, str]:
-    """The environment in which the distribution with the seventh ability is installed."""
+    """Return the environment in which the distribution with the seventh ability is installed."""
     info = tmp_path / "site" / "counting-1.0.dist-info"
     info.mkdir(parents=True)
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: counting\nVersion: 1.0\n")
@@ -35,7 +35,7 @@ def distribution(tmp_path: Path) -> dict[str, str]:
 
 
 def python_path(*folders: Path) -> dict[str, str]:
-    """The environment in which Python looks into these folders first."""
+    """Return the environment in which Python searches these folders first."""
     return {"PYTHONPATH": os.pathsep.join([*map(str, folders), os.environ.get("PYTHONPATH", "")])}
 
 

@@ -1,4 +1,4 @@
-"""An answer whose scorer raises an exception fails by itself, whatever its ability."""
+"""An answer whose scorer raises an exception fails alone, in every ability."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class _Raising(Scorer):
     """A scorer that raises an exception for some answers.
 
     Args:
-        scorer: scores the others.
+        scorer: scores the other answers.
         raises: the exception.
         always: whether it raises for every answer.
     """

@@ -1,4 +1,4 @@
-"""Trials: attempts in a world that begins anew or resumes, with slips, up to a success."""
+"""Trials: attempts in a world that restarts or continues, with slips, until a success."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def scorer(task_id: str = "both") -> ActionSequencing:
 
 
 def plan(*steps: str) -> str:
-    """A plan as an answer; each step is an action and its object."""
+    """Return a plan as an answer. Each step is an action and its object."""
     words = [step.split() for step in steps]
     return json.dumps([{"action": name, "object": ", ".join(objects)} for name, *objects in words])
 
@@ -44,8 +44,8 @@ def tried(experiment: AttemptOptions, answers: Sequence[str], task_id: str = "bo
     return trial.attempts
 
 
-def came_to(attempt: Attempt) -> str:
-    """In two words: how it ended, and whether the goals hold."""
+def outcome_of(attempt: Attempt) -> str:
+    """Return in two words how an attempt ended, and whether the goals hold."""
     error = attempt.verdict.error
     return f"{error.kind.value if error else 'ran'} {'won' if attempt.verdict.success else 'lost'}"
 
@@ -62,12 +62,12 @@ def came_to(attempt: Attempt) -> str:
 def test_a_further_attempt_restarts_or_continues_the_world(
     world: AttemptStart, second: tuple[str, ...], outcome: str
 ) -> None:
-    """The first attempt presses the lamp; pressed again, it is off."""
+    """The first attempt presses the lamp on. A second press switches it off."""
     first, last = tried(AttemptOptions(1, world), [plan(LAMP, TORCH), plan(*second)])
-    assert came_to(first) == "missing_step lost"
+    assert outcome_of(first) == "missing_step lost"
     assert first.verdict.error is not None
     assert first.verdict.error.step == 1
-    assert came_to(last) == outcome
+    assert outcome_of(last) == outcome
 
 
 def test_a_trial_ends_with_a_success_or_after_the_last_attempt() -> None:
@@ -94,24 +94,24 @@ def test_an_excluded_task_gets_one_attempt() -> None:
 
 
 def test_the_first_state_with_all_goals_is_recorded() -> None:
-    """Until the goal it wins there; as a whole plan it leaves the goal again."""
+    """The plan reaches the goal and leaves it again: it succeeds only if it ends at the goal."""
     through = plan(*BOTH, TORCH)
     (whole,) = tried(AttemptOptions(), [through])
-    assert (came_to(whole), whole.goal_held_at) == ("ran lost", 4)
+    assert (outcome_of(whole), whole.goal_held_at) == ("ran lost", 4)
     (ended,) = tried(AttemptOptions(until="goal"), [through])
-    assert (came_to(ended), ended.goal_held_at) == ("ran won", 4)
+    assert (outcome_of(ended), ended.goal_held_at) == ("ran won", 4)
     (never,) = tried(AttemptOptions(), [plan(LAMP)])
     assert never.goal_held_at is None
 
 
 def test_goals_that_hold_at_the_start_are_recorded_at_step_zero() -> None:
     first, second = tried(AttemptOptions(1, "continue"), [plan(*BOTH, LAMP), plan("GO hall")])
-    assert (came_to(first), first.goal_held_at) == ("wrong_order lost", 4)
-    assert (came_to(second), second.goal_held_at) == ("ran won", 0)
+    assert (outcome_of(first), first.goal_held_at) == ("wrong_order lost", 4)
+    assert (outcome_of(second), second.goal_held_at) == ("ran won", 0)
 
 
-def slipping_at(numbers: Sequence[int], length: int) -> int:
-    """A seed with which just these of so many draws slip, half of which do."""
+def find_seed(numbers: Sequence[int], length: int) -> int:
+    """Return a seed with which exactly these draws slip, with a slip probability of one half."""
     for seed in range(10_000):
         luck = SlipSampler(0.5, "both", seed=seed, epoch=1)
         if [i for i in range(length) if luck.slips()] == list(numbers):
@@ -121,32 +121,32 @@ def slipping_at(numbers: Sequence[int], length: int) -> int:
 
 @pytest.mark.parametrize("world", get_args(AttemptStart))
 def test_a_detected_slip_ends_the_attempt_without_an_error_of_the_answer(world: AttemptStart) -> None:
-    seed = slipping_at([1], 6)
+    seed = find_seed([1], 6)
     chosen = AttemptOptions(1, world, slip=0.5, slip_seed=seed)
     rest = BOTH if world == "restart" else BOTH[1:]
     first, second = tried(chosen, [plan(*BOTH), plan(*rest)])
-    assert (came_to(first), first.slipped_at) == ("slip lost", 1)
+    assert (outcome_of(first), first.slipped_at) == ("slip lost", 1)
     assert first.verdict.executable is False
     assert first.explanation is not None
     assert [step.outcome for step in first.explanation.steps] == ["executed", "slip"]
-    assert (came_to(second), second.slipped_at) == ("ran won", None)
+    assert (outcome_of(second), second.slipped_at) == ("ran won", None)
 
 
 def test_a_step_that_depends_on_a_silent_slip_fails() -> None:
-    chosen = AttemptOptions(slip=0.5, slip_seed=slipping_at([1], 4), notice="silent")
+    chosen = AttemptOptions(slip=0.5, slip_seed=find_seed([1], 4), notice="silent")
     (attempt,) = tried(chosen, [plan(*BOTH)])
-    assert (came_to(attempt), attempt.slipped_at) == ("missing_step lost", 1)
+    assert (outcome_of(attempt), attempt.slipped_at) == ("missing_step lost", 1)
     assert attempt.verdict.error is not None
     assert attempt.verdict.error.step == 2  # the box is not here
-    last = AttemptOptions(slip=0.5, slip_seed=slipping_at([3], 4), notice="silent")
+    last = AttemptOptions(slip=0.5, slip_seed=find_seed([3], 4), notice="silent")
     (unnoticed,) = tried(last, [plan(*BOTH)])
-    assert (came_to(unnoticed), unnoticed.verdict.executable) == ("ran lost", True)
+    assert (outcome_of(unnoticed), unnoticed.verdict.executable) == ("ran lost", True)
 
 
 def test_a_wrong_order_may_refer_to_an_earlier_attempt() -> None:
-    """The attempt says so, and counts its steps from its own beginning."""
+    """The attempt counts its steps from its own beginning."""
     first, second = tried(AttemptOptions(1, "continue"), [plan(SHED, BOX, "GO hall"), plan(TORCH)])
-    assert (came_to(first), came_to(second)) == ("ran lost", "wrong_order lost")
+    assert (outcome_of(first), outcome_of(second)) == ("ran lost", "wrong_order lost")
     assert second.verdict.error is not None
     assert second.verdict.error.step == 0
     assert second.explanation is not None
@@ -157,9 +157,9 @@ def test_a_wrong_order_may_refer_to_an_earlier_attempt() -> None:
 def test_action_goals_count_over_all_attempts_in_a_continued_world() -> None:
     goes_on = AttemptOptions(1, "continue")
     _, last = tried(goes_on, [plan("WAVE", SHED), plan(BOX, TORCH)], "greet")
-    assert came_to(last) == "ran won"
+    assert outcome_of(last) == "ran won"
     _, anew = tried(replace(goes_on, world="restart"), [plan("WAVE"), plan(SHED, BOX)], "greet")
-    assert came_to(anew) == "ran lost"
+    assert outcome_of(anew) == "ran lost"
 
 
 def test_the_rest_of_a_task_begins_in_the_present_state() -> None:

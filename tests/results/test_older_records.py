@@ -84,7 +84,7 @@ def test_an_older_experiment_without_a_choice_is_none() -> None:
     [
         ({"replans": "two"}, "field experiment.replans"),
         ({"scene": 3}, "field experiment.scene"),
-        ({"slip": 2}, "slip probability of 2"),
+        ({"slip": 2}, "slip: expected a probability from 0 to 1, not 2"),
     ],
 )
 def test_a_wrong_option_of_an_older_record_is_named(options: dict[str, Any], message: str) -> None:

@@ -363,5 +363,5 @@ def test_metrics_are_those_of_what_was_earned() -> None:
 
 
 def test_what_is_no_verdict_of_an_ability_is_refused() -> None:
-    with pytest.raises(NotImplementedError, match="Verdict does not say what its answer has earned"):
+    with pytest.raises(NotImplementedError, match="Verdict has no credit, so its answers cannot be paid"):
         merit(Verdict())

@@ -160,7 +160,7 @@ def test_inspect_takes_the_same_options(
         ("--with attempts.feedback=kind", "feedback kind: there is none without attempts.replans"),
         (
             "--with attempts.replans=1 --with attempts.feedback=state",
-            "feedback of the state says nothing in a world that begins anew",
+            "feedback: state needs the world continue, since a restarted world is in its initial state",
         ),
         ("--with attempts.replans=1 --ability goal_interpretation", "only plans are carried out"),
     ],

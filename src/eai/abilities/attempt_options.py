@@ -66,13 +66,15 @@ class AttemptOptions:
 
     def __post_init__(self) -> None:
         if not 0 <= self.slip <= 1:
-            raise InputError(f"a slip probability of {self.slip:g} is not between 0 and 1")
+            raise InputError(f"slip: expected a probability from 0 to 1, not {self.slip:g}")
         if self.replans < 0:
             raise InputError(f"replans: expected 0 or more, not {self.replans}")
         if self.preset is not None:
             to_file_name(self.preset)
         if self.feedback == "state" and self.world == "restart":
-            raise InputError("feedback of the state says nothing in a world that begins anew")
+            raise InputError(
+                "feedback: state needs the world continue, since a restarted world is in its initial state"
+            )
 
     @classmethod
     def from_experiment(cls, experiment: Experiment | None) -> AttemptOptions | None:

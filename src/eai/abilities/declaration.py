@@ -245,7 +245,7 @@ def declaration_of(ability: Ability) -> AbilityDeclaration[Any]:
     """
     point = find_abilities().get(ability)
     if point is None:
-        raise InputError(f"the ability {ability} is not installed")
+        raise InputError(f"the ability {ability} is not installed: install the package that provides it")
     value = point.load()
     if not isinstance(value, AbilityDeclaration) or value.ability is not ability:
         raise InputError(f"{point.value}: expected the AbilityDeclaration of {ability}, found {value!r:.100}")

@@ -67,7 +67,9 @@ class StudyChoice:
             return self
         for name, value in self.options.items():
             if other.options.get(name, value) != value:
-                raise InputError(f"{study}: {name} is both {value} and {other.options[name]} in one run")
+                raise InputError(
+                    f"{study}: {name} has two values in one run, {value} and {other.options[name]}"
+                )
         label = SEPARATOR.join(dict.fromkeys([self.label, other.label]))
         return replace(self, label=label, options={**self.options, **other.options})
 
@@ -131,7 +133,9 @@ class Experiment:
         """
         for name, value in self.agent_settings.items():
             if other.agent_settings.get(name, value) != value:
-                raise InputError(f"{name} is both {value} and {other.agent_settings[name]} in one run")
+                raise InputError(
+                    f"{name} has two values in one run, {value} and {other.agent_settings[name]}"
+                )
         study = {
             name: self.study[name].combine(name, choice) if name in self.study else choice
             for name, choice in other.study.items()

@@ -103,7 +103,7 @@ class Trial:
         assessment = assess_or_fail(scorer, empty, lambda: scorer.assess_execution(text, self.carry_out))
         explanation, verdict = assessment.explain(), assessment.verdict
         if not isinstance(verdict, PlanVerdict):
-            raise TypeError(f"{self.task.id}: only plans can be carried out")
+            raise TypeError(f"{self.task.id}: expected the verdict on a plan, since only plans are executed")
         slipped = [i for i, step in enumerate(self.episode.trajectory_from(start).steps) if step.slipped]
         attempt = Attempt(
             text,

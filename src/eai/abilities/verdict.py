@@ -239,7 +239,7 @@ class Verdict:
         Raises:
             NotImplementedError: answers of this ability are not paid for.
         """
-        raise NotImplementedError(f"{type(self).__name__} does not say what its answer has earned")
+        raise NotImplementedError(f"{type(self).__name__} has no credit, so its answers cannot be paid")
 
     def is_action(self, step: int) -> bool:
         """Whether an action was tried at a step of the explanation, by its number from 0."""

@@ -1,4 +1,4 @@
-"""Answers that a task is impossible: read where a task allows it, right where it has no plan."""
+"""Refusals: an answer may call a task impossible if the task allows it, and is right if no plan exists."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ SUCCESS = ("LIFT red", "GO shed", "DROP red", "PRESS lamp")
 
 
 def answer(*steps: str) -> str:
-    """An answer from steps like ``LIFT red`` or ``LIFT red, blue``."""
+    """Return an answer from steps such as ``LIFT red`` or ``LIFT red, blue``."""
     words = (step.partition(" ") for step in steps)
     return json.dumps([{"action": action, "object": names} for action, _, names in words])
 
@@ -44,9 +44,9 @@ def verdict(text: str) -> PlanVerdict:
         (["GO shed, moon, mars"], (FaultKind.HALLUCINATION, 0, "GO: there is no moon")),
         (["GO hall, shed"], (FaultKind.ARGUMENT_NUMBER, 0, "GO takes 1 object, not 2")),
         (["GO"], (FaultKind.ARGUMENT_NUMBER, 0, "GO takes 1 object, not 0")),
-        # All names are looked at before any number of objects.
+        # All names are tested before any number of objects.
         (["GO hall, shed", "GO moon"], (FaultKind.HALLUCINATION, 1, "GO: there is no moon")),
-        # What happens when the plan runs.
+        # Errors while the plan runs.
         (["LIFT lamp"], (FaultKind.AFFORDANCE, 0, "lamp is no box")),
         (["DROP red"], (FaultKind.MISSING_STEP, 0, "red is not held")),
         (["LIFT blue"], (FaultKind.MISSING_STEP, 0, "the robot is not beside blue")),

@@ -1,4 +1,4 @@
-"""A small domain of lamps and boxes, for the notation that every benchmark has."""
+"""A small domain of lamps and boxes, for the default notation of goals."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ GOALS: tuple[Goal, ...] = (
 
 
 def make_task(*formulas: Formula) -> Task:
-    """A task in a room of five things, with these state goals, or with `GOALS`."""
+    """Return a task in a room of five objects, with these goals or with `GOALS`."""
     scene = Scene(VOCABULARY, [WorldObject(name, name.partition("_")[0]) for name in OBJECTS])
     goals = tuple(Goal(GoalKind.STATE, formula) for formula in formulas) or GOALS
     return Task(

@@ -27,7 +27,7 @@ SHUT = ["not", ["open", "box_0"]]
 
 
 class ByCategory(JsonGoals):
-    """Several things share a name."""
+    """A notation in which several objects share a name."""
 
     symmetric = frozenset({"together"})
 
@@ -56,30 +56,30 @@ def counts(text: str, scorer: GoalInterpretation = SCORER) -> tuple[object, ...]
     ("text", "expected"),
     [
         (answer(), ((0, 0, 3), (0, 0, 1), (0, 0, 1))),
-        # A goal for all lamps is a condition for each.
+        # A goal for all lamps has one condition for each lamp.
         (answer([*LAMPS, SHUT]), ((3, 0, 0), (0, 0, 1), (0, 0, 1))),
         (answer([LAMPS[1]]), ((1, 0, 2), (0, 0, 1), (0, 0, 1))),
-        # A negated goal, and its contrary.
+        # A negated goal and its opposite.
         (answer([SHUT]), ((1, 0, 2), (0, 0, 1), (0, 0, 1))),
         (answer([["open", "box_0"]]), ((0, 1, 3), (0, 0, 1), (0, 0, 1))),
-        # Either box will do, both are too much.
+        # One of the boxes is enough; stating both is wrong.
         (answer(relations=[["inside", "ball_0", "box_1"]]), ((0, 0, 3), (1, 0, 0), (0, 0, 1))),
         (
             answer(relations=[["inside", "ball_0", "box_1"], ["inside", "ball_0", "box_0"]]),
             ((0, 0, 3), (1, 1, 0), (0, 0, 1)),
         ),
-        # Either action will do.
+        # One of the actions is enough.
         (answer(actions=["OPEN"]), ((0, 0, 3), (0, 0, 1), (1, 0, 0))),
         (answer(actions=["OPEN", "PRESS", "FLY"]), ((0, 0, 3), (0, 0, 1), (1, 1, 0))),
         (answer(actions=[["OPEN", "box_0"]]), ((0, 0, 3), (0, 0, 1), (0, 1, 1))),
         # Said again.
         (answer([*LAMPS, *LAMPS, ["open", "box_1"], ["open", "box_1"]]), ((2, 1, 1), (0, 0, 1), (0, 0, 1))),
-        # What does not exist, and what is ill-formed, is neither right nor wrong.
+        # Unknown names and ill-formed goals are neither right nor wrong.
         (answer([["lit", "sun"], ["shiny", "box_0"], ["open"]]), ((0, 0, 3), (0, 0, 1), (0, 0, 1))),
         (answer([*LAMPS, SHUT, ["lit", "sun"], ["lit", "sun"]]), ((3, 0, 0), (0, 0, 1), (0, 0, 1))),
         (answer(relations=[["beats", "box_0", "box_1"], 7]), ((0, 0, 3), (0, 0, 1), (0, 0, 1))),
         (answer([["lit", "lamp_0", "lamp_1"]]), ((0, 0, 3), (0, 0, 1), (0, 0, 1))),
-        # Kinds go by the predicate, not by the section.
+        # The predicate decides on the kind, not the section.
         (answer(relations=LAMPS), ((2, 0, 1), (0, 0, 1), (0, 0, 1))),
         (answer([["inside", "ball_0", "box_0"]]), ((0, 0, 3), (1, 0, 0), (0, 0, 1))),
         ("Light all lamps.", ((0, 0, 3), (0, 0, 1), (0, 0, 1))),

@@ -1,4 +1,7 @@
-"""Goals that an answer states, as goals of its task: what means nothing stays, what is ill-formed goes."""
+"""Goals that an answer states, as goals of its task.
+
+Unknown names are kept, ill-formed goals are left out.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +63,7 @@ def test_ill_formed_goals_are_left_out() -> None:
 
 
 class ByClass(JsonGoals):
-    """Names are those of classes, which objects share."""
+    """A notation in which the name of an object is its class, so that several objects have one name."""
 
     def names(self, task: Task) -> tuple[str, ...]:
         return tuple(thing.category for thing in task.scene.objects)
@@ -70,7 +73,7 @@ class ByClass(JsonGoals):
     ("relations", "meant"),
     [
         ([["at", "box", "box"]], ["at(blue, red)"]),  # nothing is related to itself
-        ([["at", "lamp", "lamp"]], ["at(lamp, lamp)"]),  # where there is another one
+        ([["at", "lamp", "lamp"]], ["at(lamp, lamp)"]),  # if there is another object
         ([["at", "box", "hall"]] * 3, ["at(blue, hall)", "at(red, hall)"]),
         ([["at", "box", "place"]] * 3, ["at(blue, shed)", "at(blue, hall)", "at(red, shed)"]),
     ],
@@ -109,7 +112,7 @@ def test_gold_answers_state_goals_that_mean_something(
 
 
 def test_in_virtualhome_gold_answers_state_the_goals(virtualhome_tasks: VirtualHomeTasks) -> None:
-    """Though they name classes alone; of alternative actions they state the first."""
+    """Gold answers name only classes. Of alternative actions they state the first."""
     benchmark = find_benchmark("virtualhome")
     for task in virtualhome_tasks.values():
         answer = benchmark.notation.goals.join(write_goals(task, benchmark.domain, benchmark.notation.goals))

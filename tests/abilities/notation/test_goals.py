@@ -90,7 +90,6 @@ OPEN_JAR = ["open", "jar"]
 
 
 def literal(entry: object, variables: frozenset[str]) -> Formula | None:
-    """A list of words."""
     match entry:
         case [str(predicate), *names] if all(isinstance(name, str) for name in names):
             return Atom(predicate, tuple(to_term(str(name), variables) for name in names))

@@ -85,7 +85,7 @@ def test_a_category_bounds_what_any_quantifier_ranges_over(quantifier: str) -> N
 
 @pytest.mark.parametrize("inner", QUANTIFIERS)
 def test_a_quantifier_over_an_empty_class_counts_as_one(inner: str) -> None:
-    """A kind without objects made the whole count 0, and such a subgoal ran for minutes."""
+    """If an empty class made the count 0, such a subgoal would run for minutes."""
     nothing = inner.format("c: unicorn", "d: unicorn", "lit(c)")
     assert EXTENT.count_literals(formula(nothing)) == 1
     assert EXTENT.count_literals(formula(f"forall a. (forpairs b, e. ({nothing}))")) == OBJECTS**3
@@ -93,7 +93,7 @@ def test_a_quantifier_over_an_empty_class_counts_as_one(inner: str) -> None:
 
 
 def test_alternatives_without_literals_are_counted() -> None:
-    """Three choices for each pair of objects, none of which asks for anything, were unfolded one by one."""
+    """Each pair of objects has three alternatives without literals. They must not be expanded one by one."""
     nothing = "exists b. (forall c: unicorn. (at(b, c)))"
     assert EXTENT.count_alternative_literals(formula(nothing)) == 3
     with pytest.raises(InputError, match="more than 100,000 literals"):

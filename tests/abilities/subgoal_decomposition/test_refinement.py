@@ -21,7 +21,7 @@ REFINEMENT = Refinement(toy.DOMAIN)
 
 
 def literal(text: str) -> GroundAtom:
-    """A literal written as ``not at red shed``."""
+    """Return a literal written as ``not at red shed``."""
     words = text.removeprefix("not ").split()
     return GroundAtom(words[0], tuple([SCENE.index[name] for name in words[1:]]), not text.startswith("not "))
 
@@ -32,7 +32,7 @@ def formula(each: GroundAtom) -> Formula:
 
 
 def plans(*literals: str, refinement: Refinement = REFINEMENT) -> list[str]:
-    """What is done for a conjunction at the start."""
+    """Return the plans for a conjunction in the initial state."""
     wanted = [literal(text) for text in literals]
     holds = StateTest(And(tuple(map(formula, wanted))), SCENE)
     return written(refinement.make_planner(wanted, holds, SCENE, TASK.relevant)(TASK.initial))
@@ -52,15 +52,15 @@ def written(found: SubgoalPlans) -> list[str]:
         (["at robot shed"], ["GO shed"]),
         (["at red shed"], ["LIFT red, GO shed"]),
         (["beside lamp"], ["GO shed"]),
-        # One change for each literal; taking and moving are none.
+        # One change for each literal; taking and moving do not count as changes.
         (["holding blue", "at robot shed"], ["GO shed, LIFT blue"]),
-        # More actions than there may be.
+        # More actions than allowed.
         (["holding red", "lit lamp"], ["too far"]),
         (["at blue hall", "lit lamp"], ["too far"]),
-        # What cannot be brought about ends in the attempt that fails.
+        # An impossible subgoal ends in the attempt that fails.
         (["lit red"], ["PRESS red"]),
         (["holding red", "holding blue"], ["LIFT red, GO shed, LIFT blue"]),
-        # Each part can be reached, but not with the other: no action fails.
+        # Each part can be reached, but not both together: no action fails.
         (["at robot hall", "at robot shed"], [""]),
     ],
 )
@@ -94,8 +94,8 @@ def test_a_subgoal_may_say_more_than_its_literals() -> None:
     [
         ("PRESS lamp", ["GO shed, PRESS lamp"]),
         ("LIFT red", ["LIFT red"]),
-        ("DROP blue", ["DROP blue"]),  # nothing is taken in order to be let go
-        ("GO hall", ["GO hall"]),  # it is there already: it does not leave in order to come back
+        ("DROP blue", ["DROP blue"]),  # an object is not taken only to release it
+        ("GO hall", ["GO hall"]),  # the agent is there already: it does not leave and come back
     ],
 )
 def test_an_action_follows_the_actions_that_enable_it(action: str, expected: list[str]) -> None:
@@ -124,20 +124,20 @@ BLESS = Operator(
 @pytest.mark.parametrize(
     ("operators", "literals", "attempt"),
     [
-        # Movement is part of the attempt where fewer checks fail after it.
+        # Movement precedes the attempt if it makes fewer checks fail.
         ((), ["lit red"], "PRESS red"),
         ((), ["lit blue"], "GO shed, PRESS blue"),
         ((), ["holding lamp"], "GO shed, LIFT lamp"),
         ((), ["lit hall"], "PRESS hall"),
         ((), ["at robot red"], "GO red"),
-        # First comes what can be done of it.
+        # The possible actions come first.
         ((), ["lit lamp", "lit red"], "GO shed, PRESS lamp, GO hall, PRESS red"),
         ((), ["holding red", "holding blue"], "LIFT red, GO shed, LIFT blue"),
-        # Of two actions that would do, the one that lacks less: a lamp beside it, or to be held.
+        # Of two useful actions the one with fewer failing checks is reported.
         ((BLESS,), ["lit red"], "PRESS red"),
-        # What fails is what would mend it, where that fails as well.
+        # If the action that would establish the check fails as well, it is reported.
         ((LATCH,), ["lit hall"], "LIFT hall"),
-        # Nothing fails here: one after the other.
+        # No action fails: they run one after the other.
         ((LATCH,), ["lit red"], "LIFT red, LATCH red"),
         (
             (LATCH,),
@@ -154,7 +154,7 @@ def test_without_a_plan_the_attempt_with_fewest_failures_is_reported(
 
 
 def test_the_reported_attempt_is_the_direct_one() -> None:
-    """To drop what is held meets a part, but is no way to stow it."""
+    """Dropping the object meets a part of the subgoal, but does not lead to stowing it."""
     checks = (missing(toy.holding(toy.X), "{x} is not held"), missing(toy.at(toy.X, toy.X), "it is shut"))
     stow = Operator("STOW", (toy.X,), checks, (Add(toy.lit(toy.X)), Delete(toy.holding(toy.X))))
     refinement = Refinement(toy.DOMAIN.replace_operators(stow))
@@ -180,11 +180,11 @@ DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (De
 @pytest.mark.parametrize(
     ("literals", "needless"),
     [
-        (["at robot hall"], "GO hall"),  # one is reported, though STEP is not needed either
+        (["at robot hall"], "GO hall"),  # one action is reported, although STEP is not needed either
         (["not lit lamp"], "DIM lamp"),
         (["at robot hall", "not lit lamp"], "GO hall, DIM lamp"),
         (["not lit lamp", "at robot hall"], "DIM lamp, GO hall"),
-        (["not holding red"], ""),  # to lay down what is not held was never meant
+        (["not holding red"], ""),  # an object that is not held need not be laid down
         (["not holding red", "at robot hall"], "GO hall"),
         (["at robot hall", "lit lamp"], None),
     ],

@@ -1,4 +1,4 @@
-"""What the operators of a domain are for: which may bring something about, and which help them."""
+"""The uses of a domain's operators: achievers of a literal, and operators that support them."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ CLIMB = w.Operator(
 @pytest.mark.parametrize(
     ("predicate", "names", "expected"),
     [
-        ("at", ("robot", "shed"), ["GO shed"]),  # where it is, movement alone decides
-        ("at", ("red", "shed"), ["GO shed", "PUSH red shed"]),  # what is carried goes along
+        ("at", ("robot", "shed"), ["GO shed"]),  # only movement changes the position
+        ("at", ("red", "shed"), ["GO shed", "PUSH red shed"]),  # held objects move with the agent
         ("lit", ("shed",), ["PRESS shed", "CLIMB shed"]),
     ],
 )
@@ -76,7 +76,7 @@ def test_the_actions_that_may_achieve_a_literal_are_listed(
 
 
 def test_open_arguments_of_a_literal_are_filled_with_fitting_objects() -> None:
-    """What no action changes must be as the operator asks; one thing may be two arguments."""
+    """Conditions that no action changes must hold. One object may fill two arguments."""
     link, lit = w.Predicate("link", 2, static=True), w.Predicate("lit", 1)
     y = w.Variable("y")
     switch = w.Operator("SWITCH", (X, y), (w.missing(link(X, y), "no link"),), (w.Add(lit(X)),))
@@ -111,8 +111,8 @@ def ground(text: str, state: State) -> CandidateAction:
     ("before", "action", "failing", "lacking", "hopeless"),
     [
         ([], "LIFT red", [], 0, False),
-        ([], "PRESS lamp", [1], 0, False),  # to go there is a matter of movement
-        ([], "PRESS red", [0], 1, True),  # what is no lamp never will be one
+        ([], "PRESS lamp", [1], 0, False),  # only movement changes the position
+        ([], "PRESS red", [0], 1, True),  # the class of an object never changes
         ([], "PRESS blue", [0, 1], 1, True),
         ([], "GO hall", [1], 0, False),
         ([], "DROP red", [0], 1, False),
@@ -140,10 +140,10 @@ def test_failing_checks_are_numbered_and_counted(
     ("before", "action", "may_be"),
     [
         ([], "PRESS lamp", True),
-        ([], "PRESS blue", True),  # that it is no lamp is fixed, and asked once a search
-        (["LIFT red"], "LIFT blue", True),  # that a hand is free is asked once a state, for all objects
+        ([], "PRESS blue", True),  # the class is a fixed check, tested once a search
+        (["LIFT red"], "LIFT blue", True),  # a free hand is a common check, tested once a state
         ([], "DROP red", False),
-        ([], "GO hall", False),  # there is no need to go where one is
+        ([], "GO hall", False),  # going to the present position is needless
     ],
 )
 def test_movement_can_establish_some_failing_checks(before: list[str], action: str, *, may_be: bool) -> None:

@@ -1,4 +1,4 @@
-"""The scorer on a small domain that brings nothing of its own: names as declared, plans as searched for."""
+"""The scorer of subgoals on a small domain with the default notation and search."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def answer(*subgoals: object) -> str:
 
 
 def summary(verdict: SubgoalVerdict) -> str:
-    """The category, and what ended the answer."""
+    """Return the category of an answer, and its error."""
     assert verdict.category is not None
     error = "" if verdict.error is None else f" {verdict.error.kind.value} {verdict.error.step}"
     return f"{verdict.category.value}{error}"
@@ -73,13 +73,13 @@ def summary(verdict: SubgoalVerdict) -> str:
         (["holding(red)", "lit(lamp) and at(red, shed)"], "correct"),
         (["holding(red) then at(red, shed)", "lit(lamp)"], "correct"),
         (["lit(lamp)"], "goal_unreachable"),
-        # A subgoal takes two actions at most, however it is written: the goal itself is none.
+        # A subgoal gets at most two actions, so the goal of the task is too far.
         (["lit(lamp) and at(red, shed)"], "runtime missing_step 0"),
         (["at(red, shed) then lit(lamp)"], "runtime missing_step 0"),
         (["GO(shed) then GO(hall)", "at(red, shed)", "lit(lamp)"], "correct"),
         (["GO(shed) then GO(hall) then at(red, shed)", "lit(lamp)"], "runtime missing_step 0"),
         (["LIFT(blue) and holding(blue)", "at(blue, hall)", "lit(blue)"], "runtime affordance 2"),
-        # What holds already asks for nothing, by whichever alternative; the others are not tried.
+        # If one alternative holds already, nothing is done and the others are not tried.
         (["at(red, hall) or at(red, shed)", "lit(lamp)"], "goal_unreachable"),
         (["exists x. (at(x, shed))", "holding(red)", "at(robot, shed)"], "goal_unreachable"),
         (["(not lit(lamp)) or lit(red)", "at(red, shed)", "lit(lamp)"], "correct"),
@@ -97,7 +97,7 @@ def summary(verdict: SubgoalVerdict) -> str:
         (["at(red, shed)", "PRESS(lamp)", "not lit(lamp)"], "goal_unreachable"),
         (["PRESS(red)"], "runtime affordance 0"),
         (["DROP(red)"], "runtime missing_step 0"),
-        # What is brought about is tested, and together.
+        # Conditions are tested together after they were achieved.
         (["at(red, shed)", "lit(lamp) and not lit(lamp)"], "runtime missing_step 1"),
         (["holding(red) and holding(blue)"], "runtime missing_step 0"),
         (["lit(lamp) implies lit(red)"], "goal_unreachable"),
@@ -131,16 +131,16 @@ DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (De
 @pytest.mark.parametrize(
     ("subgoals", "steps", "additional_steps"),
     [
-        # A step that is not needed counts where it is all that is asked for, as an action or as a state.
+        # A needless step counts if it is the complete subgoal, as an action or as a state.
         (["GO(hall)"], "GO(hall)", 1),
         (["at(robot, hall)"], "GO(hall)", 1),
         (["at(robot, hall)", "at(robot, hall)"], "GO(hall), GO(hall)", 2),
         (["at(robot, hall) and not lit(lamp)"], "GO(hall), DIM(lamp)", 2),
-        # Beside something to do, what holds already only has to hold.
+        # Next to a condition to achieve, a condition that holds already must only hold.
         (["holding(red) and at(robot, hall)"], "LIFT(red)", 0),
         (["LIFT(red) and at(robot, hall)"], "LIFT(red)", 0),
         (["LIFT(blue) and not lit(lamp)"], "GO(shed), LIFT(blue)", 0),
-        # It has to hold when all is done, and is brought about before or after it.
+        # The condition must hold at the end; it is achieved before or after the action.
         (["at(robot, shed)", "PRESS(lamp) and not lit(lamp)"], "GO(shed), PRESS(lamp), PRESS(lamp)", 0),
         (["lit(lamp) or at(robot, hall)"], "GO(hall)", 1),
         (["at(robot, hall) or not holding(red)"], "", 0),
@@ -158,7 +158,7 @@ def test_subgoals_are_executed_by_these_actions(
 
 
 def test_a_condition_made_true_by_an_action_is_not_achieved_again() -> None:
-    """Brought about before, PRESS would undo it: only the other order is carried out."""
+    """If the condition were achieved before, PRESS would undo it. Only the other order is executed."""
     scorer = SubgoalDecomposition(TASK, toy.DOMAIN.replace_operators(LIGHT))
     text = answer("PRESS(lamp) and lit(lamp)")
     assert [step.action for step in scorer.explain(text).steps] == ["GO(shed)", "PRESS(lamp)"]
@@ -228,7 +228,7 @@ ANY_LAMP = ["exists x. (lit(x))", "lit(lamp)", "exists x. (PRESS(x))"]
 
 
 def among_lamps(goal: str) -> SubgoalDecomposition:
-    """A robot in a hall among lamps, of which one shall be lit."""
+    """Return a task of a robot in a hall of lamps, with the goal to light one."""
     things = {"robot": "robot", "hall": "place", "shed": "place", **dict.fromkeys(LAMPS, "lamp")}
     scene = Scene(toy.VOCABULARY, (WorldObject(*thing) for thing in things.items()), agent=0)
     initial = scene.state(("at", (scene.index[x], scene.index["hall"])) for x in ("robot", *LAMPS))
@@ -249,7 +249,7 @@ def test_the_first_branches_continue_if_there_are_too_many(subgoal: str) -> None
 
 
 def test_granularity_counts_the_added_actions_of_each_subgoal() -> None:
-    """Going there is added once, and not where it is a subgoal; what asks for nothing is no subgoal here."""
+    """A movement is added once, but not if it is a subgoal. A subgoal that holds already does not count."""
     for subgoals, refined, added in (
         (["lit(lamp)"], 1, 1),
         (["at(robot, shed)", "lit(lamp)"], 2, 0),
@@ -321,11 +321,11 @@ def test_plans_of_the_planner_succeed_as_subgoals() -> None:
 @pytest.mark.parametrize(
     ("alternatives", "lit", "elsewhere"),
     [
-        # The reported way is the longer one, which meets no goal.
+        # The reported branch is the longer one. It meets no goal.
         (["(LIFT(red) then DROP(red)) or lit(lamp)"], 1, True),
-        # A way that fails counts as far as it goes; what is reported is the one that is carried out.
+        # A failed branch counts up to its failure; the reported branch runs to its end.
         (["at(robot, shed) or (lit(lamp) then DROP(red))"], 1, True),
-        # The reported way is as good as any.
+        # No branch reaches more than the reported one.
         (["at(robot, shed) or holding(blue)"], 0, False),
         (["lit(lamp) or PRESS(red)"], 1, False),
     ],
@@ -344,7 +344,7 @@ def test_goals_count_in_the_branch_that_reaches_most(
 
 
 def test_a_condition_shared_by_alternatives_is_hashed_once() -> None:
-    """A formula is hashed from its top: of thousands of alternatives that would be quadratic."""
+    """Hashing a formula visits all of it. For thousands of alternatives this would be quadratic."""
     programs = Programs(TASK, SCORER.lexicon, Refinement(toy.DOMAIN), ())
     places = [f"at({thing.name}, {place.name})" for thing in SCENE.objects for place in SCENE.objects]
     programs.program([read_formula(" or ".join(places), SCORER.lexicon.signature)[0]])

@@ -54,7 +54,7 @@ def do(*plans: Plan, subgoal: int, then: int, effort: int = 0) -> Perform:
 
 
 def program(subgoals: Sequence[Sequence[Plan]], effort: int = 0) -> list[Instruction]:
-    """One `Do` a subgoal, each with several plans, which take some effort to find."""
+    """Return one `Perform` for each subgoal, with several plans that cost some effort."""
     made: list[Instruction] = [None]
     for number in reversed(range(len(subgoals))):
         made.append(do(*subgoals[number], subgoal=number, then=len(made) - 1, effort=effort))
@@ -193,7 +193,7 @@ def test_branches_with_equal_states_stay_apart_if_the_trajectory_matters() -> No
 
 @dataclass(frozen=True)
 class Reported:
-    """What the search says, as a search without merging finds it."""
+    """The result of a search, in the terms of a search without merging."""
 
     success: bool
     executable: bool
@@ -202,7 +202,7 @@ class Reported:
 
 
 def naive(subgoals: Sequence[Sequence[Plan]], goal: str) -> Reported:
-    """All branches one by one: breadth first, without merging."""
+    """Search all branches breadth first, without merging."""
     progress = GoalProgress(parse(goal), SCENE)
     level: list[tuple[str, ...]] = [()]
     failed = []
@@ -325,7 +325,7 @@ def test_progress_agrees_with_the_semantics_of_formulas(goal: str, steps: list[s
 
 
 def in_scene(formula: Formula, scene: Scene) -> Formula:
-    """A random formula about objects that there are; what would compare an action's objects does not."""
+    """Return a random formula about existing objects, without comparisons of an action's objects."""
 
     def known(leaf: Leaf, bound: frozenset[str]) -> Formula:
         if isinstance(leaf, Equals):

@@ -1,4 +1,4 @@
-"""Where movement leads: the shortest ways first, no state twice, and no farther than the budget goes."""
+"""Movement paths: the shortest come first, no state comes twice, and the budget limits their length."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def written(way: MovementPath) -> str:
 @pytest.mark.parametrize(
     ("before", "ways"),
     [
-        # Each operator once: it does not come back, nor go by way of another place.
+        # Each operator is used once: the agent neither comes back nor makes a detour.
         ([], ["STAND", "STAND, STRIDE shed", "STAND, STRIDE attic"]),
         (["STAND"], ["STRIDE shed", "STRIDE attic"]),
     ],
@@ -95,7 +95,7 @@ MOST = 200_000
 
 @pytest.mark.parametrize("lamps", [10, 300])
 def test_few_parts_are_tested_and_the_effort_is_counted(lamps: int) -> None:
-    """Every lamp can be lit by itself, and all of them are wanted."""
+    """Each lamp can be lit alone, and the goal is to light all lamps."""
     things = [w.WorldObject("robot", "robot"), w.WorldObject("hall", "place")]
     things += [w.WorldObject(f"lamp_{i}", "lamp") for i in range(lamps)]
     scene = w.Scene(toy.VOCABULARY, things, agent=0)

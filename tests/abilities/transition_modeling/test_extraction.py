@@ -1,4 +1,4 @@
-"""What is remembered is bounded."""
+"""Reading operators from answers, and the limit of their cache."""
 
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ def test_results_are_found_once_until_they_are_forgotten() -> None:
         return memory.get_or_compute(key, size=key, find=lambda: str(found.append(key) or key))
 
     assert [recalled(key) for key in (1, 5, 1, 3, 5, 1, 3)] == ["1", "5", "1", "3", "5", "1", "3"]
-    assert found == [1, 5, 3, 5, 1, 3]  # 3 puts 1 and 5 out, 5 puts 3 out
+    assert found == [1, 5, 3, 5, 1, 3]  # 3 displaces 1 and 5; 5 displaces 3
     assert memory.size == 4
 
 

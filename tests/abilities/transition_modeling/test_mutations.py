@@ -1,7 +1,7 @@
-"""What becomes of an operator that is damaged in one of forty ways, under ``strict``.
+"""The outcomes of an operator with one of forty defects, under ``strict``.
 
-The task is to open a box and to light a lamp in it. For each mutation of the operator ``open`` the table
-says the outcome of the planner and what is wrong with the operator.
+In the task an agent opens a box and lights a lamp inside. The table lists each mutation of the operator
+``open``, the outcome of the planner, and the defects that are reported.
 """
 
 from __future__ import annotations
@@ -135,15 +135,15 @@ EACH_MUTATION = pytest.mark.parametrize(
 )
 
 
-def mutated(name: str) -> str:
-    """Return an answer of which the operator ``open`` is mutated."""
+def mutate_operator(name: str) -> str:
+    """Return an answer with a mutated operator ``open``."""
     return json.dumps({"output": f"{MUTATIONS[name][0]}\n{LIGHT.pddl}"})
 
 
 @EACH_MUTATION
 def test_a_mutated_operator_has_its_documented_outcome(task: TransitionTask, name: str) -> None:
     _, outcome, found = MUTATIONS[name]
-    verdict = score(task, mutated(name), PaperRules)
+    verdict = score(task, mutate_operator(name), PaperRules)
     assert verdict.planner is not None
     assert verdict.planner.value == outcome
     assert offences(verdict) == found

@@ -1,4 +1,4 @@
-"""Operators that models wrote, and the data set's own."""
+"""Scores of operators that models wrote, and of the data set's own operators."""
 
 from __future__ import annotations
 
@@ -61,13 +61,13 @@ def test_strict_refuses_undefined_names_as_the_current_translator(
 
 @pytest.fixture
 def protocol() -> Protocol:
-    """The protocol `strict`; tests of other protocols have a fixture of this name, too."""
+    """Return the protocol `strict`. Tests of other protocols replace this fixture."""
     return Protocol.STRICT
 
 
 @pytest.fixture
 def status() -> OperatorStatus:
-    """Status of an operator whose name has a hyphen in the data set."""
+    """Return the status of an operator whose name has a hyphen in the data set."""
     return OperatorStatus.COMPARED
 
 
@@ -94,7 +94,7 @@ def rules() -> MatchingRules:
 
 @pytest.fixture
 def plan_works() -> bool | None:
-    """What verdicts on gold answers say of their plans."""
+    """Return by task whether the plan for the gold answer works."""
     return True
 
 

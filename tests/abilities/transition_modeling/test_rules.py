@@ -1,4 +1,4 @@
-"""Operators that assert everything: a planner has a plan for everything, and none of it works."""
+"""Operators that make every atom true: a planner finds a plan for every goal, and no plan works."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from eai.tasks.source import Source
 
 
 def everything(predicates: tuple[PddlPredicate, ...]) -> str:
-    """The effect that makes every atom true."""
+    """Return the effect that makes every atom true."""
     parts = []
     for predicate in predicates:
         part = f"({predicate.name} {' '.join(f'?x{i}' for i in range(len(predicate.parameters)))})"
@@ -31,8 +31,8 @@ def everything(predicates: tuple[PddlPredicate, ...]) -> str:
     return f"(and {' '.join(parts)})"
 
 
-def asserting_everything(task: TransitionTask, *, with_parameters: bool) -> str:
-    """Operators without precondition that make everything true, with the gold parameters or none."""
+def write_all_true_operators(task: TransitionTask, *, with_parameters: bool) -> str:
+    """Return operators without precondition that make every atom true, with or without gold parameters."""
     effect = everything(task.domain.header.predicates)
     operators = []
     for name, gold in task.gold.items():
@@ -51,7 +51,7 @@ def test_operators_that_assert_everything_have_plans_and_none_works(
     rules = PaperRules(BuiltInPlanner())
     planned = 0
     for task in islice(tasks.values(), 0, None, step):
-        text = asserting_everything(task, with_parameters=with_parameters)
+        text = write_all_true_operators(task, with_parameters=with_parameters)
         verdict = TransitionModeling(task, rules).score(text)
         assert isinstance(verdict, OperatorVerdict)
         planned += verdict.planner is PlannerOutcome.SOLVED

@@ -63,7 +63,7 @@ MakeRules: TypeAlias = Callable[[PddlPlanner | None], MatchingRules]
 
 @pytest.fixture
 def rules_with() -> MakeRules:
-    """Makes the rules of `strict`; tests of other protocols have a fixture of this name, too."""
+    """Make the rules of `strict`. Tests of other protocols replace this fixture."""
     return PaperRules
 
 
@@ -74,7 +74,6 @@ def score(text: str, rules_with: MakeRules = PaperRules) -> OperatorVerdict:
 
 
 def counts(verdict: Verdict) -> dict[str, dict[str, tuple[int, ...]]]:
-    """The counts by category."""
     return {
         side: {name: tuple(confusion) for name, confusion in found.items() if name != ALL}
         for side, found in (verdict.counts or {}).items()
@@ -165,7 +164,7 @@ def test_without_a_planner_nothing_is_said_of_plans(rules_with: MakeRules, text:
 
 @pytest.fixture
 def problems() -> int:
-    """Number of planning problems that two answers are."""
+    """Return the number of different planning problems in two answers."""
     return 2
 
 
@@ -351,7 +350,7 @@ def test_caches_of_rules_have_a_maximum_size(rules_with: MakeRules) -> None:
     memories = [getattr(rules, name) for name in rules.__dataclass_fields__]
     sizes = [each.size for each in memories if isinstance(each, ResultCache)]
     assert MAX_CACHED_CHARACTERS - length - 1000 < max(sizes) <= MAX_CACHED_CHARACTERS
-    assert scorer.score(texts[0]) == first  # found out again
+    assert scorer.score(texts[0]) == first  # computed again
 
 
 CATEGORIES = {
@@ -367,7 +366,7 @@ ONE = Confusion(1, 0, 0)
     [
         ("(open ?x)", {"all": ONE, "object_states": ONE}, {"object_states": ONE}),
         (
-            "(or (open ?x) (lit ?x))",  # both are of one category: it is one clause of it
+            "(or (open ?x) (lit ?x))",  # both predicates have one category, so the clause counts once
             {"all": ONE, "object_states": ONE},
             {"object_states": ONE},
         ),

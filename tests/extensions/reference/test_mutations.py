@@ -13,7 +13,7 @@ from abilities.transition_modeling.test_mutations import (
     WHOLE_ANSWERS,
     S,
     U,
-    mutated,
+    mutate_operator,
     operator,
     score,
     task,
@@ -56,7 +56,7 @@ WHOLE_OTHERWISE = {
 
 @EACH_MUTATION
 def test_a_mutated_operator_has_its_documented_outcome(task: TransitionTask, name: str) -> None:
-    planner = score(task, mutated(name), ReferenceRules).planner
+    planner = score(task, mutate_operator(name), ReferenceRules).planner
     assert planner is not None
     assert planner.value == OTHERWISE.get(name, MUTATIONS[name][1])
 

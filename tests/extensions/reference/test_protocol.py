@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from abilities.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
+from abilities.test_trial import BOTH, LAMP, SHED, TORCH, outcome_of, plan, scorer
 from eai.abilities.attempt import Attempt
 from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.protocol import Ability, Protocol
@@ -50,30 +50,30 @@ def test_the_preset_is_an_experiment_of_its_own() -> None:
 
 def test_a_plan_that_misses_the_goal_is_not_asked_for_again() -> None:
     (attempt,), over = tried(scripted(), plan(LAMP))
-    assert (came_to(attempt), over) == ("ran lost", True)
+    assert (outcome_of(attempt), over) == ("ran lost", True)
     assert not tried(replace(scripted(), preset=None), plan(LAMP))[1]
 
 
 def test_a_step_that_is_not_needed_ends_the_attempt() -> None:
     (attempt,), over = tried(scripted(), plan(LAMP, "GO hall", SHED))
-    assert (came_to(attempt), over) == ("additional_step lost", False)
+    assert (outcome_of(attempt), over) == ("additional_step lost", False)
     assert (attempt.verdict.executable, attempt.verdict.additional_steps) == (False, 1)
     (ours,), _ = tried(replace(scripted(), preset=None), plan(LAMP, "GO hall", SHED))
-    assert came_to(ours) == "ran lost"
+    assert outcome_of(ours) == "ran lost"
 
 
 def test_a_slip_is_drawn_before_it_is_known_whether_the_action_is_possible() -> None:
     (attempt,), over = tried(scripted(1.0), plan(TORCH))
-    assert (came_to(attempt), attempt.slipped_at, over) == ("slip lost", 0, False)
+    assert (outcome_of(attempt), attempt.slipped_at, over) == ("slip lost", 0, False)
     (ours,), _ = tried(replace(scripted(1.0), preset=None), plan(TORCH))
-    assert (came_to(ours), ours.slipped_at) == ("missing_step lost", None)
+    assert (outcome_of(ours), ours.slipped_at) == ("missing_step lost", None)
 
 
 def test_what_else_ends_an_attempt_is_as_with_us() -> None:
     for plans in ([plan(*BOTH, TORCH)], [plan(LAMP, TORCH), plan(*BOTH[1:])], ["no plan", plan(*BOTH)]):
         theirs, over = tried(scripted(), *plans)
         ours, _ = tried(replace(scripted(), preset=None), *plans)
-        assert [came_to(each) for each in theirs] == [came_to(each) for each in ours]
+        assert [outcome_of(each) for each in theirs] == [outcome_of(each) for each in ours]
         assert over
 
 

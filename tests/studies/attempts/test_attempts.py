@@ -56,7 +56,7 @@ def test_what_some_choices_come_to(choices: dict[str, Any], attempts: AttemptOpt
         ({"replans": -1}, "attempts.replans: expected greater than or equal to 0, found -1"),
         (
             {"replans": 1, "feedback": "state"},
-            "feedback of the state says nothing in a world that begins anew",
+            "feedback: state needs the world continue, since a restarted world is in its initial state",
         ),
     ],
 )

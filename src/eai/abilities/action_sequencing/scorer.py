@@ -81,7 +81,7 @@ class ActionSequencing(PlanScorer):
             InputError: the protocol is not ``strict``.
         """
         if not self._is_plain:
-            raise InputError("how near a plan is to success is known under the protocol strict only")
+            raise InputError("the closeness of a plan to success needs the protocol strict")
         declined = read_declining(self.task, text, self.notation)
         if declined is not None or self.task.has_no_plan:  # for which no edits make a plan
             return float(declined is not None and declined.is_right)

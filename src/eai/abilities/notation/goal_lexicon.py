@@ -111,7 +111,7 @@ class GoalLexicon:
                 word = self._spelling.get(predicate, predicate)
                 return WrittenGoal(word, _object_names(arguments), positive)
             case other:
-                raise TypeError(f"{other} is no condition")
+                raise TypeError(f"{other}: expected an atom, a negated atom or an action")
 
 
 def _object_names(arguments: tuple[Term, ...]) -> tuple[str, ...]:
