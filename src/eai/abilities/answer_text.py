@@ -573,7 +573,7 @@ def _parse_literal(text: str) -> _DecodedJson | None:
             return decoded
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the compiler's remarks on escapes in the answer
+            warnings.simplefilter("ignore")  # the compiler warns about escapes in the answer
             tree = ast.parse(text, mode="eval").body
         return _DecodedJson(_read_literal(tree, MAX_DEPTH))
     except (ValueError, SyntaxError, RecursionError, MemoryError):

@@ -112,7 +112,7 @@ class PlanRepairer:
         number = len(steps) + self._min_steps
         effort = min(
             _MAX_CLOSENESS_STEPS, _STEPS_TRIED_PER_STEP << number.bit_length()
-        )  # one of a few, as each starts a search
+        )  # few different limits, since each starts a search
         return self._cached_closeness(tuple(steps), effort)
 
     def _compute_closeness(self, steps: PlanSteps, limit: int) -> float:
@@ -154,7 +154,7 @@ class PlanRepairer:
                 if edit.removed is not None and steps[edit.removed] is None and action
                 else _KIND_RANKS[kind]
             )
-            if edit.removed in needless and edit.action is not None:  # to delete it is enough
+            if edit.removed in needless and edit.action is not None:  # deleting the step is enough
                 cost = len(EDIT_KINDS)
             elsewhere = failing.isdisjoint(arguments)
             return (

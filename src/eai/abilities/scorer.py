@@ -161,7 +161,7 @@ def _is_unrelated_to_answer(error: Exception) -> bool:
 def _fail(scorer: Scorer, empty: Verdict, error: Exception) -> Assessment:
     try:
         verdict = scorer.score_missing_answer()
-    except Exception:  # it raises whatever the answer
+    except Exception:  # the scorer raises for any answer
         verdict = empty.as_missing_answer()
     reason = f"the scorer raised {exception_text(error)}"
     if verdict.excluded is None:

@@ -83,7 +83,7 @@ class ActionSequencing(PlanScorer):
         if not self._is_plain:
             raise InputError("the closeness of a plan to success needs the protocol strict")
         declined = read_declining(self.task, text, self.notation)
-        if declined is not None or self.task.has_no_plan:  # for which no edits make a plan
+        if declined is not None or self.task.has_no_plan:  # no edits lead to a plan
             return float(declined is not None and declined.is_right)
         plan = self.read(text)
         return (
@@ -154,10 +154,10 @@ class ActionSequencing(PlanScorer):
         """
         if len(self._known) > _MAX_CACHED_STEPS:
             self._known = {}
-        known = self._known  # of another thread's as well
+        known = self._known  # another thread may replace the attribute
         try:
             new = tuple([step for step in plan.steps if step not in known])
-        except TypeError:  # a step that names a list
+        except TypeError:  # a step with a list of objects is not hashable
             return self._resolve(plan)
         if new:
             actions = self._resolve(WrittenPlan(new))

@@ -111,9 +111,7 @@ class SubgoalNotation:
         if about or not named:
             changes = compare_states(before, after)
             for facts, truth in ((changes.added, True), (changes.removed, False)):
-                distinct: dict[
-                    tuple[str, frozenset[int]], Fact
-                ] = {}  # of a fact and its mirror image one is enough
+                distinct: dict[tuple[str, frozenset[int]], Fact] = {}  # one of a fact and its mirror image
                 for fact in facts:
                     if not about or not about.isdisjoint(fact.arguments):
                         distinct.setdefault((fact.predicate, frozenset(fact.arguments)), fact)

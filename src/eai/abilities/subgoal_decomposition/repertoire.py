@@ -161,7 +161,7 @@ class Repertoire:
         """Return the test of a literal. The meaning of its predicate is compiled once."""
         frame, truth = self._compiled(literal.predicate, len(literal.arguments), literal.truth)
         binding = frame.bind(scene, literal.arguments)
-        return lambda state: truth(state, [*binding])  # quantifiers write into it, in any number of threads
+        return lambda state: truth(state, [*binding])  # quantifiers write into the copy
 
     def _compile(self, predicate: str, arity: int, truth: bool) -> tuple[Frame, Truth]:
         variables = tuple([Variable(f"argument {i}") for i in range(arity)])

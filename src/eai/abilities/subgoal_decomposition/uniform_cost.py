@@ -126,7 +126,7 @@ class _Movement:
         """Yield all movement paths from a state, the shortest first. They are explored lazily."""
         if state not in self._ways:
             (self._ways[state],) = tee(self._explore(state), 1)
-        return copy(self._ways[state])  # which remembers what others have looked at
+        return copy(self._ways[state])  # keeps the paths that were explored before
 
     def _explore(self, start: State) -> Iterator[MovementPath]:
         moves = [ground for ground in self._moves if ground.is_ever_possible(start)]
@@ -376,7 +376,7 @@ class _FailedSearch:
         if best is not None:
             return rank, self._choose_reported(best)
         first = self._nodes[0]
-        for ground in self._permitted.achievers:  # what would help needs something else, or fails at a try
+        for ground in self._permitted.achievers:  # the action needs another one first, or only its tries fail
             attempt = self._try_action(first, ground)
             reported = self._choose_reported(attempt)
             only_tries = attempt.failing == [len(ground.info.operator.checks)]

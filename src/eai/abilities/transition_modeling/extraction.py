@@ -207,7 +207,7 @@ def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
     if is_wrapped and (
         not _END_OF_WRAPPER.match(after) or isinstance(read_json(answer, ANY_VALUE), ParsedAnswer)
     ):
-        return None  # cut off, or JSON that says something else
+        return None  # cut off, or JSON of another form
     last = _read_operator(body[heads[-1].start() :])
     if not is_wrapped and isinstance(last, WrittenOperator) and _CLOSING in last.repairs:
         return None
