@@ -81,10 +81,7 @@ def read_toml(file: Path) -> dict[str, Any]:
     content = read_content(file)
     try:
         return parse_toml(content.decode())
-    except (
-        ValueError,
-        RecursionError,
-    ) as error:  # also for numbers with too many digits, and lists nested too deeply
+    except (ValueError, RecursionError) as error:  # also too many digits, and too deep nesting
         raise InputError(f"{file}: expected TOML; {error}") from error
 
 
@@ -225,12 +222,12 @@ def make_lock(file: Path) -> tuple[Path, BaseFileLock]:
 def _has_locks(folder: Path) -> bool:
     try:
         import fcntl
-    except ImportError:  # Windows has no `fcntl`, and its locks work
+    except ImportError:  # only Windows has no `fcntl`, and it can lock files
         return True
     with tempfile.TemporaryFile(dir=folder) as probe:
         try:
             fcntl.flock(probe, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:  # no other process can hold this new file: locks do not work
+        except OSError:  # no other process knows this new file, so its file system cannot lock
             return False
     return True
 

@@ -330,7 +330,7 @@ def _run(
 def _find_largest_file_size(folder: Path) -> int:
     """Return the size of the largest file below a folder. pip moves files in the meantime."""
     largest = 0
-    for parent, _, names in os.walk(folder):  # `walk` skips a folder that was removed
+    for parent, _, names in os.walk(folder):  # skips folders that pip removes meanwhile
         for name in names:
             try:
                 largest = max(largest, Path(parent, name).stat().st_size)

@@ -101,7 +101,7 @@ class Store:
     folder: Path = field(default_factory=default_folder)
 
     def path(self, pack: str) -> Path:
-        """Return the path that the pack has, or would have."""
+        """Return the path of a pack, whether the pack exists or not."""
         return self.folder / f"{pack}.{SCHEMA}.zip"
 
     def has(self, pack: str) -> bool:

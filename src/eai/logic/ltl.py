@@ -205,7 +205,7 @@ class _LtlReader:
 
     def _push_operand(self, operator: str, formula: f.Formula, levels: int) -> None:
         strength = STRENGTHS[operator]
-        if operator in _INFIXES:  # an infix groups to the right, so that each is pushed on its own
+        if operator in _INFIXES:  # groups to the right: each infix is pushed
             self._stack.append(_Pending(strength, _INFIXES[operator], [formula], levels, self._scope))
         elif self._stack and self._stack[-1].strength == strength:
             self._stack[-1].parts.append(formula)

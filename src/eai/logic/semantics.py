@@ -52,7 +52,7 @@ class _Evaluator:
 
     def __init__(self, formula: f.Formula, trace: Trace) -> None:
         self._trace = trace
-        self._formula = formula  # keeps the ids below alive
+        self._formula = formula  # keeps its parts alive, so that their ids stay unique
         self._temporal = temporal_parts(formula)
         self._monotony = monotony(formula)
         self._closed: dict[int, int] = {}
@@ -106,7 +106,7 @@ class _Evaluator:
                 return self._combine(formula, binding, partial(self.find_positions, end=end), end)
 
     def find_starts(self, formula: f.Formula, binding: Binding, end: int) -> int:
-        """Return the positions from which the rest of the trace, up to ``end``, satisfies the formula."""
+        """Return the start positions of pieces that end at ``end`` and satisfy the formula."""
         if not self.is_temporal(formula):
             return _up_to_last(self.find_state_positions(formula, binding) & _up_to(end))
         if isinstance(formula, (f.Next, f.Eventually, f.Always, f.Until, f.Then)):
@@ -114,23 +114,24 @@ class _Evaluator:
         return self._combine(formula, binding, partial(self.find_starts, end=end), end)
 
     def _find_sequence_starts(self, parts: Sequence[f.Formula], binding: Binding, starts: int) -> int:
-        """Return the positions from which consecutive pieces satisfy the parts, up to just before a start."""
+        """Return the start positions of consecutive pieces that satisfy the parts, up to ``starts``."""
         for part in reversed(parts):
             starts = self._find_piece_starts(part, binding, starts)
         return starts
 
     def _find_piece_starts(self, formula: f.Formula, binding: Binding, rest: int) -> int:
-        """Return the positions from which a piece satisfies the formula and ends before ``rest``."""
+        """Return the start positions of pieces that satisfy the formula and end just before ``rest``."""
         ends = rest >> 1
-        if id(formula) in self._monotony.lasting:  # the last end is the best
+        if id(formula) in self._monotony.lasting:  # if any end works, the last one does
             return self.find_starts(formula, binding, ends.bit_length() - 1) if ends else 0
-        if id(formula) in self._monotony.perishing and ends == _up_to_last(ends):  # the first end is the best
+        # A perishing formula that some piece satisfies is satisfied by the piece of length 1.
+        if id(formula) in self._monotony.perishing and ends == _up_to_last(ends):
             return self._find_single_positions(formula, binding) & ends
         table = self._find_table(formula, binding)
         return reduce(or_, [table[end] for end in positions_in(ends)], 0)
 
     def _find_single_positions(self, formula: f.Formula, binding: Binding) -> int:
-        """Return the positions that satisfy the formula as pieces of length 1."""
+        """Return the positions at which a piece of length 1 satisfies the formula."""
         if not self.is_temporal(formula):
             return self.find_state_positions(formula, binding)
         match formula:
@@ -280,7 +281,7 @@ def _positions_of_exactly(count: int, masks: list[int], everything: int) -> int:
 
 
 PossibleArguments: TypeAlias = Callable[[f.Atom | f.Occurs, int, Binding], Set[str] | None]
-"""Returns the objects that may be argument number i of a true atom or action; None if any object may."""
+"""Function that returns the objects that may be argument number i of a true atom; None for any object."""
 
 
 def support(
@@ -448,7 +449,7 @@ def _explain_sequence(
     for part in formula.parts:
         last = _find_first_completion(part, evaluator, trace, start)
         if last is None:
-            if holds:  # a later completion of an earlier part makes the rest possible
+            if holds:  # an earlier part must be completed later
                 return _Evidence(True, tuple(positions))
             blamed = _find_blamed_parts(part, evaluator, trace, start) if start < trace.length else ()
             return _Evidence(False, tuple(positions), blamed or (part,))

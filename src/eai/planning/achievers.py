@@ -277,7 +277,7 @@ class Achievers:
         return [self._taking[name] for name in names if name in self._taking]
 
     def matches(self, state: State, usable: int) -> _AtomMatches:
-        """Return the matches in a state; the cached ones if they are the same.
+        """Return the matches in a state. They are cached for states with the same unchanging facts.
 
         Args:
             state: the state.

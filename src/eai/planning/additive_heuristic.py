@@ -80,7 +80,7 @@ _MIN_COST = 1.0
 """Minimum cost of a condition that does not hold."""
 
 _MAX_DEPTH = 60
-"""Maximum number of nested atoms to be established; deeper conditions count as unreachable."""
+"""Maximum depth of nested atoms; conditions that need deeper nesting count as unreachable."""
 
 
 class _FormulaInstance(NamedTuple):
@@ -202,7 +202,7 @@ class Estimates:
         return self.find_prerequisites(parts[0]) if len(parts) == 1 else parts
 
     def find_alternatives(self, subgoal: Subgoal) -> Sequence[Subgoal]:
-        """Return the cheapest conditions of a disjunction; () for other conditions."""
+        """Return the cheapest operands of a disjunction; () for other conditions."""
         parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.parts(subgoal)
         costs = [(part, self.estimate(part)) for part in parts.parts] if isinstance(parts, AnyOf) else []
         least = min((cost for _, cost in costs), default=INFINITE)
@@ -241,8 +241,6 @@ class Estimates:
             if best.cost <= _MIN_COST:
                 break
         return best
-
-    # Costs of conditions.
 
     def _cost(self, subgoal: Subgoal, limit: float) -> float:
         """Return the cost of a condition that does not hold, or infinity if it is not below the limit.
@@ -314,8 +312,6 @@ class Estimates:
                 return INFINITE
         return total
 
-    # Choices.
-
     def _choose(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
         """Return the conditions that establish some parts and are all needed, or None if no choice does."""
         match parts:
@@ -342,8 +338,6 @@ class Estimates:
             if cheapest is not None:
                 return cheapest
         return None
-
-    # Atoms.
 
     def _find_definition(self, atom: GroundAtom) -> Subgoal | None:
         derived = self._heuristic.derived.get(atom.predicate)

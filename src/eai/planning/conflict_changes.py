@@ -185,7 +185,7 @@ class ConflictChanges:
         return [(remaining_condition(check, operator.checks), scope) for check in operator.checks]
 
     def effect_conditions(self, action: Action, change: FactChange) -> Iterator[list[ScopedCondition]]:
-        """Yield, for each effect by which an action may make a change, its known further conditions."""
+        """Yield the known conditions of each effect by which an action may make a change."""
         if change.predicate in self._unread.get(action.operator, ()):
             yield []
         effect = action.operator, change.predicate, change.truth
@@ -332,7 +332,7 @@ class ConflictChanges:
         return frozenset(changes)
 
     def count_read_predicates(self, formula: f.Formula) -> int:
-        """Count the changeable predicates that a condition reads; its changes are less certain with more."""
+        """Count the changeable predicates that a condition reads; fewer give more precise changes."""
         cached = self._depths.get(id(formula))
         if cached is None:
             names = find_stored_predicates(predicates_of(formula), self._domain.vocabulary)
@@ -358,7 +358,7 @@ class ConflictChanges:
         if defined is None:
             return frozenset(self.all_changes(atom))
         key = (name, arguments, truth)
-        if key in self._open:  # a circle cannot make an atom true, but it may make it false
+        if key in self._open:  # a circular definition can make an atom false, but not true
             return _NOTHING if truth else frozenset(self.all_changes(atom))
         self._open.add(key)
         inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))

@@ -365,7 +365,7 @@ class _Supposition:
                     return not is_general or self._suppose(
                         body, {**scope, variable.name: None}, within, truth=truth
                     )
-                if None in scope.values():  # each value may have a different object
+                if None in scope.values():  # the unknown object may depend on the general arguments
                     return True
                 self._unknown += 1
                 return self._suppose(body, {**scope, variable.name: f"{self._unknown}"}, within, truth=truth)

@@ -253,9 +253,9 @@ class _RelaxationGraph:
             )
         key = atom.predicate, arguments, truth
         result = self._numbers.get(key)
-        if result is not None and not truth and key in self._open:  # a circle may make an atom false
+        if result is not None and not truth and key in self._open:  # circular definition
             return self._any_change(self._conflict_changes.all_changes(atom))
-        if result is None:  # a circle cannot make an atom true: on the way, the atom is this condition
+        if result is None:  # inside its own definition, the atom has the number of this condition
             number = self._numbers[key] = self._new((), 1, 0)
             self._open.add(key)
             inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))

@@ -35,7 +35,7 @@ class GroundAtom(NamedTuple):
 
 
 SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | Choose[Subgoal] | Pairing[Subgoal]
-"""The parts of a condition. If parts are chosen, the others must not hold."""
+"""The parts of a condition. Parts that are not chosen must not hold."""
 
 
 class Unfolding:

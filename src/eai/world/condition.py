@@ -291,7 +291,7 @@ def _inner_scope(derived: Defined, slots: tuple[int, ...]) -> Mapping[str, int]:
 
 def _compile_lookup(lookup: Lookup, slots: Sequence[int]) -> _ValueMask:
     values = lookup.values
-    if len(slots) == 1:  # the most frequent form by far: without it some suites take a tenth longer
+    if len(slots) == 1:  # a fast path for one argument, which saves some suites a tenth of their time
         (only,) = slots
         return lambda state, binding: values(state, (binding[only],))
     return lambda state, binding: values(state, tuple([binding[s] for s in slots]))

@@ -74,7 +74,7 @@ class _Recursion:
 
     @cached_property
     def _vocabulary(self) -> Vocabulary:
-        """The vocabulary in which the circle is stored, and the next round of its definitions is derived."""
+        """The vocabulary with the circle as stored predicates, and its next iteration as derived ones."""
         whole = self._whole()
         others = [item for item in whole.derived if item.name not in self._names]
         next_ones = [Defined(f"{item.name} ", item.parameters, item.definition) for item in self._circle]

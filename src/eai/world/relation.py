@@ -148,9 +148,7 @@ class Relation:
 
     def flip(self, source: int, target: int) -> None:
         """Change a copy: add the pair if it is missing, else remove it."""
-        if (
-            target in self._columns and source not in self._rows
-        ):  # the column is overridden already, the row is not
+        if target in self._columns and source not in self._rows:  # only the column has its own line already
             self.set_column(target, self._columns[target] ^ 1 << source)
         else:
             self.set_row(source, self.row(source) ^ 1 << target)

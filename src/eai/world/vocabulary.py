@@ -141,7 +141,9 @@ def require_tuple(location: str, values: object, kind: type | UnionType) -> None
     expected = join_with_or([type_.__name__ for type_ in get_args(kind) or (kind,)])
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise DomainError(f"{location}: expected a tuple of {expected}, found {type(values).__name__}")
-    value_by_type = {type(value): value for value in values}  # a scene has hundreds of objects
+    value_by_type = {
+        type(value): value for value in values
+    }  # one check for each type, not for each of hundreds of objects
     for value in value_by_type.values():
         if not isinstance(value, kind):
             raise DomainError(f"{location}: expected {expected}, found {type(value).__name__}")

@@ -186,7 +186,7 @@ class Repairer:
         if before is None:
             return None
         path = self.states.path(as_entries((*before, step)), (moment,), 0)
-        if len(path) < len(before) + 2:  # an action before the step fails, or the step itself
+        if len(path) < len(before) + 2:  # the step, or an action before it, is impossible
             return None
         after = path[-1]
         effort.used += 2 * len(rest)
