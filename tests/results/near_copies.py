@@ -1,4 +1,4 @@
-"""Made-up runs whose tasks are near copies of each other, as many and as alike as in VirtualHome."""
+"""Synthetic runs with near copies of tasks, with the group sizes and the correlation of VirtualHome."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ALIKE = 0.6
 
 
 def chances(generator: random.Random, rate: float, alike: float, names: int) -> list[float]:
-    """For each name the chance of success, which is `rate` on average."""
+    """Return the chance of success of each name, with mean `rate`."""
     if not alike:
         return [rate] * names
     sureness = (1 - alike) / alike
@@ -26,7 +26,7 @@ def chances(generator: random.Random, rate: float, alike: float, names: int) -> 
 def successes(
     generator: random.Random, rate: float, sizes: Sequence[int] = SIZES, alike: float = ALIKE
 ) -> list[Case]:
-    """A yes or a no from each task."""
+    """Return a yes or a no from each task."""
     return [
         Case(f"{case.name}_{copy}", case.name, Share(int(copy < case.share.numerator), 1))
         for case in successes_by_name(generator, rate, sizes, alike)
@@ -37,7 +37,7 @@ def successes(
 def successes_by_name(
     generator: random.Random, rate: float, sizes: Sequence[int] = SIZES, alike: float = ALIKE
 ) -> list[Case]:
-    """The same with one case a name, which is what intervals by name are made from."""
+    """Return one case for each name, from which intervals by name are computed."""
     draw = generator.random
     return [
         Case(str(name), str(name), Share(sum(draw() < chance for _ in range(size)), size))
@@ -50,7 +50,8 @@ def successes_by_name(
 def matches(
     generator: random.Random, rate: float, sizes: Sequence[int] = SIZES, alike: float = ALIKE
 ) -> list[Case]:
-    """F1 from each task: of one to six goals each is found, or else another is invented half of the time.
+    """Return the F1 share of each task: each of one to six goals is matched, or else replaced by a wrong one
+    half of the time.
 
     Its expectation is `expected_f1`.
     """
@@ -68,12 +69,11 @@ def matches(
 
 
 def expected_f1(rate: float) -> float:
-    """The F1 of all answers that `matches` could give."""
     return 2 * rate / (1 + rate + (1 - rate) / 2)
 
 
 def merged(cases: Sequence[Case]) -> list[Case]:
-    """The same cases with one a name."""
+    """Return the cases with one case for each name."""
     sums: dict[str, Share] = {}
     for case in cases:
         numerator, denominator = sums.get(case.name, Share(0, 0))

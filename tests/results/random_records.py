@@ -1,4 +1,4 @@
-"""Records of every ability, for laws that hold of all."""
+"""Hypothesis strategies for records of every ability."""
 
 from __future__ import annotations
 
@@ -28,13 +28,15 @@ TEXTS = st.text(st.characters(), max_size=6)
 
 
 def with_every_field(declared: type[T], **given: st.SearchStrategy[Any]) -> st.SearchStrategy[T]:
-    """Values of a dataclass whose fields, those with a default too, are any value of their types."""
+    """Return a strategy of a dataclass whose fields, also those with a default, have any value of their
+    types.
+    """
     hints = {name: hint for name, hint in get_type_hints(declared).items() if name not in given}
     return st.builds(declared, **{name: st.from_type(hint) for name, hint in hints.items()}, **given)
 
 
 def records() -> st.SearchStrategy[Record]:
-    """Records with any verdict, with and without explanation and origin."""
+    """Return a strategy of records with any verdict, with and without explanation and origin."""
     return st.sampled_from(PAPER_ABILITIES).flatmap(_of)
 
 
@@ -49,7 +51,7 @@ def _of(ability: Ability) -> st.SearchStrategy[Record]:
 
 
 def _varied(experiment: Experiment, own: dict[str, st.SearchStrategy[Any]]) -> st.SearchStrategy[Record]:
-    """Records of an experiment, with and without what its studies say of the answer."""
+    """Return a strategy of records of an experiment, with and without summaries of its studies."""
     said = st.dictionaries(TEXTS, COUNTS | TEXTS | st.lists(COUNTS), min_size=1)
     summaries = st.fixed_dictionaries({}, optional=dict.fromkeys(experiment.study, said))
     return with_every_field(Record, experiment=st.just(experiment), summaries=summaries, **own)

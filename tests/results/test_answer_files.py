@@ -41,14 +41,14 @@ def test_the_only_file_of_a_folder_is_not_taken_for_every_suite(tmp_path: Path, 
         find_recorded_file(tmp_path, "virtualhome", PLANS)
 
 
-def test_two_models_are_one_too_many(tmp_path: Path) -> None:
+def test_a_suite_with_files_of_two_models_is_refused(tmp_path: Path) -> None:
     for model in ("a", "b"):
         file(tmp_path / "lamps" / "action_sequencing" / f"{model}_outputs.json")
     with pytest.raises(InputError, match="found 2"):
         find_recorded_file(tmp_path, "lamps", PLANS)
 
 
-def test_a_file_is_taken_unless_it_says_that_it_is_of_another_suite(tmp_path: Path) -> None:
+def test_a_file_is_used_unless_it_names_another_suite(tmp_path: Path) -> None:
     bare = file(tmp_path / "m_outputs.json")
     assert find_recorded_file(bare, "virtualhome", PLANS) == bare
     assert find_recorded_file(bare, "behavior", GOALS) == bare
@@ -63,7 +63,7 @@ def test_a_file_is_taken_unless_it_says_that_it_is_of_another_suite(tmp_path: Pa
         find_recorded_file(tmp_path / "none.json", "virtualhome", PLANS)
 
 
-def test_files_of_other_suites_in_a_folder_are_left_alone(tmp_path: Path) -> None:
+def test_files_of_other_suites_in_a_folder_are_ignored(tmp_path: Path) -> None:
     bare = file(tmp_path / "a_outputs.json")
     named = file(tmp_path / "virtualhome" / "action_sequencing" / "b_outputs.json")
     other = file(tmp_path / "virtualhome" / "goal_interpretation" / "b_outputs.json")

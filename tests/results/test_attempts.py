@@ -20,7 +20,6 @@ TWICE = experiment(replans=2)
 
 
 def tried(task_id: str, attempts: Sequence[Attempt], experiment: Experiment | None = TWICE) -> Record:
-    """A record whose verdict is that of the last attempt, as records are."""
     last = attempts[-1]
     plain = record(task_id, last.verdict, response=last.response)
     return replace(plain, explanation=last.explanation, attempts=tuple(attempts), experiment=experiment)
@@ -35,13 +34,13 @@ TRIED = tried("a", [FIRST, SECOND, THIRD])
 @pytest.mark.parametrize(
     ("attempts", "kept"), [(1, (FIRST,)), (2, (FIRST, SECOND)), (3, TRIED.attempts), (4, TRIED.attempts)]
 )
-def test_an_earlier_end_leaves_the_last_attempt_that_was_made(
+def test_a_limit_on_attempts_keeps_the_last_attempt_within_it(
     attempts: int, kept: tuple[Attempt, ...]
 ) -> None:
     assert keep_attempts(TRIED, attempts) == tried("a", kept)
 
 
-def test_a_record_without_attempts_is_as_it_is() -> None:
+def test_a_limit_on_attempts_does_not_change_a_record_without_attempts() -> None:
     plain = record("a", WRONG)
     assert keep_attempts(plain, 1) is plain
 
@@ -57,12 +56,12 @@ def test_a_record_without_attempts_is_as_it_is() -> None:
         ([replace(record("lost", WRONG), experiment=TWICE), TRIED], 3),
     ],
 )
-def test_how_many_attempts_there_could_be(records: list[Record], most: int) -> None:
+def test_the_maximum_number_of_attempts_follows_from_the_replans(records: list[Record], most: int) -> None:
     assert max_attempts(records) == most
     assert len(summarise_by_attempt(records)) == most
 
 
-def test_metrics_by_the_number_of_attempts() -> None:
+def test_success_does_not_fall_with_the_number_of_attempts() -> None:
     records = [TRIED, tried("b", [THIRD]), tried("c", [SECOND, FIRST, SECOND])]
     found = summarise_by_attempt(records)
     assert [rates["task_success"] for rates in found] == [Rate(1, 3), Rate(1, 3), Rate(2, 3)]

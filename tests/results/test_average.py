@@ -28,7 +28,7 @@ def test_paper_averages_follow_from_its_columns(domain: str) -> None:
     assert off == {pair for pair in OFF_IN_THE_PAPER if pair[0] == domain}
 
 
-def test_weights_are_those_of_the_paper_s_equation() -> None:
+def test_average_weights_equal_those_of_the_papers_equation() -> None:
     assert average_weights() == {
         (Ability.GOAL_INTERPRETATION, "overall.f1"): 0.25,
         (Ability.SUBGOAL_DECOMPOSITION, "task_success"): 0.25,
@@ -38,7 +38,7 @@ def test_weights_are_those_of_the_paper_s_equation() -> None:
     }
 
 
-def test_plans_that_work_stand_in_the_place_of_planner_success_where_they_are_known() -> None:
+def test_the_rate_of_working_plans_replaces_planner_success_if_known() -> None:
     values: dict[tuple[Ability, str], float | None] = dict.fromkeys(average_weights(), 40.0)
     assert average_performance(values) == pytest.approx(40)
     works = Ability.TRANSITION_MODELING, "overall.plan_works"
@@ -46,5 +46,5 @@ def test_plans_that_work_stand_in_the_place_of_planner_success_where_they_are_kn
     assert average_performance({**values, works: None}) == pytest.approx(40)
 
 
-def test_no_average_without_all_abilities() -> None:
+def test_the_average_is_missing_unless_all_abilities_are_known() -> None:
     assert average_performance({(Ability.GOAL_INTERPRETATION, "overall.f1"): 50.0}) is None

@@ -39,19 +39,19 @@ def test_records_come_in_the_order_of_the_answers(workers: int) -> None:
     }
 
 
-def test_a_suite_that_cannot_be_opened_again_is_scored_here() -> None:
+def test_a_suite_that_workers_cannot_open_is_scored_in_this_process() -> None:
     suite = echo_suite()
     suite = replace(suite, benchmark=replace(suite.benchmark, reference=""))
     assert records_of(suite, ANSWERS, workers=4) == records_of(suite, ANSWERS)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_nothing_to_score_gives_no_record(workers: int) -> None:
+def test_an_empty_stream_of_answers_gives_no_record(workers: int) -> None:
     assert records_of(echo_suite(), ResponseFile("m", ()), workers=workers) == []
 
 
 @pytest.mark.parametrize("allow_missing", [False, True])
-def test_what_is_asked_and_not_answered_stands_in_its_place(allow_missing: bool) -> None:
+def test_missing_answers_have_records_in_the_order_of_the_tasks(allow_missing: bool) -> None:
     some = ResponseFile("m", (ANSWERS.responses[4], ANSWERS.responses[1]))
     settings = ScoringOptions(explanations=False, allow_missing=allow_missing)
     records = score_run(echo_suite(), some, {"5_1": "refused", "0_1": "late"}, settings)
@@ -69,7 +69,7 @@ def test_what_is_asked_and_not_answered_stands_in_its_place(allow_missing: bool)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_explanations_stand_in_the_records_where_they_are_asked_for(workers: int) -> None:
+def test_records_have_explanations_only_on_request(workers: int) -> None:
     first = records_of(echo_suite(), ANSWERS, workers=workers, explanations=True)[0]
     assert first.explanation == Explanation(notes=("on answer to 0_1",))
     assert records_of(echo_suite(), ANSWERS, workers=workers)[0].explanation is None
@@ -97,7 +97,7 @@ def test_a_killed_worker_changes_no_record() -> None:
         (Ability.ACTION_SEQUENCING, 2, 100_000, (1_024, 1_024)),
     ],
 )
-def test_a_worker_is_given_two_equal_shares_of_a_known_number(
+def test_each_worker_gets_two_equal_batches_of_a_known_number_of_answers(
     ability: Ability, workers: int, answers: int, shares: tuple[int, int]
 ) -> None:
     assert Scoring(workers)._batch_sizes(replace(echo_suite(), ability=ability), answers) == shares
@@ -105,7 +105,7 @@ def test_a_worker_is_given_two_equal_shares_of_a_known_number(
 
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("ability", [Ability.ACTION_SEQUENCING, ACTING], ids=str)
-def test_an_answer_whose_scorer_raises_costs_no_other_answer(ability: Ability, workers: int) -> None:
+def test_an_exception_of_a_scorer_affects_only_its_own_answer(ability: Ability, workers: int) -> None:
     suite = open_suite(NAME, ability)
     texts = ["[]", BOOM, *["PRESS(lamp)\nDONE"] * 3]
     answers = [Response(task, text) for task, text in zip(suite.task_ids, texts, strict=True)]

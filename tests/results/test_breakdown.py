@@ -45,7 +45,7 @@ def test_every_kind_of_error_is_an_outcome(kind: FaultKind) -> None:
     assert outcome_of(record("1_1", failed(kind))).value == kind.value
 
 
-def test_outcomes_in_the_order_of_their_names() -> None:
+def test_verdicts_of_each_ability_have_their_outcomes() -> None:
     actions, goals, operators = (
         Ability.ACTION_SEQUENCING,
         Ability.GOAL_INTERPRETATION,
@@ -91,7 +91,7 @@ def test_flow_loses_answers_stage_by_stage() -> None:
     assert break_down([], Ability.GOAL_INTERPRETATION).flow is None
 
 
-def test_shares_by_length_action_and_predicate() -> None:
+def test_success_is_broken_down_by_length_action_and_predicate() -> None:
     explained = replace(record("1", failed(FaultKind.MISSING_STEP)), explanation=PLAN)
     found = break_down([explained, replace(explained, task_id="2")], Ability.ACTION_SEQUENCING)
     assert found.by_goals == found.by_length == {}  # what the tasks are like is not known
@@ -99,8 +99,8 @@ def test_shares_by_length_action_and_predicate() -> None:
     assert found.by_predicate == {"ON": Rate(2, 4), "READ": Rate(0, 2), "WATCH": Rate(0, 2)}
 
 
-def test_difficulty_is_the_task_s_and_no_outcome() -> None:
-    """A plan that fails at its first step is one for a task of nine steps all the same."""
+def test_difficulty_is_measured_by_the_task_and_not_by_the_answer() -> None:
+    """A plan that fails at its first step still counts for a task of nine steps."""
     task = TaskFeatures("wash", 9, 2)
     right, wrong = (
         replace(record(name, verdict), explanation=PLAN, task=task)
@@ -119,7 +119,7 @@ def test_difficulty_is_the_task_s_and_no_outcome() -> None:
     assert {goals: len(cases) for goals, cases in found.by_goals.items()} == {1: 1, 2: 3}
 
 
-def test_operators_by_f1() -> None:
+def test_operators_are_broken_down_by_f1() -> None:
     side = SideMatch(("(on ?o)", "(forall (?o - object) (when (on ?o) (on ?o)))"), ("near",), ("(off ?o)",))
     verdict = OperatorVerdict(
         operators=(OperatorReport("open", OperatorStatus.COMPARED, side),),
@@ -132,9 +132,10 @@ def test_operators_by_f1() -> None:
 
 
 def test_success_by_length_is_the_paper_s_figure(behavior_tasks: BehaviorTasks) -> None:
-    """Tens of annotated steps, GPT-4o; the paper's figure has 0.7, 0.5, 0.14, 0.17, 0.5 and, at 60, 0.
+    """Success of GPT-4o by tens of annotated steps: the paper's figure has 0.7, 0.5, 0.14, 0.17, 0.5 and, at
+    60, 0.
 
-    On the reconstructed scenes one of the 37 answers fails that reached its goal in the simulator.
+    One of the 37 answers that reached its goal in the simulator fails on the reconstructed scenes.
     """
     rows = read_oracle("behavior", "action_sequencing", "gpt-4o-2024-05-13")["records"]
     records = [
@@ -171,7 +172,7 @@ def test_a_goal_mentions_each_predicate_once(goal: str, names: tuple[str, ...]) 
 
 
 def test_an_additional_step_is_tried_and_not_executed() -> None:
-    """So the authors' evaluator counts it."""
+    """The authors' evaluator counts additional steps in this way."""
     steps = (
         StepReport("OPEN(box.1)", "executed", call=read_statement("OPEN(box.1)")),
         StepReport("OPEN(box.1)", "additional_step", "is open", call=read_statement("OPEN(box.1)")),

@@ -22,12 +22,12 @@ PROMISED = 0.93
 
 
 def alone(right: int, tasks: int) -> list[Case]:
-    """Tasks that stand for themselves, of which so many are right."""
+    """Return tasks with different names, of which a number is right."""
     return [Case(str(i), str(i), Share(i < right, 1)) for i in range(tasks)]
 
 
 def copies(*names: tuple[int, int]) -> list[Case]:
-    """For each name how many of its tasks are right."""
+    """Return cases of names, given the number of right tasks and of tasks of each name."""
     return [
         Case(f"{name}_{i}", str(name), Share(i < right, 1))
         for name, (right, tasks) in enumerate(names)
@@ -45,9 +45,7 @@ def copies(*names: tuple[int, int]) -> list[Case]:
         (8, 10, 49.0, 94.3),
     ],
 )
-def test_tasks_that_stand_for_themselves_have_wilson_s_interval(
-    right: int, tasks: int, low: float, high: float
-) -> None:
+def test_independent_tasks_have_wilsons_interval(right: int, tasks: int, low: float, high: float) -> None:
     found = certainty_of_rate(alone(right, tasks))
     assert found is not None
     assert found.interval == pytest.approx(Interval(low, high), abs=0.05)
@@ -55,7 +53,7 @@ def test_tasks_that_stand_for_themselves_have_wilson_s_interval(
     assert (found.tasks, found.names, found.design_effect, found.effective_tasks) == (tasks, tasks, 1, tasks)
 
 
-def test_near_copies_say_less_than_as_many_tasks() -> None:
+def test_near_copies_have_a_wider_interval_than_different_tasks() -> None:
     together = certainty_of_rate(copies(*[(20, 20)] * 5, *[(0, 20)] * 5))
     apart = certainty_of_rate(copies(*[(10, 20)] * 10))
     assert together is not None
@@ -69,14 +67,14 @@ def test_near_copies_say_less_than_as_many_tasks() -> None:
     assert apart.design_effect == pytest.approx(0)
 
 
-def test_copies_that_differ_more_than_unlike_tasks_are_worth_no_more_than_they_are() -> None:
+def test_the_effective_number_of_tasks_never_exceeds_their_number() -> None:
     found = certainty_of_rate(copies((10, 20), (11, 20), (9, 20)))
     assert found is not None
     assert 0 < (found.design_effect or 0) < 1
     assert found.effective_tasks == found.tasks == 60
 
 
-def test_names_that_agree_are_no_proof_where_they_are_few() -> None:
+def test_few_names_with_equal_results_still_have_a_wide_interval() -> None:
     for right in (0, 10):
         found = certainty_of_rate(copies(*[(right, 10)] * 4))
         assert found is not None
@@ -86,14 +84,14 @@ def test_names_that_agree_are_no_proof_where_they_are_few() -> None:
         assert found.by_task.high - found.by_task.low < 10
 
 
-def test_errors_that_count_several_times_a_task() -> None:
+def test_a_rate_of_errors_that_count_several_times_has_an_interval() -> None:
     found = certainty_of_rate([Case(str(i), str(i), Share(i % 4, 1)) for i in range(40)])
     assert found is not None
     assert found.interval.low < 150 < found.interval.high
     assert found.interval.low + found.interval.high == pytest.approx(300)
 
 
-def test_nothing_has_no_certainty() -> None:
+def test_a_rate_without_cases_has_no_interval() -> None:
     nothing = [Case("a", "a", Share(0, 0))]
     assert certainty_of_rate([]) is None
     assert certainty_of_rate(nothing) is None
@@ -102,7 +100,7 @@ def test_nothing_has_no_certainty() -> None:
     assert mean_over_names(nothing) is None
 
 
-def test_names_may_count_alike() -> None:
+def test_the_mean_over_names_gives_each_name_equal_weight() -> None:
     assert mean_over_names(copies((30, 30), (0, 10))) == 50
 
 
@@ -118,7 +116,7 @@ def test_a_mean_of_rates_of_the_same_tasks_varies_with_their_names() -> None:
     assert opposed.interval.high - opposed.interval.low < 0.7 * (whole.interval.high - whole.interval.low)
 
 
-def test_a_difference_is_surer_where_the_same_tasks_are_right() -> None:
+def test_a_difference_has_a_narrower_interval_if_the_same_tasks_are_right() -> None:
     first = copies((10, 10), (0, 10), (10, 10), (0, 10), (9, 10), (1, 10), (10, 10), (0, 10))
     alike = copies((10, 10), (1, 10), (10, 10), (1, 10), (10, 10), (2, 10), (10, 10), (1, 10))
     unlike = copies((0, 10), (10, 10), (0, 10), (10, 10), (1, 10), (9, 10), (5, 10), (10, 10))
@@ -145,13 +143,13 @@ def test_an_interval_by_name_is_made_from_the_sums_of_names() -> None:
 
 
 def covered(truth: float, samples: int, draw: Callable[[], Interval | None]) -> float:
-    """How often drawn intervals hold the truth, in percent or points."""
+    """Return the share of drawn intervals that cover the true value."""
     found = [draw() for _ in range(samples)]
     return sum(i is not None and i.low <= truth <= i.high for i in found) / samples
 
 
 @pytest.mark.parametrize("rate", [0.01, 0.03, 0.1, 0.17, 0.3, 0.5, 0.8, 0.95, 0.99])
-def test_intervals_of_rates_hold_the_truth(rate: float) -> None:
+def test_intervals_of_rates_cover_the_true_value(rate: float) -> None:
     generator = random.Random(f"rate/{rate}")
 
     def draw() -> Interval | None:
@@ -162,7 +160,7 @@ def test_intervals_of_rates_hold_the_truth(rate: float) -> None:
 
 
 @pytest.mark.parametrize("rate", [0.05, 0.3, 0.6, 0.95])
-def test_intervals_of_f1_hold_the_truth(rate: float) -> None:
+def test_intervals_of_f1_cover_the_true_value(rate: float) -> None:
     generator = random.Random(f"f1/{rate}")
 
     def draw() -> Interval | None:
@@ -173,7 +171,7 @@ def test_intervals_of_f1_hold_the_truth(rate: float) -> None:
 
 
 @pytest.mark.parametrize("rates", [(0.01, 0.1), (0.05, 0.2), (0.3, 0.5), (0.8, 0.95), (0.97, 0.99)])
-def test_intervals_of_differences_hold_the_truth(rates: tuple[float, float]) -> None:
+def test_intervals_of_differences_cover_the_true_value(rates: tuple[float, float]) -> None:
     generator = random.Random(f"difference/{rates}")
 
     def draw() -> Interval | None:
@@ -184,7 +182,7 @@ def test_intervals_of_differences_hold_the_truth(rates: tuple[float, float]) -> 
 
 
 @pytest.mark.parametrize("rates", [(0.05, 0.2), (0.5, 0.5), (0.8, 0.98)])
-def test_intervals_of_means_hold_the_truth(rates: tuple[float, float]) -> None:
+def test_intervals_of_means_cover_the_true_value(rates: tuple[float, float]) -> None:
     generator = random.Random(f"mean/{rates}")
 
     def draw() -> Interval | None:
@@ -195,8 +193,8 @@ def test_intervals_of_means_hold_the_truth(rates: tuple[float, float]) -> None:
 
 
 @pytest.mark.parametrize("rate", [0.1, 0.5, 0.9])
-def test_intervals_of_what_counts_several_times_hold_the_truth(rate: float) -> None:
-    """As many errors as tasks at a rate of one half: each task has two chances to err."""
+def test_intervals_of_repeated_errors_cover_the_true_value(rate: float) -> None:
+    """Each task has two chances of an error, each with a rate of one half."""
     generator = random.Random(f"several/{rate}")
 
     def draw() -> Interval | None:

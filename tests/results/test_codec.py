@@ -77,7 +77,7 @@ def test_a_record_reads_as_it_was_written(written: Record) -> None:
 
 
 @given(records(), st.dictionaries(st.text(max_size=3).map("x_".__add__), st.integers(), max_size=2))
-def test_fields_that_are_not_known_are_passed_over(written: Record, more: dict[str, int]) -> None:
+def test_unknown_fields_of_a_record_are_ignored(written: Record, more: dict[str, int]) -> None:
     assert record_from_json({**record_to_json(written), **more}) == written
 
 
@@ -123,7 +123,7 @@ def test_every_ability_has_the_fields_of_the_contract_first(ability: Ability) ->
     assert line["schema"] == SCHEMA
 
 
-def test_the_fields_of_a_plan() -> None:
+def test_a_record_of_a_plan_has_these_fields() -> None:
     assert fields_of(PLAN) == {
         "status": "scored",
         "excluded_reason": None,
@@ -186,7 +186,7 @@ def test_the_fields_of_a_plan() -> None:
         ),
     ],
 )
-def test_a_verdict_as_json_fields(verdict: Verdict, expected: dict[str, Any]) -> None:
+def test_a_verdict_is_written_as_json_fields(verdict: Verdict, expected: dict[str, Any]) -> None:
     fields = fields_of(verdict)
     assert {key: fields[key] for key in expected} == expected
     assert json.loads(json.dumps(fields)) == fields
@@ -254,13 +254,13 @@ def test_an_explanation_is_a_field_of_the_record() -> None:
     assert "explanation" not in record_to_json(record(PLAN))
 
 
-def test_the_digest_tells_texts_apart() -> None:
+def test_different_texts_have_different_digests() -> None:
     texts = ["", "a", "\ud800", "\udc00", "\ufffd", "?"]
     assert len({sha256_of(text) for text in texts}) == len(texts)
 
 
 def changed(**fields: object) -> dict[str, Any]:
-    """A good record with other fields; a field is left out if it is `...`."""
+    """Return a valid record with other fields; a field is left out if its value is `...`."""
     line = {**record_to_json(record(PLAN)), **fields}
     return {key: value for key, value in line.items() if value is not ...}
 
@@ -301,12 +301,14 @@ def changed(**fields: object) -> dict[str, Any]:
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_what_is_not_a_record_is_named_by_its_field(values: dict[str, Any], complaint: str) -> None:
+def test_an_invalid_record_is_refused_with_the_name_of_its_field(
+    values: dict[str, Any], complaint: str
+) -> None:
     with pytest.raises(InputError) as caught:
         record_from_json(values)
     assert str(caught.value).startswith(complaint)
     assert "\n" not in str(caught.value)
 
 
-def test_a_record_may_lack_its_response() -> None:
+def test_a_record_without_its_response_is_read() -> None:
     assert record_from_json(changed(response=...)).response == ""

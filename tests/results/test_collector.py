@@ -5,7 +5,7 @@ import gc
 from eai.results.collector import OBJECTS_BETWEEN_COLLECTIONS, collect_seldom
 
 
-def test_the_garbage_collector_is_spared_what_is_there() -> None:
+def test_present_objects_are_excluded_from_garbage_collection() -> None:
     threshold, is_spared = gc.get_threshold(), gc.get_freeze_count() > 0
     gc.unfreeze()
     gc.set_threshold(700, 10, 10)

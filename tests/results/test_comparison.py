@@ -25,7 +25,7 @@ from results.verdicts import SUCCEEDED, failed, record
 BAD = failed(FaultKind.MISSING_STEP)
 
 
-def test_tasks_that_differ_and_tasks_of_one_run_only() -> None:
+def test_a_comparison_lists_tasks_that_differ_and_tasks_of_one_run() -> None:
     first = [record("a", SUCCEEDED), record("b", BAD), record("c", SUCCEEDED), record("z", BAD)]
     second = [record("c", SUCCEEDED), record("b", SUCCEEDED), record("a", BAD), record("y", BAD)]
     found = compare(first, second)
@@ -91,7 +91,7 @@ def test_near_copies_that_differ_together_are_one_difference() -> None:
     assert success.certainty.by_task.low > 0 > success.certainty.interval.low
 
 
-def test_names_may_be_known_from_the_other_run() -> None:
+def test_names_of_tasks_may_come_from_the_other_run() -> None:
     old = [record(f"{i}_1", SUCCEEDED) for i in range(4)]
     new = [replace(each, task=TaskFeatures("wash", 5, 1)) for each in old]
     assert compare(old, new).names == compare(new, old).names == 1
@@ -101,17 +101,17 @@ def test_names_may_be_known_from_the_other_run() -> None:
     ("lost", "won", "p_value"),
     [(0, 0, 1.0), (1, 1, 1.0), (1, 9, 22 / 1024), (9, 1, 22 / 1024), (0, 5, 2 / 32)],
 )
-def test_of_single_tasks_it_is_mcnemar_s_test(lost: int, won: int, p_value: float) -> None:
+def test_the_test_by_task_is_mcnemars_test(lost: int, won: int, p_value: float) -> None:
     assert sign_flip_p([-1] * lost + [1] * won + [0] * 7) == pytest.approx(p_value)
 
 
-def test_many_pairs() -> None:
+def test_a_sign_flip_test_takes_thousands_of_pairs() -> None:
     assert 0 < sign_flip_p([-1] * 900 + [1] * 1000) < 0.05
     assert sign_flip_p([1] * 2000) == 0.0
 
 
 @given(st.lists(st.integers(-9, 9), max_size=8))
-def test_all_signs_are_tried(differences: list[int]) -> None:
+def test_the_sign_flip_test_counts_all_combinations_of_signs(differences: list[int]) -> None:
     sums = [
         sum(s * d for s, d in zip(signs, differences, strict=True))
         for signs in product((1, -1), repeat=len(differences))
@@ -120,7 +120,7 @@ def test_all_signs_are_tried(differences: list[int]) -> None:
     assert sign_flip_p(differences) == pytest.approx(extreme / len(sums))
 
 
-def test_exchanges_find_what_sign_flips_find() -> None:
+def test_random_exchanges_agree_with_exact_sign_flips() -> None:
     first = [Share(k, 10) for k in (3, 5, 1, 7, 2, 9, 4, 6, 0, 2)]
     second = [Share(k, 10) for k in (4, 7, 2, 7, 5, 9, 3, 8, 2, 5)]
     exact = sign_flip_p([round(b.numerator - a.numerator) for a, b in zip(first, second, strict=True)])
@@ -130,8 +130,8 @@ def test_exchanges_find_what_sign_flips_find() -> None:
     assert exchange_p(first, [Share(0, 0)] * 10) is None
 
 
-def test_runs_that_are_alike_seldom_differ() -> None:
-    """With the task as unit two models that are equally good differ in most samples of near copies."""
+def test_equally_good_runs_rarely_differ_significantly() -> None:
+    """With tasks as units, equally good models differ significantly in most samples of near copies."""
     generator = random.Random(5)
     by_name = by_task = 0
     for _ in range(100):

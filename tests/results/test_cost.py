@@ -1,4 +1,4 @@
-"""What answers cost."""
+"""Costs of answers."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def answer(usage: Usage | None) -> Record:
     return replace(record("1_1", SUCCEEDED), origin=Origin(usage=usage))
 
 
-def test_only_answers_that_say_what_they_took_are_counted() -> None:
+def test_spending_counts_only_answers_with_known_tokens() -> None:
     records = [
         answer(Usage(100, 10, 4, 0.5)),
         answer(Usage(200, 20)),
@@ -57,7 +57,7 @@ def test_unknown_numbers_of_tokens_are_not_zero() -> None:
     assert cost_cases([answer(Usage()), answer(Usage(100, 10))]) == {}
 
 
-def test_a_price_is_for_what_has_none() -> None:
+def test_a_price_applies_only_to_answers_without_one() -> None:
     found = sum_spending([answer(Usage(100, 10, cost=0.5)), answer(Usage(1_000_000, 2_000_000))])
     assert found.apply_price(_Price(input=3, output=10)) == Spending(
         2, Usage(1_000_100, 2_000_010, cost=23.5)
@@ -66,7 +66,7 @@ def test_a_price_is_for_what_has_none() -> None:
     assert (found + found).unpriced_answers == 2
 
 
-def test_prices_have_a_day_and_a_source(tmp_path: Path) -> None:
+def test_a_price_list_needs_a_date_and_a_source(tmp_path: Path) -> None:
     file = tmp_path / "prices.toml"
     file.write_text(PRICES)
     found = PriceList.of_file(file)
@@ -85,7 +85,7 @@ def test_prices_have_a_day_and_a_source(tmp_path: Path) -> None:
         ("[models", "models", "expected TOML"),
     ],
 )
-def test_a_list_of_another_form_is_refused_with_its_place(
+def test_an_invalid_price_list_is_refused_with_its_place(
     old: str, new: str, told: str, tmp_path: Path
 ) -> None:
     file = tmp_path / "prices.toml"
@@ -95,7 +95,7 @@ def test_a_list_of_another_form_is_refused_with_its_place(
     assert told in str(refused.value)
 
 
-def test_the_papers_figures_are_as_printed() -> None:
+def test_the_papers_costs_are_read_as_printed() -> None:
     figures = read_paper_cost()
     assert (figures.runs, figures.tokens, figures.queries) == (180, 192_280_000, 84_960)
     assert figures.dollars == 1540.70

@@ -53,7 +53,9 @@ def run(*verdicts: PlanVerdict, answered: int, size: int | None = None) -> tuple
         ),
     ],
 )
-def test_what_a_run_covers(records: tuple[Record, ...], shown: str, ranked: bool, remark: str | None) -> None:
+def test_coverage_counts_asked_answered_failed_and_left_out_tasks(
+    records: tuple[Record, ...], shown: str, ranked: bool, remark: str | None
+) -> None:
     found = Totals.from_records(records).coverage
     assert (str(found), found.ranked, found.remark) == (shown, ranked, remark)
     numbers = found.to_json()
@@ -61,7 +63,7 @@ def test_what_a_run_covers(records: tuple[Record, ...], shown: str, ranked: bool
     assert numbers["tasks"] == records[0].suite_size
 
 
-def test_records_that_do_not_say_are_never_complete() -> None:
+def test_records_without_a_suite_size_are_never_ranked() -> None:
     silent = [record("1_1", SUCCEEDED), record("2_1", SUCCEEDED)]
     mixed = [*whole([record("1_1", SUCCEEDED)]), record("2_1", SUCCEEDED)]
     disagreeing = [replace(silent[0], suite_size=2), replace(silent[1], suite_size=3)]
@@ -72,7 +74,7 @@ def test_records_that_do_not_say_are_never_complete() -> None:
         assert found.to_json()["not_asked"] is None
 
 
-def test_suites_together_are_ranked_only_if_each_is() -> None:
+def test_combined_coverage_is_ranked_only_if_each_suite_is() -> None:
     complete, part, unknown = Coverage(3, 3, tasks=3), Coverage(1, 1, tasks=4), Coverage(5, 5)
     assert combine_coverage([complete, complete]) == Coverage(6, 6, tasks=6)
     assert combine_coverage([complete, part]) == Coverage(4, 4, tasks=7)
@@ -82,7 +84,7 @@ def test_suites_together_are_ranked_only_if_each_is() -> None:
     assert combine_coverage([]) is None
 
 
-def test_older_records_do_not_say_which_planner_judged() -> None:
+def test_older_records_have_no_planner() -> None:
     names = (None, "full 24.06", "built_in", "built_in")
     judged = [record(str(i), OperatorVerdict(planner_name=name)) for i, name in enumerate(names)]
     records = [replace(each, ability=Ability.TRANSITION_MODELING) for each in judged]
@@ -101,7 +103,7 @@ def test_without_errata_there_is_no_effect() -> None:
     assert Totals.from_records([record("a", SUCCEEDED), record("b", OUT)]).errata is None
 
 
-def test_what_errata_left_out_and_corrected_is_told_apart_from_what_they_are_not_about() -> None:
+def test_left_out_and_corrected_tasks_are_counted_apart() -> None:
     records = [
         used("a"),
         used("b", "goal"),
@@ -124,13 +126,13 @@ def test_what_errata_left_out_and_corrected_is_told_apart_from_what_they_are_not
     )
 
 
-def test_errata_that_left_out_and_corrected_nothing_are_not_mentioned() -> None:
+def test_errata_without_effect_have_no_remark() -> None:
     effect = Totals.from_records([used("a"), used("b", excluded=True)]).errata
     assert effect is not None
     assert effect.remark is None
 
 
-def test_several_versions_are_all_named_once() -> None:
+def test_each_version_of_errata_is_named_once() -> None:
     effect = Totals.from_records(
         [used("a", version="2"), used("b", version="3"), used("c", version="2")]
     ).errata

@@ -1,4 +1,4 @@
-"""Figures of a benchmark that is nothing but a declaration and two tasks."""
+"""Figures of data sets, also of a benchmark with only a declaration and two tasks."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ IDLE = make_task("idle", "Do nothing.", initial())
 TOY = Benchmark("toy", DOMAIN, given(TIDY, SHOW, IDLE))
 
 
-def test_profiles_say_what_a_task_is_like() -> None:
+def test_profiles_have_the_features_of_a_task() -> None:
     tidy, show, idle = (each.row for each in profile_tasks(TOY, Source()))
     named = {
         "task": "tidy",
@@ -76,7 +76,7 @@ def test_any_benchmark_has_a_table() -> None:
     assert [values[label] for label in ("trajectories", "action steps", "transition models")] == [1, 4, 4]
 
 
-def test_distributions_are_of_tasks_with_goals() -> None:
+def test_distributions_count_only_tasks_with_goals() -> None:
     found = {each.name: dict(each.counts) for each in distributions(TOY, Source())}
     assert found["annotated_steps"] == {4: 1}
     assert found["goal_options"] == {1: 1, 2: 1}
@@ -102,7 +102,7 @@ def rows_of(domain: str, store: Store) -> dict[str, _Figure]:
     return {row.label: row for row in count_figures(find_benchmark(domain), Source(store))}
 
 
-def test_records_are_counted_as_annotated(store: Store, packs: Sequence[Pack]) -> None:
+def test_annotated_records_are_counted(store: Store, packs: Sequence[Pack]) -> None:
     fetch(store, packs=packs)
     figures = count_annotated(VirtualHome.of(store.open(VIRTUALHOME)), ["1_1"], 5)
     assert {label: value for label, (value, _) in figures.items()} == {
@@ -122,7 +122,7 @@ def test_records_are_counted_as_annotated(store: Store, packs: Sequence[Pack]) -
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
-def test_every_printed_figure_comes_out_or_has_a_remark(data_store: Store, domain: str) -> None:
+def test_every_figure_of_the_paper_is_reproduced_or_has_a_remark(data_store: Store, domain: str) -> None:
     rows = rows_of(domain, data_store)
     printed = {label: row for label, row in rows.items() if row.printed is not None}
     differing = {
@@ -136,7 +136,7 @@ def decimals(printed: float | None) -> int:
     return len(str(printed).partition(".")[2])
 
 
-def test_the_printed_figures_are_the_papers(data_store: Store) -> None:
+def test_the_figures_in_the_papers_column_are_as_printed(data_store: Store) -> None:
     found = read_shared("paper", "dataset_statistics.json")
     label_of = {
         "steps": "action steps",
@@ -165,7 +165,7 @@ def test_the_printed_figures_are_the_papers(data_store: Store) -> None:
         assert {label: row.printed for label, row in rows.items() if row.printed is not None} == expected
 
 
-def test_figures_that_the_paper_does_not_print(data_store: Store) -> None:
+def test_figures_that_the_paper_lacks_are_counted(data_store: Store) -> None:
     virtualhome, behavior = rows_of("virtualhome", data_store), rows_of("behavior", data_store)
     assert {
         label: virtualhome[label].value
@@ -189,7 +189,7 @@ def test_figures_that_the_paper_does_not_print(data_store: Store) -> None:
     }
 
 
-def test_what_remarks_say_is_so(data_store: Store) -> None:
+def test_remarks_on_figures_are_true(data_store: Store) -> None:
     scripts = [task.script for task in open_virtualhome(Source(data_store)).values()]
     goals = profile_tasks(find_benchmark("virtualhome"), Source(data_store))
     instructed = [script for script, task in zip(scripts, goals, strict=True) if task.features.goals]
@@ -214,7 +214,7 @@ def test_four_tasks_have_neither_goals_nor_a_temporal_goal(data_store: Store) ->
     )
 
 
-def test_options_by_decade_are_the_papers(data_store: Store) -> None:
+def test_goal_options_by_decade_equal_the_papers_figure(data_store: Store) -> None:
     found = {
         each.name: each
         for each in distributions(find_benchmark("behavior"), Source(data_store, errata=ErrataChoice.NONE))

@@ -1,4 +1,4 @@
-"""What ``eai run`` does once the model has answered; whole runs are in `test_run`."""
+"""Scoring the answers of a model in ``eai run``; whole runs are in `test_run`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ OPERATORS = Ability.TRANSITION_MODELING
         (OPERATORS, "(:action a\n  :effect (b))", "Sure.\n(:action a :effect (b))"),
     ],
 )
-def test_accidents_do_not_matter(ability: Ability, one: str, other: str) -> None:
+def test_answers_that_differ_only_in_form_have_one_meaning(ability: Ability, one: str, other: str) -> None:
     assert normalise_answer(one, ability) == normalise_answer(other, ability) is not None
 
 
@@ -52,7 +52,9 @@ def test_accidents_do_not_matter(ability: Ability, one: str, other: str) -> None
         (SUBGOALS, '{"output": [1]}', '{"output": [true]}'),
     ],
 )
-def test_what_is_said_matters(ability: Ability, one: str, other: str) -> None:
+def test_answers_that_differ_in_content_have_different_meanings(
+    ability: Ability, one: str, other: str
+) -> None:
     assert normalise_answer(one, ability) != normalise_answer(other, ability)
 
 
@@ -70,12 +72,12 @@ def test_the_first_answer_of_the_most_frequent_meaning_is_chosen(answers: list[s
     assert majority_index(answers, PLANS) == chosen
 
 
-def test_plans_that_are_no_json_mean_nothing() -> None:
+def test_plans_that_are_not_json_have_no_meaning() -> None:
     assert [normalise_answer("no", each) for each in PAPER_ABILITIES] == [None] * 4
 
 
 @pytest.mark.parametrize("epochs", [1, 2, 3])
-def test_each_epoch_is_scored_by_itself_where_there_are_several(tmp_path: Path, epochs: int) -> None:
+def test_each_epoch_is_scored_in_a_folder_of_its_own(tmp_path: Path, epochs: int) -> None:
     task_id, usage = TASK_IDS[0], Usage(7, 2)
     texts = [f"{text} answer to {task_id}" for text in ("one", "another", "third")][:epochs]
     given = {
@@ -94,7 +96,7 @@ def test_each_epoch_is_scored_by_itself_where_there_are_several(tmp_path: Path, 
         assert (told["answered"], told["usage"]["input_tokens"]) == (1, 7 * len(one.records_by_key()))
 
 
-def test_each_epoch_says_why_it_has_no_answer(tmp_path: Path) -> None:
+def test_each_epoch_has_its_own_reason_for_a_missing_answer(tmp_path: Path) -> None:
     failures = {(TASK_IDS[0], 1): "it took too long", (TASK_IDS[0], 2): "the server was down"}
     obtained = ModelAnswers("m", "m", {TASK_IDS[0]: Prompt("?")}, {}, failures, 2)
     result = score_answers(obtained, tmp_path, echo_suite(), ScoringOptions())
@@ -104,7 +106,7 @@ def test_each_epoch_says_why_it_has_no_answer(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("errata", "told"), [(None, None), (ErrataUse("2.0", ("e1",)), ("2.0", [TASK_IDS[0]]))]
 )
-def test_what_errata_did_is_told_where_there_were_some(
+def test_the_effect_of_errata_is_stated_only_if_errata_were_used(
     tmp_path: Path, errata: ErrataUse | None, told: tuple[str, list[str]] | None
 ) -> None:
     obtained = ModelAnswers("m", "m", {TASK_IDS[0]: Prompt("?")}, {}, {}, 1)
@@ -118,10 +120,10 @@ def test_what_errata_did_is_told_where_there_were_some(
 @pytest.mark.parametrize(
     ("number", "text"), [(0, "0 tasks"), (1, "1 task"), (2, "2 tasks"), (1000, "1,000 tasks")]
 )
-def test_things_are_counted_in_english(number: int, text: str) -> None:
+def test_counted_nouns_are_in_singular_or_plural(number: int, text: str) -> None:
     assert counted(number, "task") == text
 
 
 @pytest.mark.parametrize(("amount", "text"), [(0, "$0.0000"), (0.0012, "$0.0012"), (12.345, "$12.35")])
-def test_small_amounts_are_not_nothing(amount: float, text: str) -> None:
+def test_small_amounts_are_not_shown_as_zero(amount: float, text: str) -> None:
     assert dollars(amount) == text

@@ -35,7 +35,7 @@ def test_a_table_in_markdown_has_intervals_below_and_footnotes() -> None:
     ]
 
 
-def test_the_same_table_in_latex_has_groups() -> None:
+def test_a_table_in_latex_has_groups_of_columns() -> None:
     lines = table_latex(TABLE, label="x").splitlines()
     assert r"\caption{Percent; below each run its 95\,\% intervals.}" in lines
     assert r"\begin{tabular}{rlrr}" in lines
@@ -53,6 +53,6 @@ def test_the_same_table_in_latex_has_groups() -> None:
     assert r"\textsuperscript{2} two\par" in lines
 
 
-def test_latex_without_intervals_says_nothing_of_them() -> None:
+def test_latex_without_intervals_does_not_mention_them() -> None:
     assert "intervals" not in table_latex(TABLE, label="x", intervals=False)
     assert "scriptsize" not in table_latex(TABLE, label="x", intervals=False)

@@ -1,4 +1,4 @@
-"""Records of schema 2 and 3, whose experiment is one object with the options of all studies."""
+"""Records of schema 2 and 3, in which one object has the options of all studies."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ STATED = {"goals_sha256": "0" * 64, "goal_counts": [1, 0, 2], "stage_1_unknown":
 
 
 def older(schema: int, perceived: dict[str, Any] | None = None, **options: Any) -> Record:
-    """A record as schema 2 and 3 wrote it."""
+    """Return a record as schema 2 and 3 wrote it."""
     line = {**json.loads(EXAMPLES["action_sequencing"]), "schema": schema, "experiment": PLAIN | options}
     return record_from_json(line if perceived is None else {**line, "perceived": perceived})
 
@@ -62,7 +62,7 @@ def test_the_studies_of_an_older_record_are_in_the_order_of_its_label() -> None:
     assert AttemptOptions.from_experiment(record.experiment) == AttemptOptions(1)
 
 
-def test_an_older_record_says_of_its_answer_the_same_as_a_new_one() -> None:
+def test_an_older_record_has_the_same_summaries_as_a_new_one() -> None:
     record = older(3, {"facts": 3}, goals_from="m", scene="image", **STATED)
     assert record.summaries == {"pipeline": STATED, "perception": {"facts": 3}}
     assert record.study["pipeline"].summary == STATED

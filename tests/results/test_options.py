@@ -1,4 +1,4 @@
-"""Options of scoring: what they are where nothing else is said, and the least that each may be."""
+"""Options of scoring: their defaults and their minima."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from eai.tasks.source import ErrataChoice
 @pytest.mark.parametrize(
     ("name", "least"), [("planner_seconds", 1), ("planner_memory", 64), ("workers", 1), ("look_back", 1)]
 )
-def test_a_number_has_a_least_value(name: str, least: int) -> None:
+def test_a_number_below_its_minimum_is_refused(name: str, least: int) -> None:
     assert getattr(ScoringOptions(**{name: least}), name) == least
     with pytest.raises(ValidationError, match=f"greater than or equal to {least}"):
         ScoringOptions(**{name: least - 1})
 
 
-def test_where_nothing_is_said_the_paper_is_followed() -> None:
+def test_default_options_follow_the_paper() -> None:
     options = ScoringOptions()
     assert options.model_dump() == {
         "protocol": Protocol.STRICT,

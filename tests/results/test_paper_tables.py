@@ -39,8 +39,10 @@ DIGIT = 0.056
 """The paper rounds to two digits and then to one."""
 
 
-def test_a_published_file_is_known_by_the_name_that_it_has() -> None:
-    """It lacks a digit; without it one of the 18 models would be left out without a word."""
+def test_a_misspelt_published_file_name_has_its_model() -> None:
+    """The published name lacks a digit; without its entry one of the 18 models would be missing without
+    notice.
+    """
     assert read_paper_models()["claude-3-sonnet-2024022"] == "Claude-3 Sonnet"
 
 
@@ -61,14 +63,14 @@ def test_full_tables_have_the_same_models_and_our_metrics(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [*FULL_TABLES, *read_paper_setting().others])
-def test_notes_are_on_cells_that_exist(name: str) -> None:
+def test_every_note_belongs_to_an_existing_cell(name: str) -> None:
     table = read_paper_table(name)
     assert {model for model, _ in table.notes} <= {"", *table.rows}
     listed = [note["text"] for note in NOTES if name in (note["table"], *note["table"])]
     assert set(listed) <= {text for texts in table.notes.values() for text in texts}
 
 
-def test_contradictions_are_found_on_both_sides() -> None:
+def test_contradicting_cells_of_two_tables_both_have_a_note() -> None:
     column = PaperColumn("subgoal_decomposition", "task_success", "virtualhome")
     for name, printed in (("overview", 88.8), ("subgoal_decomposition_trajectory", 87.6)):
         table = read_paper_table(name)
@@ -78,7 +80,7 @@ def test_contradictions_are_found_on_both_sides() -> None:
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_goal_interpretation_of_behavior_is_the_paper_s_to_the_digit(model: str, oracle: Oracle) -> None:
+def test_goal_interpretation_of_behavior_equals_the_papers_figures(model: str, oracle: Oracle) -> None:
     verdicts = [
         GoalVerdict(
             counts={key: _confusion(row["verdict"][part]) for key, part in _PARTS.items()},
@@ -103,7 +105,7 @@ def _confusion(part: dict[str, int]) -> Confusion:
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_operators_of_behavior_are_the_paper_s_to_the_digit(model: str, oracle: Oracle) -> None:
+def test_operators_of_behavior_equal_the_papers_figures(model: str, oracle: Oracle) -> None:
     verdicts = [
         OperatorVerdict(
             counts={
@@ -181,8 +183,8 @@ NAMES = [*sorted({*SUITES} - SUBGOALS), *swept(*sorted(SUBGOALS))]
 
 @pytest.mark.usefixtures("data_store")
 @pytest.mark.parametrize("name", NAMES)
-def test_scoring_the_copy_again_gives_its_row(name: str, tool: ModuleType) -> None:
-    """If it does not, verdicts have changed: run tools/published_scores.py --null-models."""
+def test_scoring_the_copy_model_again_gives_its_published_row(name: str, tool: ModuleType) -> None:
+    """If this fails, verdicts have changed: run tools/published_scores.py --null-models."""
     strict = Protocol.STRICT
     made = tool.null_suite(name, protocol=strict, only=["eai/copy"], planner=PlannerChoice.NONE)
     shipped: PublishedSuite = read_null_scores(strict.value).suites[name]
@@ -199,15 +201,15 @@ def test_pages_have_the_rows_of_models_and_null_models(tool: ModuleType) -> None
         assert tool.write_tables(name, tables, write=False), name
 
 
-def test_what_is_not_in_the_table() -> None:
+def test_published_scores_have_only_the_papers_suites() -> None:
     assert "lamps/action_sequencing" not in SUITES
 
 
 @pytest.mark.usefixtures("data_store")
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 @pytest.mark.parametrize("name", NAMES)
-def test_scoring_a_model_again_gives_its_row(name: str, protocol: str, tool: ModuleType) -> None:
-    """If it does not, verdicts have changed: run tools/published_scores.py."""
+def test_scoring_published_answers_again_gives_their_row(name: str, protocol: str, tool: ModuleType) -> None:
+    """If this fails, verdicts have changed: run tools/published_scores.py."""
     if not tool.ANSWERS.is_dir():
         pytest.skip(NO_REFERENCE)
     suite: dict[str, Any] = tool.scored_suite(

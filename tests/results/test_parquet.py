@@ -12,7 +12,7 @@ from eai.results.parquet import read_columns
 COLUMNS = ("identifier", "llm_output")
 
 
-def test_a_column_that_is_missing_is_named(tmp_path: Path) -> None:
+def test_a_missing_column_is_named(tmp_path: Path) -> None:
     pyarrow = pytest.importorskip("pyarrow")
     parquet = pytest.importorskip("pyarrow.parquet")
     file = tmp_path / "m_outputs.parquet"
@@ -23,7 +23,7 @@ def test_a_column_that_is_missing_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"PAR1", b"[]", b"PAR1" + b"\0" * 100 + b"PAR1"])
-def test_a_file_of_another_kind_is_refused_in_one_line(tmp_path: Path, content: bytes) -> None:
+def test_a_file_that_is_not_parquet_is_refused_in_one_line(tmp_path: Path, content: bytes) -> None:
     pytest.importorskip("pyarrow")
     file = tmp_path / "m_outputs.parquet"
     file.write_bytes(content)
@@ -32,7 +32,9 @@ def test_a_file_of_another_kind_is_refused_in_one_line(tmp_path: Path, content: 
     assert "\n" not in str(caught.value)
 
 
-def test_without_pyarrow_its_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_pyarrow_is_reported_with_its_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     monkeypatch.delitem(sys.modules, "pyarrow.parquet", raising=False)
     with pytest.raises(EaiError, match=r"Parquet needs pyarrow: pip install .*\[analysis\]"):
@@ -40,7 +42,7 @@ def test_without_pyarrow_its_extra_is_named(tmp_path: Path, monkeypatch: pytest.
 
 
 def bomb(folder: Path, kind: str, texts: list[str]) -> Path:
-    """Write a Parquet file that is small and holds much."""
+    """Write a small Parquet file that unpacks to many bytes."""
     pyarrow = pytest.importorskip("pyarrow")
     parquet = pytest.importorskip("pyarrow.parquet")
     names = [str(number) for number in range(len(texts))]
@@ -66,7 +68,7 @@ print(read, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is measured in kilobytes on Linux alone")
 @pytest.mark.parametrize("kind", ["dictionary", "shared prefixes"])
-def test_texts_that_a_parquet_file_holds_once_are_in_memory_once(tmp_path: Path, kind: str) -> None:
+def test_a_text_shared_by_rows_of_a_parquet_file_is_in_memory_once(tmp_path: Path, kind: str) -> None:
     file = bomb(tmp_path, kind, ["x" * 1_000_000] * 100)
     command = [sys.executable, "-c", MEASURED, str(file)]
     printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
@@ -75,14 +77,14 @@ def test_texts_that_a_parquet_file_holds_once_are_in_memory_once(tmp_path: Path,
     assert kilobytes < 60_000
 
 
-def test_a_parquet_file_that_unpacks_to_far_more_than_it_has_is_refused_unread(tmp_path: Path) -> None:
+def test_a_parquet_file_that_unpacks_to_too_much_is_refused_unread(tmp_path: Path) -> None:
     file = bomb(tmp_path, "compression", ["x" * 50_000_000])
     with pytest.raises(InputError, match=r"expected at most 32,\d{3},\d{3} bytes .*, found 50,000,\d{3}$"):
         list(read_columns(file, COLUMNS))
 
 
 @pytest.mark.parametrize("kind", ["dictionary", "shared prefixes", "compression"])
-def test_rows_of_any_encoding_are_read_as_they_were_written(tmp_path: Path, kind: str) -> None:
+def test_rows_of_every_parquet_encoding_are_read_unchanged(tmp_path: Path, kind: str) -> None:
     texts = [f"{'step ' * (number % 7)}{number % 3}" for number in range(2_500)]
     rows = list(read_columns(bomb(tmp_path, kind, texts[:400]), COLUMNS))
     assert rows == [{"identifier": str(i), "llm_output": text} for i, text in enumerate(texts[:400])]

@@ -1,7 +1,4 @@
-"""Figures as files.
-
-The plots of analyses, as far as they can be told without eyes.
-"""
+"""Plots: their files, sizes and labels."""
 
 from __future__ import annotations
 
@@ -48,8 +45,8 @@ def test_a_figure_is_written_in_each_format_with_the_same_bytes_every_time(tmp_p
     assert drawn(tmp_path) == [svg, png, pdf]
 
 
-def test_a_pdf_embeds_one_font_whatever_letters_stand_beside_each_other(tmp_path: Path) -> None:
-    """Joined letters are glyphs of a second font, which readers of the text do not find."""
+def test_a_pdf_embeds_only_one_font(tmp_path: Path) -> None:
+    """Ligatures are glyphs of a second font, and a text search misses them."""
     assert drawn(tmp_path)[2].count(b"/FontFile2") == 1
 
 
@@ -81,7 +78,7 @@ def test_a_matrix_of_many_models_fits_a_page(models: int, leaves: int, below: st
 
 
 @pytest.mark.parametrize(("cases", "told"), [((10, 10), ["10", "2,745"]), ((10, 9), [])])
-def test_how_many_cases_a_model_has_stands_at_its_end_where_all_its_rates_are_of_them(
+def test_a_matrix_ends_with_the_number_of_cases_if_all_rates_share_it(
     cases: tuple[int, int], told: list[str]
 ) -> None:
     of_first = [row("a", leaf, Estimate(50.0, None, None, 5, n)) for leaf, n in zip("xy", cases, strict=True)]
@@ -94,7 +91,7 @@ def test_how_many_cases_a_model_has_stands_at_its_end_where_all_its_rates_are_of
     assert [text.get_text() for text in panel.get_yticklabels()][2:] == (["n"] if told else [])
 
 
-def test_effects_and_leaves_say_of_how_many_answers_they_are() -> None:
+def test_plots_of_effects_and_leaves_show_numbers_of_answers() -> None:
     effect = {"feature": "objects", "alone": Estimate(1.0), "together": Estimate(2.0)}
     figure = draw_effects([{**effect, "answers": 2700, "names": 100}])
     assert figure is not None
@@ -105,7 +102,7 @@ def test_effects_and_leaves_say_of_how_many_answers_they_are() -> None:
     assert figure.axes[0].get_title() == "m, percent of 900 answers"
 
 
-def test_a_number_stands_where_its_name_and_its_model_cross() -> None:
+def test_a_number_stands_in_the_row_of_its_name_and_the_column_of_its_model() -> None:
     cells = [row(m, leaf, Estimate(float(10 * x + y + 1), None, None, 1, 9))
              for x, m in enumerate("abcd") for y, leaf in enumerate(LEAVES)]  # fmt: skip
     figure = draw_matrix(cells, ("leaf",), "rate", "percent")
@@ -115,7 +112,7 @@ def test_a_number_stands_where_its_name_and_its_model_cross() -> None:
     assert found[0, 1] == "11"
 
 
-def test_a_name_of_no_cases_has_no_line() -> None:
+def test_a_name_without_cases_has_no_line() -> None:
     known = [row("m", "on", Estimate(80.0, 60, 90, 8, 10)), row("m", "off", Estimate(25.0, 9, 50, 1, 4))]
     nothing = row("m", "between", Estimate(None, None, None, 0, 0))
     figure = draw_names([*known, nothing], "leaf", "rate", "recall")
@@ -125,7 +122,7 @@ def test_a_name_of_no_cases_has_no_line() -> None:
     assert draw_names([nothing], "leaf", "rate", "recall") is None
 
 
-def test_a_long_name_is_told_in_full() -> None:
+def test_a_long_name_is_wrapped_and_not_cut() -> None:
     check = "there_is_no_soaked_cleaning_tool_detergent_or_running_sink_for"
     rows = [row("m", check, Estimate(80.0, 60, 90, 8, 10)), row("m", "closed", Estimate(20.0, 9, 50, 2, 10))]
     figure = draw_names(rows, "leaf", "rate", "share")

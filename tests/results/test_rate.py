@@ -11,13 +11,13 @@ from eai.tasks.share import Share
 counts = st.integers(0, 50)
 
 
-def test_a_share_of_nothing_is_not_zero() -> None:
+def test_a_rate_without_cases_is_none_and_not_zero() -> None:
     assert (NOTHING.percent, NOTHING.share) == (None, None)
     assert Rate(1, 4).share == 0.25
     assert Rate(0, 4).percent == 0.0
 
 
-def test_total_sums_both_parts() -> None:
+def test_total_sums_numerators_and_denominators() -> None:
     assert total([{"a": Share(1, 1)}, {"a": Share(0, 3), "b": share_of_one(True)}]) == {
         "a": Rate(1, 4),
         "b": Rate(1, 1),
@@ -25,7 +25,7 @@ def test_total_sums_both_parts() -> None:
 
 
 @given(st.lists(st.tuples(counts, counts, counts), min_size=1))
-def test_rates_of_summed_counts_are_the_totals_of_the_rates(rows: list[tuple[int, int, int]]) -> None:
+def test_rates_do_not_depend_on_the_parts_in_which_they_are_summed(rows: list[tuple[int, int, int]]) -> None:
     confusions = [Confusion(*row) for row in rows]
     whole = {name: Rate(*share) for name, share in confusion_shares("x", add_confusions(confusions)).items()}
     assert total(confusion_shares("x", c) for c in confusions) == whole

@@ -34,7 +34,9 @@ def test_a_file_reads_as_it_was_written(tmp_path: Path) -> None:
 
 
 @given(st.text(st.characters(), max_size=20))
-def test_any_response_survives(tmp_path_factory: pytest.TempPathFactory, response: str) -> None:
+def test_any_response_is_read_as_it_was_written(
+    tmp_path_factory: pytest.TempPathFactory, response: str
+) -> None:
     file = tmp_path_factory.mktemp("records") / "records.jsonl"
     write_records(file, [record(response)])
     assert [r.response for r in read_records(file)] == [response]
@@ -42,7 +44,7 @@ def test_any_response_survives(tmp_path_factory: pytest.TempPathFactory, respons
 
 
 @pytest.mark.parametrize("response", ["", "\0", "\ud800", "\u2028\n\r", "é😀"])
-def test_odd_responses_survive(response: str, tmp_path: Path) -> None:
+def test_responses_with_odd_characters_are_read_unchanged(response: str, tmp_path: Path) -> None:
     write_records(tmp_path / "r.jsonl", [record(response)])
     assert [r.response for r in read_records(tmp_path / "r.jsonl")] == [response]
 
@@ -55,7 +57,7 @@ def test_empty_lines_are_skipped(tmp_path: Path) -> None:
 
 
 def changed(**fields: object) -> str:
-    """A good line with other fields; a field is left out if it is `...`."""
+    """Return a valid line with other fields; a field is left out if its value is `...`."""
     line: dict[str, Any] = {**record_to_json(record()), **fields}
     return json.dumps({key: value for key, value in line.items() if value is not ...})
 

@@ -1,4 +1,4 @@
-"""The page on records says what the codec does: its examples are records, and every field is on it."""
+"""The page on records agrees with the codec: its examples are records, and it describes every field."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_there_is_an_example_of_every_ability() -> None:
 
 
 @pytest.mark.parametrize("ability", EXAMPLES)
-def test_an_example_is_a_record_as_it_is_written(ability: Ability) -> None:
+def test_the_pages_examples_equal_written_records(ability: Ability) -> None:
     assert json.dumps(record_to_json(record_from_json(json.loads(EXAMPLES[ability])))) == EXAMPLES[ability]
 
 

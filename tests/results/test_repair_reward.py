@@ -1,4 +1,4 @@
-"""The reward of plans by how few edits they need: exact at its ends, never paid for nothing or for bounds."""
+"""Rewards of plans by the number of edits that would repair them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ HOUSEHOLDS = ("virtualhome", "behavior")
 
 @pytest.fixture(autouse=True)
 def there(data_store: Store) -> None:
-    """The households' data is there, or the tests of this module are skipped."""
+    """Skip the tests of this module without the data of the household benchmarks."""
 
 
 def suite_of(name: str) -> Suite:
@@ -44,7 +44,7 @@ def scorer_of(suite: Suite, task_id: str) -> ActionSequencing:
 
 
 def drawn(name: str, random: Random) -> tuple[Suite, Task, list[Action]]:
-    """A task, and possible actions one after the other, or the first of a plan that succeeds, or both."""
+    """Return a task with random possible actions, the start of a successful plan, or both in turn."""
     suite = suite_of(name)
     task = suite.tasks[random.choice([i for i in suite.task_ids if suite.tasks[i].left_out is None])]
     gold = answer_book(name, Ability.ACTION_SEQUENCING)[task.id]
@@ -71,7 +71,7 @@ def written(suite: Suite, task: Task, plan: Sequence[Action]) -> str:
 
 
 @pytest.mark.parametrize("name", HOUSEHOLDS)
-def test_all_of_it_is_paid_for_success_alone_and_a_step_earns_its_part_at_most(name: str) -> None:
+def test_only_success_gets_the_full_reward_and_a_step_earns_at_most_its_share(name: str) -> None:
     random, paid = Random(1), set()
     for _ in range(examples(12)):
         suite, task, plan = drawn(name, random)
@@ -86,7 +86,7 @@ def test_all_of_it_is_paid_for_success_alone_and_a_step_earns_its_part_at_most(n
 
 
 @pytest.mark.parametrize("name", HOUSEHOLDS)
-def test_more_effort_never_pays_less(name: str) -> None:
+def test_a_longer_search_never_lowers_the_reward(name: str) -> None:
     random = Random(2)
     for _ in range(examples(6)):
         suite, task, plan = drawn(name, random)
@@ -95,7 +95,7 @@ def test_more_effort_never_pays_less(name: str) -> None:
         assert all(before <= after for before, after in pairwise(paid))
 
 
-def test_turns_add_up_to_what_the_plan_is_worth() -> None:
+def test_the_rewards_of_turns_sum_to_the_reward_of_the_plan() -> None:
     random, seen = Random(3), set()
     for _ in range(12):
         suite, task, plan = drawn("virtualhome", random)
@@ -111,7 +111,7 @@ def test_turns_add_up_to_what_the_plan_is_worth() -> None:
 
 
 @pytest.mark.parametrize("name", HOUSEHOLDS)
-def test_who_does_nothing_or_means_nothing_earns_nothing(name: str) -> None:
+def test_empty_and_unreadable_plans_earn_nothing(name: str) -> None:
     suite = suite_of(name)
     for task_id in [i for i in suite.task_ids if suite.tasks[i].left_out is None][::40]:
         scorer, paid = scorer_of(suite, task_id), Reward(suite, "repair")
@@ -120,12 +120,12 @@ def test_who_does_nothing_or_means_nothing_earns_nothing(name: str) -> None:
         assert paid(task_id, "All is done.") == paid(task_id, "x" * (paid.limit + 1)) == 0
 
 
-def test_only_plans_are_paid_so() -> None:
+def test_only_plans_can_be_paid_by_repair() -> None:
     with pytest.raises(InputError, match="repair is for action_sequencing only, not for goal_interpretation"):
         Reward(eai.open("virtualhome", "goal_interpretation"), "repair")
 
 
-def test_nothing_is_paid_where_goals_over_time_say_more_than_the_state() -> None:
+def test_tasks_with_goals_over_time_are_not_paid_by_repair() -> None:
     asked = make_task(
         "t", "Only the lamp.", initial(), "lit(lamp)", "always (not (lit(torch)))", domain=DOMAIN
     )
@@ -135,7 +135,7 @@ def test_nothing_is_paid_where_goals_over_time_say_more_than_the_state() -> None
     assert Reward(suite, "repair")("t", text) is None
 
 
-def test_effort_is_bounded_and_what_was_seen_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_search_for_repairs_is_bounded_and_cached(monkeypatch: pytest.MonkeyPatch) -> None:
     suite = suite_of("behavior")
     scorer = scorer_of(suite, suite.task_ids[3])
     mender, limits = scorer.repairer, list[float]()

@@ -1,4 +1,4 @@
-"""pass@k and pass^k, compared with all ways to choose k of n answers; what a success costs."""
+"""pass@k and pass^k, compared with all choices of k of n answers, and the cost of a success."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from studies.report.samples import action_run
 
 
 def epochs(answers: Sequence[Sequence[bool]]) -> list[list[Case]]:
-    """The cases of each epoch, from what the answers to each task are."""
+    """Return the cases of each epoch from the results of each task's answers."""
     numbers = range(len(answers[0]))
     return [[Case(str(i), str(i), Share(right[e], 1)) for i, right in enumerate(answers)] for e in numbers]
 
@@ -33,7 +33,7 @@ def tasks_of(number: int) -> st.SearchStrategy[list[list[bool]]]:
 
 
 @given(st.integers(1, 5).flatmap(tasks_of))
-def test_both_are_means_over_all_choices_of_answers(answers: list[list[bool]]) -> None:
+def test_pass_at_k_and_pass_hat_k_are_means_over_all_choices_of_answers(answers: list[list[bool]]) -> None:
     found = pass_cases(epochs(answers))
     for k in range(1, len(answers[0]) + 1):
         ways = [list(combinations(right, k)) for right in answers]
@@ -42,14 +42,14 @@ def test_both_are_means_over_all_choices_of_answers(answers: list[list[bool]]) -
             assert rate_of(case.share for case in found[name]).share == pytest.approx(expected)
 
 
-def test_a_task_with_fewer_answers_that_count_is_left_out() -> None:
+def test_a_task_with_fewer_than_k_answers_is_left_out() -> None:
     first, second = epochs([[True, False], [True, True]])
     found = pass_cases([first, second[:1]])
     assert [case.task for case in found["pass@2"]] == ["0"]
     assert len(found["pass^1"]) == 2
 
 
-def test_a_table_has_powers_of_two_and_all() -> None:
+def test_the_table_of_passes_has_powers_of_two_and_the_number_of_answers() -> None:
     table = passes_table({"model": epochs([[True, False, True, True, False]] * 2)})
     assert [row[2] for row in table.rows] == [1, 2, 4, 5]
     last = table.rows[-1][3:]
@@ -66,7 +66,7 @@ def costing(**usage: float) -> list[Record]:
     return [replace(record, origin=origin) for record in action_run("first")]
 
 
-def test_a_success_costs_what_failures_did_too() -> None:
+def test_the_cost_of_a_success_includes_failed_answers() -> None:
     records = costing(seconds=2.0)
     written = cost_cases_to_json(cost_cases(records))
     counted = [record for record in records if record.verdict.excluded is None]
@@ -81,7 +81,7 @@ def test_a_success_costs_what_failures_did_too() -> None:
     assert "dollars" not in cost_cases(some)
 
 
-def test_without_a_success_there_is_a_sum_and_no_ratio() -> None:
+def test_the_cost_of_a_success_is_missing_without_a_success() -> None:
     cases = [Case(str(i), str(i), Share(7, 0)) for i in range(3)]
     assert interval_of_ratio(cases) is None
     assert cost_cases_to_json({"tokens": cases})["tokens"] == {
@@ -93,7 +93,7 @@ def test_without_a_success_there_is_a_sum_and_no_ratio() -> None:
 
 
 def test_copies_of_a_task_widen_the_interval_of_a_cost() -> None:
-    """Two names that cost differently say less than as many unlike tasks."""
+    """Two names with different costs give less information than as many different tasks."""
     shares = [Share(10, 1), Share(30, 1)] * 6
     alone = interval_of_ratio([Case(str(i), str(i), share) for i, share in enumerate(shares)])
     copies = interval_of_ratio([Case(str(i), str(i % 2), share) for i, share in enumerate(shares)])

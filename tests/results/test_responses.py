@@ -120,12 +120,12 @@ def test_a_file_whose_model_could_not_have_a_folder_is_refused(name: str) -> Non
         ("größe", "größe"),
     ],
 )
-def test_names_become_names_of_files_in_their_folder(name: str, file: str) -> None:
+def test_model_names_become_file_names(name: str, file: str) -> None:
     assert to_file_name(name) == file
 
 
 @pytest.mark.parametrize("name", ["", ".", ".."])
-def test_dots_alone_name_no_file(name: str) -> None:
+def test_a_model_name_of_dots_is_not_a_file_name(name: str) -> None:
     with pytest.raises(InputError, match="no file can be named after"):
         to_file_name(name)
 
@@ -147,14 +147,14 @@ def test_files_are_found_below_a_folder_by_name(tmp_path: Path) -> None:
     assert find_response_files(tmp_path / "notes.json") == [tmp_path / "notes.json"]
 
 
-def test_nothing_to_score_is_an_error(tmp_path: Path) -> None:
+def test_a_folder_without_response_files_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="found none"):
         find_response_files(tmp_path)
     with pytest.raises(InputError, match="no such file or folder"):
         find_response_files(tmp_path / "none.json")
 
 
-def test_answers_of_single_attempts_are_found_by_name_alone(tmp_path: Path) -> None:
+def test_files_of_single_attempts_are_found_only_by_name(tmp_path: Path) -> None:
     file = written(tmp_path, [], "m_outputs.json")
     names = [attempt_name("m", 1), attempt_name("m", 12)]
     assert names == ["m_attempt_1", "m_attempt_12"]
@@ -163,7 +163,7 @@ def test_answers_of_single_attempts_are_found_by_name_alone(tmp_path: Path) -> N
     assert find_response_files(attempts[0]) == [attempts[0]]
 
 
-def test_what_is_written_is_read_again(tmp_path: Path) -> None:
+def test_written_responses_are_read_unchanged(tmp_path: Path) -> None:
     made = ResponseFile("m", (Response("27_2", "{\u201c\n}"), Response("11_1", "")))
     write_responses(tmp_path / "new" / "folder", made)
     assert read_responses(tmp_path / "new" / "folder" / "m_outputs.json", TASKS) == made
@@ -175,7 +175,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
         write_responses(tmp_path / "file", ResponseFile("m", ()))
 
 
-def test_a_line_an_answer(tmp_path: Path) -> None:
+def test_json_lines_have_one_answer_a_line(tmp_path: Path) -> None:
     first = json.dumps({"identifier": "11_1", "llm_output": "a\nb"})
     file = written(tmp_path, f"\n{first}\r\n  \n{json.dumps(GOOD)}".encode(), "m_outputs.jsonl")
     assert read_responses(file, TASKS).responses == (Response("11_1", "a\nb"), Response("27_2", "a"))
@@ -184,7 +184,7 @@ def test_a_line_an_answer(tmp_path: Path) -> None:
         read_responses(bad, TASKS)
 
 
-def test_no_other_character_than_a_line_feed_ends_a_line_of_answers(tmp_path: Path) -> None:
+def test_only_a_line_feed_ends_a_line_of_answers(tmp_path: Path) -> None:
     odd = "a\u2028b\u0085c\x0cd\x1ce"
     rows = f'{{"identifier": "27_2", "llm_output": "{odd}"}}\n\n{{"identifier": "11_1", "llm_output": "z"}}\n'
     read = read_responses(written(tmp_path, rows.encode(), "m_outputs.jsonl"), TASKS)

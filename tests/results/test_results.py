@@ -1,4 +1,4 @@
-"""What the summary beside records says, and what it says only where there is something to say."""
+"""The summary beside records, and its optional fields."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def summary(folder: Path, records: list[Record], **run: Any) -> dict[str, Any]:
     return found
 
 
-def test_a_summary_says_of_what_it_is_one(tmp_path: Path) -> None:
+def test_a_summary_names_its_model_and_suite(tmp_path: Path) -> None:
     records = [
         replace(record, errata=None)
         for record in Scoring().records(echo_suite(), ANSWERS.model, ANSWERS.responses)
@@ -56,7 +56,7 @@ def test_a_summary_says_of_what_it_is_one(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("names", "told"), [(("search", None), "search"), (("val", "search"), "search, val"), ((None,), None)]
 )
-def test_planners_are_named_where_it_is_known(
+def test_a_summary_names_the_planners_if_known(
     tmp_path: Path, names: tuple[str | None, ...], told: str | None
 ) -> None:
     record = next(Scoring().records(echo_suite(), ANSWERS.model, ANSWERS.responses))

@@ -1,4 +1,4 @@
-"""Rewards: bounded, ordered, and not to be had for nothing, over all actions of four worlds."""
+"""Rewards over all actions of four worlds: their bounds, their order, and no reward for useless actions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ FEW = settings(
 
 
 def toy_benchmark() -> Benchmark:
-    """A lamp to be lit and a box to be moved, beside one that is where it should be."""
+    """A benchmark with a lamp to light and a box to move, beside a box that is in its place."""
     red, blue, shed, lamp = map(Constant, ("red", "blue", "shed", "lamp"))
     goals = (toy.lit(lamp), toy.at(red, shed), toy.at(blue, shed))
     return Benchmark("toy", toy.DOMAIN, given(make_task("tidy", "Light up, tidy.", toy.initial(), *goals)))
@@ -79,7 +79,7 @@ def written(world: str, task: Task, plan: Sequence[Action]) -> str:
 
 
 def worth(world: str, task_id: str, text: str) -> dict[Shaping, float]:
-    """What an answer earns by each shaping; it is a task in which something is to be earned."""
+    """Return the reward of an answer under each shaping, for a task that pays."""
     values = {shaping: reward_for(world, shaping)(task_id, text) for shaping in ALL}
     return {shaping: value for shaping, value in values.items() if value is not None}
 
@@ -108,7 +108,7 @@ def held(task: Task) -> tuple[bool, ...]:
 
 
 def gains(task: Task, state: State, plan: Sequence[Action]) -> bool:
-    """Whether a larger share of conditions is met in a state, after a plan, than at the start."""
+    """Whether the state after a plan meets a larger share of conditions than the start."""
     test = GoalTest(task)
     start = test.partial(task.initial, (), held(task))
     end = test.partial(state, [action.operator for action in plan], reached(task, state, plan))
@@ -120,7 +120,7 @@ def a_task(draw: st.DrawFn, world: str) -> Task:
 
 
 def a_walk(draw: st.DrawFn, world: str, task: Task, length: int) -> list[Action]:
-    """Possible actions, one after the other."""
+    """Return possible actions, one after the other."""
     plan: list[Action] = []
     state = task.initial
     for _ in range(length):
@@ -134,14 +134,14 @@ def a_walk(draw: st.DrawFn, world: str, task: Task, length: int) -> list[Action]
 
 @pytest.fixture(autouse=True)
 def there(data_store: Store) -> None:
-    """The households' data is there, or the tests of this module are skipped."""
+    """Skip the tests of this module without the data of the household benchmarks."""
 
 
 @pytest.mark.parametrize("world", WORLDS)
 @drawn(data=st.data())
 @FEW
-def test_any_actions_earn_between_nothing_and_one(world: str, data: st.DataObject) -> None:
-    """All ground actions of a task, possible or not, in any order; and the shapings are ordered."""
+def test_any_plan_earns_between_zero_and_one(world: str, data: st.DataObject) -> None:
+    """Plans of all ground actions of a task, possible or not, in any order. Shapings are ordered, too."""
     task = a_task(data.draw, world)
     domain = suite_of(world).benchmark.domain
 
@@ -172,7 +172,7 @@ def test_doing_nothing_earns_nothing(world: str) -> None:
 
 
 def there_and_back(world: str, task: Task, state: State) -> list[tuple[Action, Action]]:
-    """Every action that is possible in a state, with all those that undo it."""
+    """Yield every possible action in a state with all actions that undo it."""
     pairs = []
     for action in possible(world, task, state):
         then = after(world, state, [action])
@@ -182,8 +182,8 @@ def there_and_back(world: str, task: Task, state: State) -> list[tuple[Action, A
 
 
 @pytest.mark.parametrize("world", WORLDS)
-def test_actions_and_their_inverses_earn_nothing_however_often(world: str) -> None:
-    """From the start, and after one action, unless that one or the two are what was to be done."""
+def test_repeated_actions_and_their_inverses_earn_nothing(world: str) -> None:
+    """From the start, and after one action, unless the first action or the pair reaches a goal."""
     found = 0
     for task_id in tasks_of(world)[::25]:
         task = suite_of(world).tasks[task_id]
@@ -203,7 +203,9 @@ def test_actions_and_their_inverses_earn_nothing_however_often(world: str) -> No
 @drawn(data=st.data())
 @FEW
 def test_a_long_plan_that_reaches_nothing_new_earns_nothing(world: str, data: st.DataObject) -> None:
-    """Every action of it is possible and none is additional; steps that would reach a goal are left out."""
+    """Every action of the plan is possible and none is additional; actions that would reach a goal are left
+    out.
+    """
     task = a_task(data.draw, world)
     at_start, state, plan = held(task), task.initial, list[Action]()
     for _ in range(data.draw(st.integers(1, 12))):
@@ -220,10 +222,8 @@ def test_a_long_plan_that_reaches_nothing_new_earns_nothing(world: str, data: st
 @pytest.mark.parametrize("world", WORLDS)
 @drawn(data=st.data())
 @FEW
-def test_partial_pays_for_the_end_and_not_for_what_was_broken_and_mended_on_the_way(
-    world: str, data: st.DataObject
-) -> None:
-    """A detour that undoes conditions and brings them back earns nothing."""
+def test_partial_pays_for_the_final_state_and_not_for_detours(world: str, data: st.DataObject) -> None:
+    """A detour that breaks conditions and restores them earns nothing."""
     task = a_task(data.draw, world)
     plan = a_walk(data.draw, world, task, data.draw(st.integers(0, 3)))
     state = after(world, task.initial, plan)
@@ -242,7 +242,7 @@ def test_partial_pays_for_the_end_and_not_for_what_was_broken_and_mended_on_the_
 @drawn(data=st.data())
 @FEW
 def test_padding_never_pays(world: str, data: st.DataObject) -> None:
-    """What comes back to where it was, put behind any plan, raises no reward."""
+    """Actions that return to the same state, added to any plan, raise no reward."""
     task = a_task(data.draw, world)
     plan = a_walk(data.draw, world, task, data.draw(st.integers(0, 5)))
     state = after(world, task.initial, plan)
@@ -259,8 +259,8 @@ def test_padding_never_pays(world: str, data: st.DataObject) -> None:
     )
 
 
-def test_a_condition_of_one_option_for_that_of_another_earns_nothing() -> None:
-    """Either box in the shed and lit lamps beside it: as many conditions are met as at the start."""
+def test_exchanging_a_condition_for_one_of_another_option_earns_nothing() -> None:
+    """With either box in the shed and lit lamps beside it, as many conditions are met as at the start."""
     red, blue, shed, lamp = map(Constant, ("red", "blue", "shed", "lamp"))
     either = Or(
         (And((toy.at(red, shed), toy.holding(red), toy.lit(lamp))), And((toy.at(blue, shed), toy.lit(lamp))))
@@ -291,8 +291,8 @@ def test_gold_plans_earn_what_they_reach(world: str) -> None:
 OPERATOR = "(:action {} :parameters () :precondition () :effect ())"
 
 
-def test_nothing_is_worth_nothing_in_every_ability() -> None:
-    """No goals, subgoals that hold already, operators without a clause."""
+def test_an_empty_answer_earns_nothing_in_every_ability() -> None:
+    """Empty answers have no goals, subgoals that already hold, or operators without a clause."""
     for world in HOUSEHOLDS:
         for ability in PAPER_ABILITIES:
             suite = suite_of(world, ability.value)
@@ -335,7 +335,7 @@ def test_no_text_raises(world: str, ability: Ability) -> None:
         assert paid(suite.task_ids[0], text) == 0
 
 
-def test_what_is_too_long_is_not_read() -> None:
+def test_an_answer_that_is_too_long_is_not_read() -> None:
     suite = suite_of("virtualhome")
     gold = open_answer_book(suite.benchmark, Ability.ACTION_SEQUENCING)["27_2"].text
     exact, short = Reward(suite, limit=len(gold)), Reward(suite, limit=len(gold) - 1)
@@ -348,12 +348,12 @@ def test_what_is_too_long_is_not_read() -> None:
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 @drawn(text=st.text())
 @FEW
-def test_no_short_text_raises_either(ability: Ability, text: str) -> None:
+def test_no_short_text_raises(ability: Ability, text: str) -> None:
     suite = suite_of("behavior", ability.value)
     assert Reward(suite, Shaping.PROGRESS)(suite.task_ids[0], text) == 0
 
 
-def test_metrics_are_the_same_numbers_for_every_ability() -> None:
+def test_every_ability_has_the_same_metrics_of_grades() -> None:
     for ability in PAPER_ABILITIES:
         suite = suite_of("behavior", ability.value)
         grade = Reward(suite).grade(suite.task_ids[0], "[")
@@ -362,7 +362,7 @@ def test_metrics_are_the_same_numbers_for_every_ability() -> None:
         assert (grade.metrics["faults"], grade.metrics["fault.parsing"]) == (1, 1)
 
 
-def test_metrics_of_what_cannot_be_earned_are_there() -> None:
+def test_a_task_that_pays_nothing_has_metrics_of_zero() -> None:
     suite = suite_of("virtualhome")
     excluded = next(task_id for task_id in suite.task_ids if not suite.tasks[task_id].goals)
     grade = Reward(suite, "progress").grade(excluded, "{}")
@@ -374,7 +374,7 @@ PLAN = '{"WALK": ["soap"], "GRAB": ["soap"], "PUTIN": ["soap", "washing_machine"
 """It fails in its last step, when none of the goals is reached that did not hold at the start."""
 
 
-def test_one_answer_by_the_name_of_its_task() -> None:
+def test_an_answer_is_rewarded_by_the_reference_of_its_task() -> None:
     task = suite_of("virtualhome").reference("27_2")
     assert task == "virtualhome/action_sequencing/27_2"
     gold = open_answer_book(eai.find_benchmark("virtualhome"), Ability.ACTION_SEQUENCING)["27_2"].text
@@ -382,7 +382,7 @@ def test_one_answer_by_the_name_of_its_task() -> None:
     assert open_reward(TaskReference.parse(task), "goals") is open_reward(TaskReference.parse(task), "goals")
 
 
-def test_a_batch_is_each_answer_by_itself() -> None:
+def test_a_batch_has_the_rewards_of_its_single_answers() -> None:
     paid = Reward(suite_of("virtualhome"), "goals")
     ids = [suite_of("virtualhome").task_ids[0], "27_2"]
     assert paid.batch(ids, [PLAN, PLAN]) == [paid(task_id, PLAN) for task_id in ids]
@@ -402,12 +402,12 @@ def test_a_reward_is_pickled_by_name(ability: Ability) -> None:
     assert twin(task_id, gold) == paid(task_id, gold) == 1
 
 
-def test_what_has_no_name_cannot_be_pickled() -> None:
+def test_a_reward_of_an_unregistered_suite_cannot_be_pickled() -> None:
     with pytest.raises(InputError, match="toy: only a suite opened by name or module:object can be pickled"):
         pickle.dumps(Reward(suite_of("toy")))
 
 
-def test_no_planner_is_asked() -> None:
+def test_rewards_use_no_planner() -> None:
     suite = eai.open("behavior", "transition_modeling")
     grade = Reward(suite).grade(suite.task_ids[0], '{"output": "(:action x)"}')
     assert isinstance(grade.verdict, OperatorVerdict)
@@ -434,12 +434,12 @@ def test_rewards_are_the_same_from_threads() -> None:
         ("mars/action_sequencing/0_0", "'mars' is not a benchmark"),
     ],
 )
-def test_what_there_is_not_is_named(text: str, told: str) -> None:
+def test_an_unknown_task_is_named(text: str, told: str) -> None:
     with pytest.raises(InputError, match=told):
         eai.reward(text, "{}")
 
 
-def test_a_shaping_that_there_is_not_is_named() -> None:
+def test_an_unknown_shaping_is_named() -> None:
     with pytest.raises(InputError, match="'dense' is no shaping: expected one of success, goals, progress"):
         eai.reward("virtualhome/action_sequencing/27_2", "{}", "dense")
 
@@ -449,6 +449,6 @@ def test_a_shaping_that_there_is_not_is_named() -> None:
     ["virtualhome", "lamps:lamps", "pddl:/a/domain.pddl,/a/problems", "a/action_sequencing/tasks/"],
 )
 @pytest.mark.parametrize("task_id", ["27_2", "a/b"])
-def test_references_are_read_as_they_are_written(benchmark: str, task_id: str) -> None:
+def test_task_references_are_parsed_as_written(benchmark: str, task_id: str) -> None:
     reference = TaskReference(benchmark, Ability.GOAL_INTERPRETATION, task_id)
     assert TaskReference.parse(str(reference)) == reference

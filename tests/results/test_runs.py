@@ -35,7 +35,7 @@ def test_one_file_may_hold_several_runs(tmp_path: Path) -> None:
     assert [len(run.records) for run in read_runs([file])] == [12, 4]
 
 
-def test_order_is_protocol_domain_ability_model(tmp_path: Path) -> None:
+def test_runs_are_sorted_by_protocol_domain_ability_and_model(tmp_path: Path) -> None:
     keys = [run.key for run in read_runs([write_runs(tmp_path, all_runs())])]
     ordered = sorted(keys, key=lambda key: key.order)
     assert [key.protocol.value for key in ordered] == ["strict"] * 5 + ["eai-1.0.5"]
@@ -45,14 +45,14 @@ def test_order_is_protocol_domain_ability_model(tmp_path: Path) -> None:
     ]
 
 
-def test_a_task_that_stands_twice_in_a_run_is_refused(tmp_path: Path) -> None:
+def test_a_run_with_two_records_of_a_task_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "merged.jsonl"
     write_records(file, [*goal_run(), goal_run()[1]])
     with pytest.raises(InputError, match=r"merged.jsonl: the run first.* has 2 records of task 1_1"):
         list(read_runs([file]))
 
 
-def test_what_cannot_be_used(tmp_path: Path) -> None:
+def test_unusable_record_files_are_refused(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     blank = tmp_path / "records.jsonl"
     blank.write_text("\n")
@@ -68,7 +68,7 @@ def test_what_cannot_be_used(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
-def test_a_pipe_in_a_folder_is_passed_over(tmp_path: Path) -> None:
+def test_a_pipe_in_a_folder_is_ignored(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "records.jsonl")
     os.mkfifo(tmp_path / "m_outputs.json")
     with pytest.raises(InputError, match=r"somewhere below, found none"):
@@ -77,7 +77,7 @@ def test_a_pipe_in_a_folder_is_passed_over(tmp_path: Path) -> None:
         find_response_files(tmp_path)
 
 
-def test_a_run_knows_its_log_where_that_is_written_beside_it(tmp_path: Path) -> None:
+def test_a_run_reads_the_log_reference_beside_its_records(tmp_path: Path) -> None:
     folder = write_runs(tmp_path, [action_run()])
     assert [run.log for run in read_runs([folder])] == [None]
     write_log_samples(folder / "run0", Path("logs/a.eval"), 2)

@@ -1,4 +1,4 @@
-"""Several answers a task in one file: read, scored and written part by part, whoever scores them."""
+"""Several answers to a task in one file: read, scored and written in batches, in any process."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_every_sample_counts_and_a_task_without_any_fails(tmp_path: Path) -> Non
     ]
 
 
-def test_the_form_of_the_file_and_who_scores_make_no_difference(tmp_path: Path) -> None:
+def test_file_format_and_number_of_workers_do_not_change_records(tmp_path: Path) -> None:
     scored(read(written(tmp_path)), tmp_path / "one")
     for ending, workers in ((".jsonl", 2), (".json", 1), (".parquet", 2)):
         scored(read(written(tmp_path, ending=ending)), tmp_path / ending, workers)
@@ -106,14 +106,14 @@ def test_the_form_of_the_file_and_who_scores_make_no_difference(tmp_path: Path) 
     ],
     ids=["twice", "missing", "negative", "no number", "unknown"],
 )
-def test_a_bad_row_is_named_before_anything_is_scored(
+def test_a_bad_row_is_reported_before_scoring_begins(
     row: Mapping[str, object], complaint: str, tmp_path: Path
 ) -> None:
     with pytest.raises(InputError, match=complaint):
         read(written(tmp_path, [*ROWS, row]))
 
 
-def test_who_takes_one_answer_a_task_says_so(tmp_path: Path) -> None:
+def test_commands_for_one_answer_a_task_refuse_several(tmp_path: Path) -> None:
     file = written(tmp_path)
     with pytest.raises(InputError, match="row 7: identifier '1_1' occurs twice"):
         read_responses(file, TASK_IDS)
@@ -127,7 +127,7 @@ def test_who_takes_one_answer_a_task_says_so(tmp_path: Path) -> None:
         list(read_runs([twice]))
 
 
-def test_parts_add_up_to_the_whole() -> None:
+def test_totals_of_parts_add_up_to_the_totals_of_the_run() -> None:
     records: list[Record] = [*Scoring().records(echo_suite(), "m", read_some())]
     whole, parts = Totals.from_records(records), Totals()
     for start in range(0, len(records), 3):

@@ -20,7 +20,7 @@ from eai.abilities.verdict import (
 )
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
-from eai.results.reward import METRICS, Shaping, merit, metrics_of, worth
+from eai.results.reward import METRICS, Shaping, credit_of, metrics_of, pay_for
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
@@ -49,7 +49,7 @@ ALL: Worth = (1, 1, 1, 1)
         ((True, True, True, False), (True, False, False, False), 2 / 3),
     ],
 )
-def test_what_is_gained_is_what_did_not_hold(
+def test_only_goals_that_did_not_hold_at_the_start_are_gained(
     reached: Sequence[bool], at_start: Sequence[bool], gained: float | None
 ) -> None:
     assert compute_gain(reached, at_start) == gained
@@ -71,7 +71,7 @@ def test_what_is_gained_is_what_did_not_hold(
         ((5, 5), (0, 5), 1 / 2, 1 / 2),  # and at the end
     ],
 )
-def test_the_gain_in_partial_success_is_a_share_of_what_can_be_gained(
+def test_the_gain_in_partial_success_is_a_share_of_the_possible_gain(
     partial: tuple[int, int], at_start: tuple[int, int], of_goals: float, gained: float
 ) -> None:
     assert compute_condition_gain(Share(*partial), Share(*at_start), of_goals) == pytest.approx(gained)
@@ -167,23 +167,23 @@ ONE_OF_TWO = (False, False)
         ),
     ],
 )
-def test_what_is_carried_out_is_paid_for_what_it_gains(
+def test_plans_are_paid_for_the_goals_that_they_gain(
     verdict: PlanVerdict, at_start: tuple[bool, ...], worth: Worth | None
 ) -> None:
-    assert paid(merit(verdict, at_start)) == worth
+    assert paid(credit_of(verdict, at_start)) == worth
 
 
 def paid(earned: Credit | None) -> Worth | None:
     if earned is None:
         return None
-    success, goals, progress, diagnosis = [worth(earned, shaping) for shaping in [*Shaping][:4]]
-    assert worth(earned, Shaping.PARTIAL) == progress  # conditions are measured by `Reward`
+    success, goals, progress, diagnosis = [pay_for(earned, shaping) for shaping in [*Shaping][:4]]
+    assert pay_for(earned, Shaping.PARTIAL) == progress  # conditions are measured by `Reward`
     return success, goals, progress, diagnosis
 
 
-def test_answers_that_are_carried_out_are_paid_for_their_conditions() -> None:
+def test_plans_are_paid_for_the_conditions_that_they_gain() -> None:
     earned = Credit(1 / 4, success=False, ended=True, faults={A: 2}, added_actions=1, conditions=1 / 2)
-    assert worth(earned, Shaping.PARTIAL) == 1 / 4
+    assert pay_for(earned, Shaping.PARTIAL) == 1 / 4
 
 
 def stated(
@@ -220,24 +220,22 @@ def stated(
         pytest.param(GoalVerdict(), None, id="nothing was counted"),
     ],
 )
-def test_goals_are_paid_by_what_is_right_of_what_is_stated_and_asked(
-    verdict: GoalVerdict, worth: Worth | None
-) -> None:
-    assert paid(merit(verdict)) == worth
+def test_stated_goals_are_paid_by_their_f1(verdict: GoalVerdict, worth: Worth | None) -> None:
+    assert paid(credit_of(verdict)) == worth
 
 
 @pytest.mark.parametrize("hit", range(4))
 @pytest.mark.parametrize("missed", range(3))
-def test_no_goal_that_means_nothing_pays(hit: int, missed: int) -> None:
+def test_meaningless_goals_earn_nothing(hit: int, missed: int) -> None:
     for ill_formed in range(3):
         for strangers in ((), ("a",), ("a", "b")):
-            worth = paid(merit(stated(hit, 0, missed, *strangers, ill_formed=ill_formed)))
+            worth = paid(credit_of(stated(hit, 0, missed, *strangers, ill_formed=ill_formed)))
             for more in (
                 stated(hit, 0, missed, *strangers, ill_formed=ill_formed + 1),
                 stated(hit, 0, missed, *strangers, "c", ill_formed=ill_formed),
                 stated(hit, 1, missed, *strangers, ill_formed=ill_formed),
             ):
-                less = paid(merit(more))
+                less = paid(credit_of(more))
                 assert (worth, less) == (None, None) or (worth and less and less <= worth)
                 assert not hit or (worth and less and less[2] < worth[2])
 
@@ -308,8 +306,8 @@ MISSING, UNREADABLE, HALLUCINATED = (
         pytest.param(written(error=FaultKind.PARSING), (0, 0, 1, 1 / 2), id="an error of the whole answer"),
     ],
 )
-def test_operators_are_paid_by_what_is_right_of_their_clauses(verdict: Verdict, worth: Worth | None) -> None:
-    assert paid(merit(verdict)) == worth
+def test_operators_are_paid_by_the_f1_of_their_clauses(verdict: Verdict, worth: Worth | None) -> None:
+    assert paid(credit_of(verdict)) == worth
 
 
 P, H, N, A = FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER, FaultKind.AFFORDANCE
@@ -343,10 +341,8 @@ P, H, N, A = FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMB
         ],
     ],
 )
-def test_faults_are_counted_by_kind_and_told_as_metrics(
-    verdict: Verdict, faults: Mapping[FaultKind, int]
-) -> None:
-    earned = merit(verdict, (False,))
+def test_faults_are_counted_by_kind_as_metrics(verdict: Verdict, faults: Mapping[FaultKind, int]) -> None:
+    earned = credit_of(verdict, (False,))
     assert earned is not None
     assert earned.faults == faults
     told = metrics_of(earned)
@@ -355,13 +351,13 @@ def test_faults_are_counted_by_kind_and_told_as_metrics(
     assert {kind: told[f"fault.{kind.value}"] for kind in FaultKind} == dict.fromkeys(FaultKind, 0) | faults
 
 
-def test_metrics_are_those_of_what_was_earned() -> None:
+def test_metrics_follow_from_the_credit() -> None:
     told = metrics_of(Credit(1 / 2, success=False, ended=True, faults={A: 2}))
     assert (told["success"], told["progress"], told["faults"], told["fault.affordance"]) == (0, 1 / 2, 2, 2)
     assert metrics_of(Credit(1, success=True, ended=False, faults={}))["success"] == 1
     assert metrics_of(None) == dict.fromkeys(METRICS, 0)
 
 
-def test_what_is_no_verdict_of_an_ability_is_refused() -> None:
+def test_a_verdict_without_an_ability_has_no_credit() -> None:
     with pytest.raises(NotImplementedError, match="Verdict has no credit, so its answers cannot be paid"):
-        merit(Verdict())
+        credit_of(Verdict())

@@ -24,7 +24,7 @@ def test_shards_are_counted_from_one(text: str, shard: Shard) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "0/3", "4/3", "1", "1/0", "-1/3", "a/b", "1/3/5"])
-def test_what_is_no_shard_is_said(text: str) -> None:
+def test_an_invalid_shard_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="is no shard: expected I/N"):
         Shard.parse(text)
 
@@ -44,7 +44,7 @@ def record(task_id: str) -> Record:
 RECORDS = [record(str(number)) for number in range(5)]
 
 
-def test_parts_are_found_in_order_and_put_together_as_they_were(tmp_path: Path) -> None:
+def test_shards_are_found_in_order_and_merged_unchanged(tmp_path: Path) -> None:
     for number in (3, 1, 2):
         shard = Shard(number, 3)
         write_shard(tmp_path / "run", shard, [make_record_batch([*shard.select(RECORDS)])])
@@ -63,7 +63,7 @@ def test_parts_are_found_in_order_and_put_together_as_they_were(tmp_path: Path) 
         ([Shard(2, 4), Shard(4, 4)], "of 4 shards there is no 1, 3"),
     ],
 )
-def test_a_run_that_is_not_whole_is_said(given: Sequence[Shard], told: str, tmp_path: Path) -> None:
+def test_a_missing_shard_is_reported(given: Sequence[Shard], told: str, tmp_path: Path) -> None:
     for shard in given:
         write_shard(tmp_path, shard, [make_record_batch(RECORDS)])
     with pytest.raises(InputError, match=told):
@@ -74,7 +74,7 @@ def test_a_run_that_is_not_whole_is_said(given: Sequence[Shard], told: str, tmp_
     "change",
     [{"model": "n"}, {"data_sha256": "1" * 64}, {"errata": ErrataUse("2")}, {"errata": None}],
 )
-def test_parts_of_different_runs_are_not_put_together(change: dict[str, object], tmp_path: Path) -> None:
+def test_shards_of_different_runs_are_not_merged(change: dict[str, object], tmp_path: Path) -> None:
     first, second = [[replace(each, errata=ErrataUse("1"))] for each in RECORDS[:2]]
     for number, records in ((1, first), (2, [replace(second[0], **change)])):
         write_shard(tmp_path, Shard(number, 2), [make_record_batch(records)])
@@ -82,7 +82,7 @@ def test_parts_of_different_runs_are_not_put_together(change: dict[str, object],
         merge_shards(tmp_path, find_shards(tmp_path)[tmp_path])
 
 
-def test_errata_of_one_version_are_those_of_one_run(tmp_path: Path) -> None:
+def test_shards_with_the_same_errata_version_are_merged(tmp_path: Path) -> None:
     told = [replace(each, errata=ErrataUse("1", (each.task_id,))) for each in RECORDS[:2]]
     for number in (1, 2):
         write_shard(tmp_path, Shard(number, 2), [make_record_batch(told[number - 1 : number])])
@@ -91,7 +91,7 @@ def test_errata_of_one_version_are_those_of_one_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("sizes", [(1, 2), (3, 1), (0, 0)])
-def test_parts_that_were_not_dealt_out_are_not_put_together(sizes: tuple[int, int], tmp_path: Path) -> None:
+def test_files_of_unequal_shards_are_not_merged(sizes: tuple[int, int], tmp_path: Path) -> None:
     for number, size in enumerate(sizes, 1):
         write_shard(tmp_path, Shard(number, 2), [make_record_batch(RECORDS[:size])])
     with pytest.raises(InputError, match=f"expected equal shards, found {sizes[0]}, {sizes[1]} records"):

@@ -53,7 +53,7 @@ def said(read: BeliefSet) -> Mapping[str, Any]:
     return read.summaries[JARS]["pipeline"]
 
 
-def test_a_right_answer(source: Source, data_store: Store) -> None:
+def test_a_gold_answer_states_its_goals(source: Source, data_store: Store) -> None:
     gold = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store)[JARS].text
     read = believed(gold, source)
     stated = said(read)
@@ -75,7 +75,7 @@ def test_a_right_answer(source: Source, data_store: Store) -> None:
         ('{"node goals": [["sliced"], 5]}', (0, 2, 8), False, (), 2),
     ],
 )
-def test_any_answer(
+def test_stated_goals_are_counted_by_kind_and_fault(
     answer: str,
     counts: tuple[int, ...],
     unreadable: bool,
@@ -103,7 +103,7 @@ def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) ->
     assert suite.tasks[JARS].goals != wrong.beliefs[JARS].task.goals
 
 
-def test_records_carry_what_was_stated(source: Source) -> None:
+def test_records_have_the_stated_goals_in_their_summary(source: Source) -> None:
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=source)
     (plain,) = score_run(suite, ResponseFile("m", (Response(JARS, "[]"),)), {}, ScoringOptions())
     marked = believed('{"node goals": [["eaten", "peach.n.03_1"]]}', source).mark(plain)

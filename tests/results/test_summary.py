@@ -38,7 +38,7 @@ def test_every_column_that_is_shown_is_a_metric(ability: Ability) -> None:
 
 
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
-def test_less_is_better_of_errors_and_of_what_a_search_added(ability: Ability) -> None:
+def test_lower_is_better_only_for_errors_and_granularity(ability: Ability) -> None:
     fewer = {kind.value for kind in FaultKind} | {"ill_formed", "granularity"}
     for column in declaration_of(ability).columns:
         assert column.more_is_better is (column.metric not in fewer), column.metric
@@ -54,7 +54,7 @@ def test_excluded_answers_are_in_no_denominator() -> None:
     assert summarise(verdicts, Ability.ACTION_SEQUENCING)["task_success"] == Rate(1, 1)
 
 
-def test_plans_by_the_kind_of_their_end() -> None:
+def test_plans_are_counted_by_the_error_that_ended_them() -> None:
     verdicts = [SUCCEEDED, failed(FaultKind.MISSING_STEP), failed(FaultKind.PARSING)]
     rates = summarise(verdicts, Ability.ACTION_SEQUENCING)
     assert rates["task_success"] == Rate(1, 3)
@@ -70,7 +70,7 @@ def test_additional_steps_count_by_answer_unless_the_verdict_says_otherwise() ->
     assert summarise([by_step, SUCCEEDED], Ability.ACTION_SEQUENCING)["additional_step"] == Rate(3, 2)
 
 
-def test_what_an_answer_counts_as_comes_before_what_its_verdict_says() -> None:
+def test_counts_for_the_summary_override_the_verdict() -> None:
     failure = failed(FaultKind.PARSING)
     twice = replace(failure, counted=SummaryCounts(False, goals((0, 1)), {FaultKind.PARSING: 2}))
     missed = SummaryCounts(False, GoalTallies(Share(0, 0), Share(0, 0), Share(1, 2)), {})
@@ -81,7 +81,7 @@ def test_what_an_answer_counts_as_comes_before_what_its_verdict_says() -> None:
     assert rates["action_goal"] == Rate(1, 2)
 
 
-def test_predicted_goals() -> None:
+def test_predicted_goals_are_counted_by_kind() -> None:
     read = GoalVerdict(
         counts={"state": Confusion(2, 1, 0), "action": Confusion(0, 0, 1)},
         predicted=4,
@@ -100,13 +100,13 @@ def test_predicted_goals() -> None:
     assert (rates["ill_formed"], rates["hallucination"]) == (Rate(1, 4), Rate(2, 4))
 
 
-def test_goals_of_no_kind_count_overall() -> None:
+def test_goals_without_a_kind_count_only_overall() -> None:
     verdict = GoalVerdict(counts={"state": Confusion(1, 0, 0), "all": Confusion(1, 2, 0)})
     rates = summarise([verdict], Ability.GOAL_INTERPRETATION)
     assert rates["overall.precision"] == Rate(1, 3)
 
 
-def test_subgoals_by_outcome() -> None:
+def test_subgoals_are_counted_by_outcome() -> None:
     correct = SubgoalVerdict(category=SubgoalCategory.CORRECT, additional_steps=2, goals=goals((1, 1)))
     arity = SubgoalVerdict(category=SubgoalCategory.HALLUCINATION, error=ARITY)
     unknown = SubgoalVerdict(
@@ -182,7 +182,7 @@ def test_a_run_without_scored_answers_has_all_metrics_without_a_value(ability: A
     assert all(rate.denominator == 0 for rate in rates.values())
 
 
-def test_cases_are_of_what_is_scored_and_named_by_the_task_where_that_is_known() -> None:
+def test_cases_of_scored_records_have_the_names_of_their_tasks() -> None:
     named = replace(record("a_1", SUCCEEDED), task=TaskFeatures("a", 4, 1))
     records = [named, record("b", replace(SUCCEEDED, excluded="why")), record("c", failed(FaultKind.PARSING))]
     cases = cases_of(records, Ability.ACTION_SEQUENCING)

@@ -35,7 +35,7 @@ STEP = StepLine(
 )
 
 
-def test_an_estimate_says_what_it_is_made_of() -> None:
+def test_an_estimate_shows_its_numerator_and_denominator() -> None:
     assert (RATE.value, RATE.numerator, RATE.denominator) == (50.0, 5, 10)
     assert str(RATE) == "50 (5/10) [23.7, 76.3]"
     assert str(Estimate(-0.456, -1.0, 0.25)) == "-0.46 [-1, 0.25]"
@@ -56,7 +56,7 @@ def test_tables_are_written_in_three_forms(tmp_path: Path) -> None:
     assert "| a \\| b | 50 (5/10) [23.7, 76.3] | yes |" in markdown
 
 
-def test_a_line_is_a_line_of_csv() -> None:
+def test_each_line_becomes_one_line_of_csv() -> None:
     columns, values = lines_csv(StepLine, [STEP]).splitlines()
     beginning = "protocol,domain,ability,model,harness,effort,experiment,task,name"
     assert columns == f"{beginning},step,operator,objects,outcome,reason"
@@ -84,7 +84,7 @@ def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         write_parquet(tmp_path / "steps.parquet", StepLine, [STEP])
 
 
-def test_the_documentation_tells_every_column() -> None:
+def test_the_documentation_has_every_column() -> None:
     page = (ROOT / "docs" / "tidy-tables.md").read_text(encoding="utf-8")
     columns = {column.name for kind in TABLES.values() for column in fields(kind)}
     assert [name for name in sorted(columns) if f"\n| `{name}` | " not in page] == []

@@ -32,7 +32,7 @@ def printed(width: int, *, wide: bool = False) -> list[str]:
 
 
 @pytest.mark.parametrize("width", [60, 80, 200])
-def test_numbers_are_whole_and_names_stand_beside_each_part(width: int) -> None:
+def test_numbers_are_never_cut_and_each_part_repeats_the_names(width: int) -> None:
     lines = printed(width)
     assert lines[0] == "Title"
     assert max(map(len, lines)) <= width
@@ -41,7 +41,7 @@ def test_numbers_are_whole_and_names_stand_beside_each_part(width: int) -> None:
     assert text.count("m¹˒²") == text.count("other (paper)") == text.count("#")
 
 
-def test_texts_are_folded_into_what_the_last_part_leaves() -> None:
+def test_texts_are_folded_into_the_space_of_the_last_part() -> None:
     lines = printed(80)
     assert sum("one two three" in line for line in lines) > 1
     assert " ".join(lines).count("words") == 1
@@ -57,6 +57,6 @@ def test_a_wide_table_is_in_one_part() -> None:
     assert "\n".join(printed(60, wide=True)).count("#") == 1
 
 
-def test_a_number_that_there_is_not_is_a_dash_and_nothing_is_nothing() -> None:
+def test_a_missing_number_is_a_dash_and_an_empty_cell_is_empty() -> None:
     (row,) = (line.split() for line in printed(200) if "other" in line)
     assert row == ["other", "(paper)", *["-"] * 9, "short"]

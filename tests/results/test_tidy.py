@@ -32,7 +32,7 @@ def _counts(answers: list[AnswerLine], bins: list[int]) -> list[tuple[int, int]]
     ]
 
 
-def test_the_papers_cofactors_are_group_bys_of_the_answers() -> None:
+def test_the_papers_cofactors_can_be_grouped_from_the_answers() -> None:
     """Of the figures that the paper prints for GPT-4o only that of 10 to 19 steps (0.50) is another one.
 
     It holds ``brushing_lint_off_clothing``, which one reconstruction of its scene makes a failure, as the
@@ -49,7 +49,7 @@ def test_the_papers_cofactors_are_group_bys_of_the_answers() -> None:
     assert _counts(answers, stated) == [(39, 70), (9, 29), (0, 1)]
 
 
-def test_what_is_not_known_is_none() -> None:
+def test_unknown_values_of_lines_are_none() -> None:
     """The made-up tasks are in no data set: all that is known of them is what their records say."""
     made = TidyTables(Source(Store()))
     for records in (action_run(), goal_run(), subgoal_run(), operator_run()):
@@ -72,7 +72,7 @@ def _tables(records: list[Record], *, features: bool) -> TidyTables:
 @pytest.mark.parametrize("protocol", list(Protocol.list_names()))
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
-def test_values_say_what_the_texts_beside_them_do(domain: str, ability: Ability, protocol: Protocol) -> None:
+def test_numbers_of_lines_agree_with_their_texts(domain: str, ability: Ability, protocol: Protocol) -> None:
     source = Source(Store(), planner=PlannerChoice.NONE)
     suite = open_suite(domain, ability, protocol, source=source)
     book = open_answer_book(suite.benchmark, ability, source)
@@ -97,7 +97,7 @@ def test_values_say_what_the_texts_beside_them_do(domain: str, ability: Ability,
     assert any((steps, goals, atoms, clauses))
 
 
-def test_the_data_set_is_not_looked_up_where_features_are_not_asked_for() -> None:
+def test_the_data_set_is_read_only_if_features_are_requested() -> None:
     made = TidyTables(Source(Store(Path("/nowhere"))), features=False)
     made.add([replace(record, domain="virtualhome") for record in action_run()])
     assert made.answers[0].annotated_steps == 3

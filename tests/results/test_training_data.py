@@ -64,7 +64,7 @@ def record(task_id: str = "both", **told: Any) -> Record:
         (record("done"), NO_ANSWER),
     ],
 )
-def test_a_record_is_used_or_counted_by_the_reason_why_not(given: Record, why: str | None) -> None:
+def test_an_unused_record_is_counted_by_its_reason(given: Record, why: str | None) -> None:
     left_out: Counter[str] = Counter()
     found = list(make_reward_rows([given, given], suite_reward(), PROMPTS, left_out))
     answer = {
@@ -78,7 +78,7 @@ def test_a_record_is_used_or_counted_by_the_reason_why_not(given: Record, why: s
     assert left_out == ({} if why is None else {why: 2})
 
 
-def test_a_prompt_is_asked_where_something_can_be_earned() -> None:
+def test_prompts_are_exported_only_for_tasks_that_pay() -> None:
     rows = list(make_prompt_rows(suite_reward(), PROMPTS))
     assert [row["task"] for row in rows] == [
         f"switches/action_sequencing/{t}" for t in ("both", "greet", "half")
@@ -102,7 +102,7 @@ def answers(*worths: float, task: str = "a") -> list[TrainingRow]:
 
 
 @pytest.mark.parametrize(("least", "kept"), [(1.0, [1]), (0.5, [0, 1]), (0.4, [0, 1, 2])])
-def test_answers_that_are_worth_as_much_are_kept_once(least: float, kept: list[int]) -> None:
+def test_equal_answers_are_kept_once(least: float, kept: list[int]) -> None:
     given = answers(0.5, 1, 0.4)
     rows = list(select_verified_rows([*given, *given], least))
     assert [row["completion"] for row in rows] == [
@@ -122,7 +122,7 @@ def test_answers_that_are_worth_as_much_are_kept_once(least: float, kept: list[i
         ((1,), 0, []),
     ],
 )
-def test_the_best_answer_stands_before_each_that_is_worth_less(
+def test_the_best_answer_is_paired_with_each_worse_one(
     worths: tuple[float, ...], margin: float, pairs: list[tuple[str, str, float]]
 ) -> None:
     rows = list(make_preference_rows([*answers(*worths), *answers(0, task="b"), *answers(*worths)], margin))

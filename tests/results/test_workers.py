@@ -45,13 +45,13 @@ def test_results_come_in_order(workers: int, number: int) -> None:
     ("workers", "sizes"),
     [(1, [2, 4, 8, 10, 10, 6]), (2, [2, 2, 4, 4, 8, 8, 10, 2]), (3, [2] * 3 + [4] * 3 + [8, 8, 6])],
 )
-def test_batches_grow_when_every_worker_has_had_one(workers: int, sizes: list[int]) -> None:
+def test_batches_grow_after_each_worker_has_had_one(workers: int, sizes: list[int]) -> None:
     made = list(split_batches(range(40), workers, 2, 10))
     assert [len(batch) for batch in made] == sizes
     assert [item for batch in made for item in batch] == list(range(40))
 
 
-def test_no_more_is_read_than_is_worked_on() -> None:
+def test_only_a_few_batches_are_read_ahead() -> None:
     taken = 0
 
     def endless() -> Iterator[int]:
@@ -69,7 +69,7 @@ def test_no_more_is_read_than_is_worked_on() -> None:
 
 
 @pytest.mark.parametrize("at", [0, 40, 999])
-def test_a_worker_that_is_killed_loses_and_doubles_nothing(tmp_path: Path, at: int) -> None:
+def test_a_killed_worker_loses_and_repeats_no_result(tmp_path: Path, at: int) -> None:
     with Workers(2) as pool:
         assert list(pool.map_batches(Dying(at, tmp_path / "died"), range(1_000))) == squares(range(1_000))
         assert (tmp_path / "died").exists()
@@ -85,7 +85,7 @@ def test_workers_killed_between_two_streams_are_replaced() -> None:
 
 
 @pytest.mark.parametrize("place", [0, 1])
-def test_a_worker_that_is_killed_while_it_sends_keeps_nobody_waiting(place: int) -> None:
+def test_a_worker_killed_while_sending_blocks_no_other(place: int) -> None:
     with Workers(2) as pool:
         results = pool.map_batches(large, range(12), batch_sizes=(1, 1))
         next(results)
@@ -99,7 +99,7 @@ def test_a_worker_that_is_killed_while_it_sends_keeps_nobody_waiting(place: int)
         assert sum(1 for _ in results) == 12 - taken
 
 
-def test_streams_may_be_mixed_and_left(tmp_path: Path) -> None:
+def test_streams_may_be_interleaved_and_abandoned(tmp_path: Path) -> None:
     with Workers(2) as pool:
         first, second = (
             pool.map_batches(squares, range(500)),
@@ -114,7 +114,7 @@ def test_streams_may_be_mixed_and_left(tmp_path: Path) -> None:
         assert not pool._waiting
 
 
-def test_a_stream_of_workers_that_are_closed_ends() -> None:
+def test_closing_the_workers_ends_their_streams() -> None:
     with Workers(2) as pool:
         results = pool.map_batches(squares, range(500))
         next(results)
@@ -123,7 +123,7 @@ def test_a_stream_of_workers_that_are_closed_ends() -> None:
             list(results)
 
 
-def test_what_workers_leave_in_temporary_folders_is_removed() -> None:
+def test_temporary_files_of_workers_are_removed() -> None:
     with Workers(2) as pool:
         left = {
             Path(file).parent for file in pool.map_batches(folder_of_files, range(40), batch_sizes=(1, 1))
@@ -135,7 +135,7 @@ def test_what_workers_leave_in_temporary_folders_is_removed() -> None:
 
 
 @pytest.mark.parametrize(("seconds", "stays"), [(60, False), (0, True)])
-def test_a_folder_that_is_written_to_meanwhile_is_removed_again_until_time_is_up(
+def test_removing_a_folder_is_retried_until_the_time_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: int, stays: bool
 ) -> None:
     class Written(TemporaryDirectory[str]):
@@ -155,19 +155,19 @@ def test_a_folder_that_is_written_to_meanwhile_is_removed_again_until_time_is_up
     TemporaryDirectory.cleanup(folder)
 
 
-def test_what_kills_every_worker_is_named() -> None:
+def test_items_that_kill_every_worker_are_named() -> None:
     with Workers(2) as pool, pytest.raises(EaiError, match=f"died {MAX_DEATHS} times at the same 16 items"):
         list(pool.map_batches(deadly, range(20)))
 
 
-def test_an_error_of_the_work_is_raised_here() -> None:
+def test_an_error_in_a_worker_is_raised_in_the_caller() -> None:
     with Workers(2) as pool, pytest.raises(ValueError, match="no"):
         list(pool.map_batches(failing, range(5)))
     with Workers(2) as pool, pytest.raises(EaiError, match="UnspeakableError: of no module"):
         list(pool.map_batches(unspeakable, range(5)))
 
 
-def test_an_interrupt_ends_workers_whatever_they_do() -> None:
+def test_an_interrupt_ends_busy_workers() -> None:
     def items() -> Iterator[int]:
         yield from range(4)
         assert active_children()
@@ -179,7 +179,7 @@ def test_an_interrupt_ends_workers_whatever_they_do() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
-def test_what_starts_workers_never_hears_of_an_interrupt() -> None:
+def test_the_fork_server_ignores_interrupts() -> None:
     script = (
         "from multiprocessing.forkserver import _forkserver\n"
         "from pathlib import Path\n"
@@ -237,7 +237,7 @@ def given_out(monkeypatch: pytest.MonkeyPatch, workers: int, sizes: list[int]) -
         (2, [16, 15, 16], [2, 1, 0]),
     ],
 )
-def test_batches_go_to_who_has_least(
+def test_batches_go_to_the_least_busy_worker(
     monkeypatch: pytest.MonkeyPatch, workers: int, sizes: list[int], expected: list[int]
 ) -> None:
     assert given_out(monkeypatch, workers, sizes) == expected
@@ -266,7 +266,7 @@ def test_three_batches_for_each_worker_are_read_ahead(
     assert list(results) == list(range(5, 99))
 
 
-def test_the_folder_of_workers_is_removed_though_something_is_written_to_it(
+def test_a_folder_of_workers_is_removed_even_if_files_appear_in_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     made: list[dict[str, object]] = []

@@ -63,7 +63,7 @@ def outcome_of(log: EvalLog) -> dict[str, object]:
     return dict((sample.scores or {})["acting"].metadata or {})
 
 
-def test_a_model_acts_by_calls_of_tools(data_store: Store, tmp_path: Path) -> None:
+def test_a_model_acts_by_tool_calls(data_store: Store, tmp_path: Path) -> None:
     outputs = [tool("look"), call("FLY(moon)"), *map(call, gold()), tool("done"), tool("look")]
     log = play(scripted(outputs), tmp_path)
     about = outcome_of(log)
@@ -79,7 +79,7 @@ def test_a_model_acts_by_calls_of_tools(data_store: Store, tmp_path: Path) -> No
     assert about["explorer"] == f"explorer.html#run={run}&task={TASK}"
 
 
-def test_a_model_that_calls_no_tool_has_stopped(data_store: Store, tmp_path: Path) -> None:
+def test_an_episode_ends_if_the_model_calls_no_tool(data_store: Store, tmp_path: Path) -> None:
     outputs = [*map(call, gold()), ModelOutput.from_content("mockllm/model", "I am done.")]
     about = outcome_of(play(scripted(outputs), tmp_path))
     assert (about["success"], about["ended"], about["reached"]) == (False, "stopped", True)
@@ -100,7 +100,7 @@ def test_a_model_without_tools_writes_commands(data_store: Store, tmp_path: Path
     assert sample.store  # the commands are there for who reads the log
 
 
-def test_an_agent_of_ones_own_gets_the_tools(
+def test_a_users_own_agent_gets_the_tools(
     data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "my_agent.py").write_text(
@@ -118,14 +118,14 @@ def test_an_agent_of_ones_own_gets_the_tools(
     assert "Be brief." in sample.messages[0].text
 
 
-def test_a_harness_that_there_is_not_is_refused(data_store: Store) -> None:
+def test_an_unknown_harness_is_refused(data_store: Store) -> None:
     with pytest.raises(InputError, match=r"agent\.harness: expected .*module:object"):
         Setting.read("agent", {"harness": "reakt"})
     with pytest.raises(InputError, match="eai has no object 'nobody'"):
         in_setting(Setting(harness="eai:nobody"), {}, open_suite("virtualhome", ACTING))
 
 
-def test_a_model_that_only_looks_comes_to_its_end(data_store: Store, tmp_path: Path) -> None:
+def test_an_episode_of_looking_ends_at_the_step_limit(data_store: Store, tmp_path: Path) -> None:
     looks = [tool("look") for _ in range(200)]
     about = outcome_of(play(scripted(looks), tmp_path, steps=2))
     assert (about["success"], about["ended"]) == (False, "steps")
@@ -138,7 +138,7 @@ def slowly(outputs: Sequence[ModelOutput]) -> Iterator[ModelOutput]:
         yield output
 
 
-def test_of_a_log_all_episodes_are_scored_by_their_mean(data_store: Store, tmp_path: Path) -> None:
+def test_episodes_of_a_log_are_scored_by_their_mean(data_store: Store, tmp_path: Path) -> None:
     outputs = [*map(call, gold()), tool("done"), tool("done")]
     task = TASKS["virtualhome_acting"](tasks=[TASK])
     quietly = {"log_dir": str(tmp_path / "logs"), "display": "none", "max_samples": 1}
@@ -219,7 +219,9 @@ def test_built_in_models_act(data_store: Store, tmp_path: Path) -> None:
     assert by_text.verdict.harness == "text"  # type: ignore[attr-defined]
 
 
-def test_a_killed_run_keeps_what_is_over_and_begins_the_rest_anew(data_store: Store, tmp_path: Path) -> None:
+def test_a_killed_run_keeps_finished_episodes_and_restarts_the_others(
+    data_store: Store, tmp_path: Path
+) -> None:
     words = (
         "run --ability acting --domain virtualhome --model eai/oracle --limit 6 --with requests.max_retries=0"
     )

@@ -54,7 +54,7 @@ def as_scored(record: Record) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("pair", [*combinations(CHOICES, 2), tuple(CHOICES)], ids="+".join)
-def test_a_run_combines_studies_and_its_log_is_scored_alike(
+def test_a_run_combines_studies_and_its_log_gets_the_same_scores(
     pair: tuple[str, ...], data_store: Store, tmp_path: Path
 ) -> None:
     done = command(f"{RUN} {' '.join(CHOICES[name] for name in pair)} --out @/runs", tmp_path)
@@ -125,7 +125,7 @@ def test_tidy_tables_never_pool_combinations(data_store: Store, tmp_path: Path) 
     assert "left out, as they are of experiments: runs with scene-" in notes[0]
 
 
-def test_two_studies_of_the_same_thing_are_refused_with_their_reason() -> None:
+def test_two_studies_that_change_the_same_option_are_refused_with_a_reason() -> None:
     with pytest.raises(InputError) as refused:
         read_spec(
             {

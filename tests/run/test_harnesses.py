@@ -25,7 +25,7 @@ OF_HOUSEHOLDS = {f"{name}_{ability.value}" for name in of_the_paper() for abilit
 """The examples have the four abilities of the paper's households: no file of questions, and no pictures."""
 
 
-def test_every_suite_is_a_task_that_is_found_by_reading_the_file() -> None:
+def test_every_suite_is_an_inspect_task_found_in_the_source_file() -> None:
     found = list_tasks("examples/inspect", root_dir=ROOT)
     assert {task.name for task in found} == OF_HOUSEHOLDS
 
@@ -60,7 +60,7 @@ def test_right_answers_are_right_in_the_lm_evaluation_harness(data_store: Store,
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_its_dummy_model_gets_nothing(data_store: Store, suites: Any) -> None:
+def test_the_harnesss_dummy_model_scores_zero(data_store: Store, suites: Any) -> None:
     import lm_eval
     from lm_eval.tasks import TaskManager
 

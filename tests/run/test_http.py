@@ -71,7 +71,7 @@ def run(ask: Callable[..., ModelAnswers]) -> Run:
     return serve_and_ask
 
 
-def test_failures_cost_their_own_samples_only(run: Run) -> None:
+def test_a_failed_request_affects_only_its_own_sample(run: Run) -> None:
     answers, log = run(
         {
             "good": [Reply(PLAN)],
@@ -141,7 +141,7 @@ FAULTS = {
 """What a provider may do -> what it comes to: an answer, or how the line begins that tells the failure."""
 
 
-def test_what_a_provider_does_costs_the_sample_alone_and_is_told_in_a_line(run: Run) -> None:
+def test_a_providers_fault_affects_one_sample_and_is_reported_in_one_line(run: Run) -> None:
     answers, _ = run({name: replies for name, (replies, _) in FAULTS.items()})
     texts = {name: answer.text for (name, _), answer in answers.answers.items()}
     reasons = {name: why for (name, _), why in answers.failures.items()}
@@ -156,7 +156,9 @@ def test_what_a_provider_does_costs_the_sample_alone_and_is_told_in_a_line(run: 
 
 
 @pytest.mark.parametrize("model", ["openai-api/local/scripted", "openai/gpt-4o"])
-def test_a_page_in_the_place_of_a_reply_is_told_as_one(ask: Callable[..., ModelAnswers], model: str) -> None:
+def test_an_html_page_instead_of_a_reply_is_reported_as_such(
+    ask: Callable[..., ModelAnswers], model: str
+) -> None:
     with serve({"page": [Reply(body='"<html>Bad gateway</html>"')]}) as served:
         (why,) = ask(served.url, ("page",), model=model).failures.values()
     assert "AssertionError" not in why
@@ -176,9 +178,7 @@ USAGES: Mapping[str, object] = {
 
 
 @pytest.mark.parametrize("model", ["openai-api/local/scripted", "openai/gpt-4o"])
-def test_an_answer_with_odd_figures_of_usage_is_an_answer(
-    ask: Callable[..., ModelAnswers], model: str
-) -> None:
+def test_an_answer_with_unreadable_usage_is_accepted(ask: Callable[..., ModelAnswers], model: str) -> None:
     script = {name: [Reply(PLAN, usage=usage)] for name, usage in {**USAGES, "good": COUNTED}.items()}
     with serve(script) as served:
         answers = ask(served.url, script, model=model)
@@ -192,7 +192,7 @@ def test_an_answer_with_odd_figures_of_usage_is_an_answer(
 
 
 @pytest.mark.parametrize("status", [401, 404])
-def test_what_will_never_work_stops_the_run_at_once(
+def test_an_error_that_no_repetition_mends_stops_the_run_at_once(
     ask: Callable[..., ModelAnswers], tmp_path: Path, status: int
 ) -> None:
     script = {"first": [Reply(PLAN)]} | {f"{n}": [Reply(status=status, delay=0.2)] for n in range(60)}
@@ -214,14 +214,14 @@ def test_a_journal_that_cannot_be_written_stops_the_run_at_once(
     assert sum(served.log.asked.values()) < 10
 
 
-def test_an_answer_that_takes_too_long_is_none(ask: Callable[..., ModelAnswers]) -> None:
+def test_an_answer_after_the_timeout_is_missing(ask: Callable[..., ModelAnswers]) -> None:
     with serve({"slow": [Reply(PLAN, delay=2)]}) as served:
         answers = ask(served.url, ("slow",), timeout=1)
     assert answers.answers == {}
     assert "Timeout" in answers.failures["slow", 1]
 
 
-def test_what_was_answered_is_not_asked_again(ask: Callable[..., ModelAnswers]) -> None:
+def test_answered_questions_are_not_asked_again(ask: Callable[..., ModelAnswers]) -> None:
     with serve({"good": [Reply(PLAN)], "broken": [Reply(status=400), Reply("mended")]}) as served:
         first = ask(served.url, ("good", "broken"))
         second = ask(served.url, ("good", "broken"))
@@ -235,7 +235,9 @@ def test_what_was_answered_is_not_asked_again(ask: Callable[..., ModelAnswers]) 
     assert served.log.asked == {"good": 2, "broken": 2}
 
 
-def test_how_to_sample_reaches_the_server_and_makes_another_request(ask: Callable[..., ModelAnswers]) -> None:
+def test_sampling_options_reach_the_server_and_change_the_request_digest(
+    ask: Callable[..., ModelAnswers],
+) -> None:
     sampling = Decoding(temperature=0.7, seed=7, top_p=0.9)
     with serve({"good": [Reply(PLAN)]}) as served:
         plain, sampled = ask(served.url, ("good",)), ask(served.url, ("good",), decoding=sampling)
@@ -246,7 +248,7 @@ def test_how_to_sample_reaches_the_server_and_makes_another_request(ask: Callabl
     assert asked == [(0.0, None, None), (0.7, 7, 0.9)]
 
 
-def test_reasoning_is_kept_apart_and_tokens_are_counted(run: Run) -> None:
+def test_reasoning_is_separated_and_tokens_are_counted(run: Run) -> None:
     answers, _ = run(
         {
             "tags": [Reply(f"<think>first the sofa</think>\n{PLAN}")],
@@ -268,7 +270,7 @@ def test_truncated_answers_are_marked(run: Run) -> None:
     assert log.requests[0]["max_tokens"] == 5
 
 
-def test_stop_sequences_are_those_of_the_paper_and_the_brace_is_given_back(run: Run) -> None:
+def test_the_papers_stop_sequences_are_sent_and_the_brace_is_restored(run: Run) -> None:
     answers, log = run({"cut": [Reply('{"output": ["ON(tv.1)"]')]}, ("}",))
     assert [request["stop"] for request in log.requests] == [["}"]]
     assert answers.answers["cut", 1].text == '{"output": ["ON(tv.1)"]}'
@@ -290,7 +292,7 @@ def test_stop_sequences_can_be_left_out(run: Run) -> None:
         Reply(PLAN, empty_if=("response_format",)),
     ],
 )
-def test_what_a_model_cannot_stand_is_left_out_the_second_time(run: Run, reply: Reply) -> None:
+def test_refused_parameters_are_left_out_of_the_second_request(run: Run, reply: Reply) -> None:
     answers, log = run({"task": [reply]}, ("}",), Decoding(structured=True))
     assert answers.answers["task", 1].text == PLAN
     assert [("stop" in r, "response_format" in r) for r in log.requests] == [(True, True), (False, False)]
@@ -298,6 +300,6 @@ def test_what_a_model_cannot_stand_is_left_out_the_second_time(run: Run, reply: 
     assert answers.answers["task", 1].repairs == ("form_left_out",)
 
 
-def test_stop_sequences_that_are_left_out_are_no_form_that_is(run: Run) -> None:
+def test_left_out_stop_sequences_are_not_reported_as_a_left_out_schema(run: Run) -> None:
     answers, _ = run({"task": [Reply(PLAN, unless=("stop",))]}, ("}",))
     assert answers.answers["task", 1].repairs == ()

@@ -27,7 +27,7 @@ OPENED: dict[str, Any] = {
 
 @pytest.mark.parametrize("ability", [each for each in find_abilities() if each != ACTING], ids=str)
 @pytest.mark.parametrize("model", OPENED)
-def test_a_model_answers_what_it_has_answers_to(model: str, ability: Ability) -> None:
+def test_built_in_models_answer_only_their_abilities(model: str, ability: Ability) -> None:
     expected = nullcontext() if can_answer(f"eai/{model}", ability) else pytest.raises(InputError)
     with expected:
         OPENED[model](warehouse, ability)

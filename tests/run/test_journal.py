@@ -15,7 +15,7 @@ from eai.run.journal import Answer, AnswerJournal
 ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", ("reasoning",), Usage(3, 5, 2, 0.25))
 
 
-def test_what_is_written_is_found_again(tmp_path: Path) -> None:
+def test_a_written_answer_is_found_in_the_journal(tmp_path: Path) -> None:
     file = tmp_path / "new" / "answers.jsonl"
     strange = replace(ANSWER, task_id="1_1", text="ünder\r\n\u2028 }", usage=Usage(1, 1))
     journal = AnswerJournal(file)
@@ -26,7 +26,7 @@ def test_what_is_written_is_found_again(tmp_path: Path) -> None:
     assert journal.find(("27_2", 1), "request") == ANSWER
 
 
-def test_a_line_has_every_field(tmp_path: Path) -> None:
+def test_a_line_of_the_journal_has_every_field(tmp_path: Path) -> None:
     file = tmp_path / "answers.jsonl"
     journal = AnswerJournal(file)
     journal.add(ANSWER)
@@ -42,7 +42,7 @@ def test_a_full_disk_is_an_error_that_names_the_file(tmp_path: Path) -> None:
         journal.add(ANSWER)
 
 
-def test_another_request_or_epoch_is_another_question(tmp_path: Path) -> None:
+def test_another_request_or_epoch_is_not_found_in_the_journal(tmp_path: Path) -> None:
     journal = AnswerJournal(tmp_path / "answers.jsonl")
     journal.add(ANSWER)
     assert journal.find(("27_2", 2), "request") is None
@@ -51,7 +51,7 @@ def test_another_request_or_epoch_is_another_question(tmp_path: Path) -> None:
 
 
 @given(cut=st.integers(min_value=1, max_value=200))
-def test_a_torn_last_line_is_cut_off_and_the_next_answer_is_whole(
+def test_an_incomplete_last_line_is_overwritten_by_the_next_answer(
     cut: int, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     file = tmp_path_factory.mktemp("torn") / "answers.jsonl"
@@ -66,7 +66,7 @@ def test_a_torn_last_line_is_cut_off_and_the_next_answer_is_whole(
     assert AnswerJournal(file).find(("27_2", 2), "request") == replace(ANSWER, epoch=2)
 
 
-def test_a_file_of_something_else_is_refused_by_line(tmp_path: Path) -> None:
+def test_a_file_that_is_no_journal_is_refused_with_its_line(tmp_path: Path) -> None:
     file = tmp_path / "answers.jsonl"
     journal = AnswerJournal(file)
     journal.add(ANSWER)
@@ -79,11 +79,11 @@ def test_a_file_of_something_else_is_refused_by_line(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("reason", "cut_off"), [("stop", False), ("max_tokens", True), ("model_length", True), ("unknown", False)]
 )
-def test_truncation_is_what_a_limit_of_length_did(reason: str, cut_off: bool) -> None:
+def test_an_answer_is_truncated_only_by_a_length_limit(reason: str, cut_off: bool) -> None:
     assert replace(ANSWER, stop_reason=reason).truncated is cut_off
 
 
-def test_usage_adds_up_what_is_known() -> None:
+def test_usage_sums_only_known_numbers() -> None:
     assert Usage(1, 2) + Usage(3, 4) == Usage(4, 6)
     assert Usage(1, 2, 3, None) + Usage(3, 4, None, 0.5) == Usage(4, 6, 3, 0.5)
     assert Usage(1, 2, 3, 0.5) + Usage(0, 0, 4, 0.5) == Usage(1, 2, 7, 1.0)

@@ -32,7 +32,7 @@ with lock_run_folder(Path(sys.argv[1])):
 """
 
 
-def test_two_processes_do_not_run_in_one_folder(tmp_path: Path) -> None:
+def test_two_processes_cannot_run_in_one_folder(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     with subprocess.Popen(
         [sys.executable, "-c", HOLDER, folder], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
@@ -55,7 +55,7 @@ def test_two_processes_do_not_run_in_one_folder(tmp_path: Path) -> None:
         journal.add(ANSWER)
 
 
-def test_a_disk_that_fills_up_in_the_middle_of_an_answer_costs_that_answer_alone(tmp_path: Path) -> None:
+def test_a_full_disk_in_the_middle_of_an_answer_loses_only_that_answer(tmp_path: Path) -> None:
     file = tmp_path / "answers.jsonl"
     journal = AnswerJournal(file)
     journal.add(ANSWER)
@@ -79,7 +79,7 @@ def test_a_disk_that_fills_up_in_the_middle_of_an_answer_costs_that_answer_alone
     assert AnswerJournal(file).find(("27_2", 2), "request") == replace(ANSWER, epoch=2)
 
 
-def test_a_folder_that_is_removed_during_a_run_is_noticed(tmp_path: Path) -> None:
+def test_a_folder_removed_during_a_run_is_an_error(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     journal = AnswerJournal(folder / "answers.jsonl")
     journal.add(ANSWER)
@@ -88,7 +88,7 @@ def test_a_folder_that_is_removed_during_a_run_is_noticed(tmp_path: Path) -> Non
         journal.add(replace(ANSWER, epoch=2))
 
 
-def test_a_folder_that_cannot_be_written_is_told_before_anything_is_asked(tmp_path: Path) -> None:
+def test_an_unwritable_folder_is_reported_before_any_question(tmp_path: Path) -> None:
     """A file in the way stands for a folder without permission, which would not stop root."""
     (tmp_path / "run").write_text("")
     with pytest.raises(InputError, match=r"run: cannot be written"), lock_run_folder(tmp_path / "run"):
@@ -97,7 +97,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_is_asked(tmp_pa
         AnswerJournal(tmp_path / "run" / "answers.jsonl").add(ANSWER)
 
 
-def test_a_clock_that_jumps_changes_nothing_as_nobody_looks_at_it() -> None:
+def test_a_clock_that_jumps_changes_no_answer() -> None:
     """What lasts is measured by the monotonic clock, which is set by nobody."""
     time_of_day = re.compile(
         r"\btime\.(time|ctime|localtime|gmtime)\b|\bdatetime\.(now|utcnow|today)\b|\bdate\.today\b"
@@ -108,7 +108,7 @@ def test_a_clock_that_jumps_changes_nothing_as_nobody_looks_at_it() -> None:
 
 
 @sweep
-def test_a_hundred_thousand_answers_are_read_again(tmp_path: Path) -> None:
+def test_a_journal_of_a_hundred_thousand_answers_is_read_quickly(tmp_path: Path) -> None:
     file, number = tmp_path / "answers.jsonl", 100_000
     journal = AnswerJournal(file)
     for epoch in range(1, number + 1):

@@ -13,7 +13,7 @@ from sweeps import swept
 
 @pytest.mark.skipif(sys.platform == "win32", reason="forks")
 @pytest.mark.parametrize("kind", ["plain", *swept("replanning", "pipeline", "acting")])
-def test_what_is_killed_again_and_again_comes_to_the_same_end(data_store: Store, kind: str) -> None:
+def test_a_run_killed_again_and_again_gets_the_same_results(data_store: Store, kind: str) -> None:
     program = [sys.executable, "-m", "bench", "kill_and_resume"]
     options = ["--kills", "2", "--tasks", "6", "--kind", kind]
     done = subprocess.run([*program, *options], cwd=ROOT, capture_output=True, text=True, check=False)

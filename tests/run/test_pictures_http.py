@@ -20,7 +20,7 @@ def url_of(data: bytes, media_type: str) -> str:
     return f"data:{media_type};base64,{base64.b64encode(data).decode()}"
 
 
-def test_own_pictures_go_to_the_model_that_sees_and_its_list_to_the_other(
+def test_a_users_pictures_go_to_the_first_model_and_its_list_to_the_second(
     data_store: Store, tmp_path: Path
 ) -> None:
     for view, data in (("left", b"one"), ("right", b"two")):

@@ -57,7 +57,9 @@ def test_a_task_states_the_goals_of_answers(goals: Path) -> None:
         TASKS["behavior_goal_interpretation"](goals=str(goals))
 
 
-def test_records_of_a_log_say_whose_goals_they_were(goals: Path, process: Executor, tmp_path: Path) -> None:
+def test_records_of_a_log_name_the_source_of_their_goals(
+    goals: Path, process: Executor, tmp_path: Path
+) -> None:
     """The planner reaches what it was told; scoring the log again changes nothing."""
     asked = Asked("behavior", PLANS, Protocol.STRICT, [BOOKS, JARS])
     told = {"goals": str(goals)}

@@ -74,7 +74,7 @@ def offline(options: AttemptOptions, store: Store, heed: float | None) -> dict[s
 
 
 @pytest.mark.parametrize(("feedback", "heed"), first_of([("explained", 1.0), ("none", None)]))
-def test_the_loop_of_a_run_is_the_loop_without_inspect(
+def test_a_run_makes_the_same_attempts_as_a_loop_without_inspect(
     feedback: FeedbackLevel, heed: float | None, data_store: Store, tmp_path: Path
 ) -> None:
     """And what it leaves behind can be replayed, to the same records."""
@@ -105,7 +105,7 @@ def test_the_loop_of_a_run_is_the_loop_without_inspect(
     assert [record.attempts for record in copied] == [record.attempts for record in records]
 
 
-def test_what_went_wrong_reaches_a_model(data_store: Store, tmp_path: Path) -> None:
+def test_feedback_on_a_failure_reaches_the_model(data_store: Store, tmp_path: Path) -> None:
     """A server sees the first question, then the same with its own answer and why that failed."""
     (task_id, prompt), *_ = official_prompts("behavior", ACTIONS, data_store).items()
     gold = answer_book("behavior", ACTIONS, data_store)[task_id].text
@@ -165,14 +165,14 @@ def test_inspect_takes_the_same_options(
         ("--with attempts.replans=1 --ability goal_interpretation", "only plans are carried out"),
     ],
 )
-def test_options_that_contradict_each_other(options: str, message: str, tmp_path: Path) -> None:
+def test_contradicting_options_are_refused(options: str, message: str, tmp_path: Path) -> None:
     done = eai(*f"run --model eai/oracle --out {tmp_path} {options}".split())
     assert done.status == 2
     assert message in done.err
 
 
 @sweep
-def test_what_is_killed_and_goes_on_loses_and_doubles_nothing(data_store: Store) -> None:
+def test_a_killed_and_resumed_experiment_loses_and_repeats_no_attempt(data_store: Store) -> None:
     """A few of the cycles of the benchmark, which has a hundred."""
     command = [sys.executable, "-m", "bench", "kill_and_resume", "--kills", "3", "--tasks", "6"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)

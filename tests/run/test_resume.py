@@ -37,7 +37,7 @@ def start(url: str, out: Path) -> Command:
     return Command(*arguments)
 
 
-def test_a_killed_run_goes_on_where_it_was(data_store: Store, tmp_path: Path) -> None:
+def test_a_killed_run_resumes_where_it_stopped(data_store: Store, tmp_path: Path) -> None:
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:TASKS])
     gold = answer_book(*SUITE, data_store)
     script = {prompt.user: [Reply(gold[task_id].text, delay=0.1)] for task_id, prompt in prompts.items()}
@@ -73,7 +73,7 @@ def test_a_killed_run_goes_on_where_it_was(data_store: Store, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_run_that_is_interrupted_says_how_it_goes_on(
+def test_an_interrupted_run_says_how_to_resume(
     data_store: Store, tmp_path: Path, number: signal.Signals
 ) -> None:
     """An interrupt comes whenever it comes: at any time it is one line, and never a traceback."""
@@ -101,14 +101,14 @@ def must_stop_after_one_more_answer(model: str, ability: str, domain: str, out: 
     assert KILLED_AFTER <= len(journal.read_text().splitlines()) <= KILLED_AFTER + 1
 
 
-def test_a_built_in_model_works_out_one_more_answer_at_most_after_an_interrupt(
+def test_a_built_in_model_computes_at_most_one_answer_after_an_interrupt(
     data_store: Store, tmp_path: Path
 ) -> None:
     """A plan may take seconds, and tens of them were found between an interrupt and the end."""
     must_stop_after_one_more_answer("eai/planner", "action_sequencing", "virtualhome", tmp_path / "out")
 
 
-def test_a_run_that_is_interrupted_before_it_began_says_the_same(
+def test_a_run_interrupted_before_its_first_question_says_how_to_resume(
     data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("inspect_ai.eval", lambda *arguments, **options: [])

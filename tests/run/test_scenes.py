@@ -39,7 +39,7 @@ def process() -> Iterator[Executor]:
         yield pool
 
 
-def test_a_question_lists_what_is_seen_be_it_there_or_not(data_store: Store) -> None:
+def test_a_question_lists_the_perceived_scene_with_its_errors(data_store: Store) -> None:
     settings = ["unseen=0.3", "invented=0.3", "seed=2"]
     (sample,) = MAKE(tasks=[JARS], prompts="eai", scene="noisy", noise=settings).dataset
     assert isinstance(sample.input, list)
@@ -55,7 +55,7 @@ def test_a_question_lists_what_is_seen_be_it_there_or_not(data_store: Store) -> 
 
 
 @pytest.mark.parametrize("domain", ["behavior", "virtualhome"])
-def test_a_broader_context_is_told_besides_the_facts(data_store: Store, domain: str) -> None:
+def test_a_question_states_a_broader_context_after_the_facts(data_store: Store, domain: str) -> None:
     """Other objects that are there, facts that hold, and states that do not; no picture is needed."""
     make, suite = TASKS[f"{domain}_action_sequencing"], open_suite(domain, PLANS)
     task_id = next(i for i in suite.task_ids if suite.tasks[i].left_out is None)
@@ -78,7 +78,7 @@ def test_a_broader_context_is_told_besides_the_facts(data_store: Store, domain: 
     assert not held & {line.removeprefix("not ") for line in untrue.splitlines()}
 
 
-def test_what_makes_no_sense_is_refused(data_store: Store) -> None:
+def test_invalid_scene_options_are_refused(data_store: Store) -> None:
     for wrong, message in (
         ({"scene": "image"}, "published prompts tell of scenes in their own way"),
         ({"scene": "seen"}, "perception.scene: expected 'text', 'image', "),
@@ -98,7 +98,7 @@ def test_what_makes_no_sense_is_refused(data_store: Store) -> None:
         TASKS["behavior_transition_modeling"](scene="image", prompts="eai")
 
 
-def test_records_of_a_log_say_what_was_perceived(
+def test_records_of_a_log_have_the_perceived_scene(
     data_store: Store, process: Executor, tmp_path: Path
 ) -> None:
     """The planner acts on what it was told; scoring the log again changes nothing."""

@@ -84,7 +84,7 @@ def score_in(sample: EvalSample, ability: Ability) -> Score:
 
 @pytest.mark.parametrize("protocol", first_of(PROTOCOLS), ids=lambda protocol: protocol.value)
 @pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)
-def test_all_ways_to_score_come_to_one_number(
+def test_all_ways_of_scoring_give_the_same_rates(
     data_store: Store, process: Executor, tmp_path: Path, domain: str, ability: Ability, protocol: Protocol
 ) -> None:
     suite, asked = some_tasks(domain, ability, protocol)
@@ -124,7 +124,7 @@ def test_all_ways_to_score_come_to_one_number(
     ],
     ids=str,
 )
-def test_gold_answers_are_as_published_where_no_errata_are_used(
+def test_gold_answers_equal_the_published_ones_without_errata(
     data_store: Store, process: Executor, tmp_path: Path, protocol: Protocol, errata: ErrataChoice | None
 ) -> None:
     entry = next(each for each in published_errata().entries if each.plan)
@@ -157,7 +157,7 @@ def test_gold_answers_are_right_and_are_the_targets(
     assert paper(log)[log.results.headline.metric] == 1.0
 
 
-def test_of_several_answers_the_one_counts_that_most_say(
+def test_of_several_answers_the_most_frequent_one_counts(
     data_store: Store, process: Executor, tmp_path: Path
 ) -> None:
     suite, asked = some_tasks(*PLANS, Protocol.STRICT)
@@ -179,7 +179,9 @@ def test_of_several_answers_the_one_counts_that_most_say(
         assert accuracy == pytest.approx(right / counted)
 
 
-def test_a_sample_tells_its_reader_all(data_store: Store, process: Executor, tmp_path: Path) -> None:
+def test_a_sample_shows_the_explanation_of_its_score(
+    data_store: Store, process: Executor, tmp_path: Path
+) -> None:
     asked = Asked(*PLANS, Protocol.STRICT, ("27_2",))
     ran = process.submit(run_in_child, asked, Whom("eai/noisy", {"rate": 0.35, "seed": 5}), tmp_path).result()
     (sample,) = read_eval_log(ran.log).samples or ()

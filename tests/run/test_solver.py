@@ -17,12 +17,12 @@ from eai.run.solver import _ReplyParts, find_reasoning, restore_brace, split_rep
         ("\n<think>and so on and so", "", "and so on and so"),
     ],
 )
-def test_reasoning_is_kept_apart(text: str, answer: str, reasoning: str) -> None:
+def test_reasoning_is_separated_from_the_answer(text: str, answer: str, reasoning: str) -> None:
     assert split_reply(text) == _ReplyParts(answer, reasoning, ("reasoning",))
 
 
 @pytest.mark.parametrize("text", ["", ' {"a": "b"}\n', "I think so", "```json\n{}\n```"])
-def test_other_text_is_left_as_it_is(text: str) -> None:
+def test_text_without_reasoning_does_not_change(text: str) -> None:
     assert split_reply(text) == _ReplyParts(text, "", ())
 
 
@@ -30,13 +30,13 @@ def test_other_text_is_left_as_it_is(text: str) -> None:
     ("text", "completed"),
     [('{"output": ["a"]', '{"output": ["a"]}'), ('{"a": 1}', '{"a": 1}'), ("sorry", "sorry"), ("", "")],
 )
-def test_the_brace_that_the_stop_sequence_took_is_given_back(text: str, completed: str) -> None:
+def test_the_brace_that_a_stop_sequence_cut_off_is_restored(text: str, completed: str) -> None:
     repairs = ("stop_sequence",) if text != completed else ()
     assert restore_brace(_ReplyParts(text, "", ()), ("}",)) == _ReplyParts(completed, "", repairs)
     assert restore_brace(_ReplyParts(text, "", ()), ()) == _ReplyParts(text, "", ())
 
 
-def test_of_reasoning_that_is_kept_secret_there_is_the_summary() -> None:
+def test_secret_reasoning_is_replaced_by_its_summary() -> None:
     secret = ContentReasoning(reasoning="gAAAAB", redacted=True)
     told = secret.model_copy(update={"summary": "It looks for the cup."})
     content = [ContentReasoning(reasoning="hm"), secret, told, ContentText(text="GRAB(cup)")]

@@ -42,7 +42,7 @@ ONWARD = {"replans": 1, "world": "continue"}
         {"pipeline": {"goals": "own"}, "perception": {"scene": "numbered"}, "prompts": {"name": "mine"}},
     ],
 )
-def test_studies_that_change_different_things_are_combined(tables: dict[str, Any]) -> None:
+def test_studies_that_change_different_options_are_combined(tables: dict[str, Any]) -> None:
     """A run of all of them asks for what each can vary, under the names of all."""
     spec = read_spec(tables)
     choices = {each.choice for each in spec.studies.values() if each.choice}
@@ -52,7 +52,7 @@ def test_studies_that_change_different_things_are_combined(tables: dict[str, Any
     }
 
 
-def test_a_specification_comes_back_from_its_file(tmp_path: Path) -> None:
+def test_a_specification_is_read_as_it_was_written(tmp_path: Path) -> None:
     spec = read_spec(EVERYTHING)
     assert spec.tasks.limit == 3
     assert not spec.generation.stop
@@ -81,12 +81,14 @@ def test_a_specification_comes_back_from_its_file(tmp_path: Path) -> None:
         max_size=3,
     )
 )
-def test_any_arguments_come_back(tmp_path_factory: pytest.TempPathFactory, arguments: dict[str, Any]) -> None:
+def test_any_arguments_are_read_as_they_were_written(
+    tmp_path_factory: pytest.TempPathFactory, arguments: dict[str, Any]
+) -> None:
     spec = read_spec({"model": {"args": arguments}})
     assert read_spec(read_toml(save(spec, tmp_path_factory.mktemp("run")))) == spec
 
 
-def test_names_of_studies_options_are_of_one_study() -> None:
+def test_each_option_belongs_to_one_study() -> None:
     """So that Inspect's arguments need no name of a study."""
     names = [name for study in studies_of_runs() for name in study.options.model_fields]
     assert [find_study_of_option(name) for name in names] == [
@@ -94,11 +96,11 @@ def test_names_of_studies_options_are_of_one_study() -> None:
     ]
 
 
-def test_a_name_that_is_no_text_is_no_crash(tmp_path: Path) -> None:
+def test_a_name_with_lone_surrogates_can_be_saved(tmp_path: Path) -> None:
     assert save(read_spec({"pipeline": {"goals": "a\udc80"}}), tmp_path).is_file()
 
 
-def test_keys_of_servers_are_in_no_file(tmp_path: Path) -> None:
+def test_keys_of_servers_are_never_written_to_a_file(tmp_path: Path) -> None:
     arguments = {
         "api_key": "sk-1",
         "HF_TOKEN": "sk-2",
@@ -141,7 +143,7 @@ def test_keys_of_servers_are_in_no_file(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_is_no_specification(tables: dict[str, Any], message: str) -> None:
+def test_invalid_specifications_are_refused(tables: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError) as error:
         read_spec(tables)
     assert str(error.value).startswith(message)
@@ -150,7 +152,7 @@ def test_what_is_no_specification(tables: dict[str, Any], message: str) -> None:
 @pytest.mark.parametrize(
     ("text", "message"), [("[model", "expected TOML; "), (None, "cannot be read (No such")]
 )
-def test_what_is_no_file_of_one(tmp_path: Path, text: str | None, message: str) -> None:
+def test_invalid_specification_files_are_refused(tmp_path: Path, text: str | None, message: str) -> None:
     file = tmp_path / "run.toml"
     if text is not None:
         file.write_text(text)

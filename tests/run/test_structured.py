@@ -31,7 +31,7 @@ WORDS = {
 STRUCTURED = ("--with", "generation.structured=true")
 
 
-def test_answers_in_a_set_form_are_not_taken_for_those_without(
+def test_answers_with_and_without_a_schema_are_different_requests(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.syspath_prepend(ROOT / "examples/lamps")
@@ -46,7 +46,7 @@ def test_answers_in_a_set_form_are_not_taken_for_those_without(
     assert asked == [1, 2, 2, 2]
 
 
-def test_another_form_is_another_request(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_schema_is_another_request(monkeypatch: pytest.MonkeyPatch) -> None:
     """That of another version, or of a domain whose words have changed since."""
     free = Job(
         Endpoint("openai/gpt-4o"),
@@ -69,7 +69,9 @@ def objects(schema: Any) -> list[dict[str, Any]]:
     return [each for value in schema for each in objects(value)] if isinstance(schema, list) else []
 
 
-def test_a_server_is_told_the_words_of_each_task(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_server_gets_the_words_of_each_task_in_the_schema(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.syspath_prepend(ROOT / "examples/lamps")
     domains = [part for name in WORDS for part in ("--domain", name)]
     how = (*STRUCTURED, "--planner", "none", "--limit", 1, "-M", "api_key=none", "--out", tmp_path)

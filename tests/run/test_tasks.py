@@ -18,7 +18,7 @@ from suites import official_prompts
 SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in PAPER_ABILITIES]
 
 
-def test_every_suite_is_a_task_that_inspect_finds_under_our_name() -> None:
+def test_inspect_finds_every_suite_under_its_name() -> None:
     of_files = {ability for ability in find_abilities() if declaration_of(ability).interaction.task_command}
     others = find_abilities().keys() - of_files
     names = {*of_files, *(f"{domain}_{ability}" for domain in registered() for ability in others)}
@@ -44,7 +44,7 @@ def test_a_task_asks_the_official_prompts(data_store: Store, domain: str, abilit
     assert task.config.temperature == 0.0
 
 
-def test_arguments_of_a_task() -> None:
+def test_a_task_takes_arguments() -> None:
     """Inspect reads arguments as YAML, in which 27_2 is a number, and parts them at commas."""
     make = TASKS["virtualhome_transition_modeling"]
     for tasks, ids in (

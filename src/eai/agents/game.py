@@ -20,7 +20,7 @@ from eai.agents.stage import Stage
 from eai.base.errors import EaiError, InputError
 from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
-from eai.results.reward import Shaping, metrics_of, worth
+from eai.results.reward import Shaping, metrics_of, pay_for
 from eai.tasks.prompts.template import Templates
 from eai.tasks.special import Ambiguous, Impossible
 from eai.world.action import Action, Fault
@@ -155,7 +155,7 @@ class Game:
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
             return self.stage.mender.closeness((*self._worked(), *last)) or 0.0
-        return 0.0 if earned is None else worth(earned, self._rules.reward)
+        return 0.0 if earned is None else pay_for(earned, self._rules.reward)
 
     def _worked(self) -> list[Action]:
         """Return the actions that were carried out, or not needed."""

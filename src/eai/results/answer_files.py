@@ -154,7 +154,10 @@ def list_members(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
 
 
 def _is_wanted(info: zipfile.ZipInfo, other_names: Collection[str]) -> bool:
-    """Whether a member is a response file or has one of the other names; ``__MACOSX/._...`` files are not."""
+    """Whether a member is a response file or has another wanted name.
+
+    Files that systems add, such as ``__MACOSX/._...``, are not wanted.
+    """
     name = PurePosixPath(info.filename).name
     is_answers = name.endswith(ENDINGS) and not name.startswith(".")
     return (is_answers or name in other_names) and not info.is_dir()

@@ -141,7 +141,7 @@ class RunComparison:
 def compare(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
     """Compare two runs of one ability, domain and protocol, each with at least one record.
 
-    A task is left out of both runs if either run excludes it or was not asked it, or if the runs have
+    A task is left out of both runs if either run excludes it or has no record of it, or if the runs have
     different tasks of its id. A missing answer counts as a failure.
     """
     first_shares, second_shares = shares_by_task(first), shares_by_task(second)

@@ -31,7 +31,7 @@ class Spending:
 
     Attributes:
         answers: number of answers with known tokens.
-        usage: all their tokens, and the dollars of those with a price at the time of the request.
+        usage: tokens of these answers, and dollars of the answers with a price at the time of the request.
         unpriced: tokens of the answers without a price.
         unpriced_answers: number of answers without a price.
     """
@@ -64,7 +64,7 @@ class Spending:
 
 
 class _Price(Options):
-    """Prices of a model in dollars for a million tokens; cached tokens cost as much as others."""
+    """Prices of a model in dollars for a million tokens; cached tokens have the same prices."""
 
     model_config = ConfigDict(strict=True)
 

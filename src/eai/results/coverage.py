@@ -1,6 +1,6 @@
-"""Tells how much of a suite a run answers, and whether its numbers can be ranked with those of others.
+"""Coverage: how much of a suite a run answers, and whether its numbers can be ranked.
 
-It also tells which tasks of a run errata left out or corrected.
+Also tasks of a run that errata left out or corrected.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from eai.base.json_value import Json
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """Number of tasks of a suite that are asked, answered and counted.
+    """Number of tasks of a suite that a run has, answers and counts.
 
     Attributes:
         asked: number of tasks with a record.
@@ -34,7 +34,7 @@ class Coverage:
 
     @property
     def ranked(self) -> bool:
-        """Whether every task of the suite was asked and no missing answer is left out of rates."""
+        """Whether the run has a record of every task, and no missing answer is left out of rates."""
         return self.asked == self.tasks and not self.left_out
 
     @property
@@ -94,7 +94,7 @@ class Coverage:
 
 
 def combine_coverage(coverages: Iterable[Coverage]) -> Coverage | None:
-    """Return the coverage of several suites together, or None if there are none."""
+    """Return the sum of the coverage of several suites, or None without suites."""
     coverages_of_suites = tuple(coverages)
     return reduce(Coverage.__add__, coverages_of_suites) if coverages_of_suites else None
 

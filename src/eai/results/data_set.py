@@ -69,10 +69,9 @@ class _Figure:
     """One figure of a data set.
 
     Attributes:
-        note: what is counted.
-        printed: the figure as the paper prints it; None if it does not have this one.
-        remark: why the paper prints another number, or how it comes to this one; empty if there is nothing
-            to say.
+        note: a description of the counted quantity.
+        printed: the figure in the paper; None if the paper does not have it.
+        remark: why the paper has another number, or how it was computed; often empty.
     """
 
     label: str
@@ -238,11 +237,14 @@ def _mean(numbers: Iterable[int]) -> float:
 
 
 def printed_table(title: str, rows: Sequence[_Figure]) -> Table:
-    """Return figures as a table; with the paper's column only if the paper has figures of the benchmark."""
+    """Return figures as a table.
+
+    The table has a column for the paper only if the paper has figures of the benchmark.
+    """
     columns: list[NamedCells] = [
         ("figure", [row.label for row in rows]),
-        (Column("counted", is_number=True), [_grouped(row.value) for row in rows]),
-        (Column("paper", is_number=True), [_grouped(row.printed) for row in rows]),
+        (Column("counted", is_number=True), [_format_number(row.value) for row in rows]),
+        (Column("paper", is_number=True), [_format_number(row.printed) for row in rows]),
         ("what is counted", [f"{row.note}. {row.remark}" if row.remark else row.note for row in rows]),
     ]
     if all(row.printed is None for row in rows):
@@ -250,8 +252,8 @@ def printed_table(title: str, rows: Sequence[_Figure]) -> Table:
     return Table.from_columns(title, columns)
 
 
-def _grouped(value: float | None) -> str:
-    """A number with its thousands apart; nothing where there is none."""
+def _format_number(value: float | None) -> str:
+    """Return a number with commas between thousands, or an empty text for None."""
     if value is None:
         return ""
     return f"{value:,}" if isinstance(value, int) else f"{value:,.2f}".rstrip("0").rstrip(".")

@@ -96,7 +96,7 @@ class BeliefSet:
     Attributes:
         beliefs: the belief that each question states, by task.
         experiment: the experiment of a run with these questions.
-        missing_reason: reason why a task without a belief is not asked.
+        missing_reason: reason why a task without a belief has no question.
         metadata: metadata of questions for built-in models, by task.
         summaries: summaries of answers to these questions, by task and study.
         look: how a changed scene is perceived; None if questions describe the scene without errors.
@@ -172,7 +172,7 @@ class ModelAnswers:
         answers: the answers by task and epoch.
         failures: reason for each missing answer, by task and epoch.
         epochs: number of answers requested for each task.
-        trials: how answers were carried out in an experiment; None if each question was asked once.
+        trials: carried answers out in an experiment; None if each question was sent once.
         attempts: in an experiment all attempts, by task and epoch.
         beliefs: the beliefs that questions stated instead of the facts; ``failures`` has the tasks without
             any.
@@ -204,7 +204,7 @@ class SuiteResult:
         folder: folder of the results.
         suite: the tasks that were scored.
         totals: the totals of the records.
-        records: a record of every task that was asked, in order.
+        records: a record of every task of the run, in order.
         by_epoch: the result of each epoch, if there are several.
     """
 

@@ -329,7 +329,7 @@ K = TypeVar("K")
 def shares_by_kind(
     lines: Sequence[TidyLine], kinds: Sequence[K], requested: Iterable[K]
 ) -> Iterator[tuple[K, Estimate]]:
-    """Yield each requested kind with the share of lines that have it.
+    """Yield each requested kind with its share of all lines.
 
     Args:
         lines: all lines.

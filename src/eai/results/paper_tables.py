@@ -39,7 +39,7 @@ class PaperTable:
 
     Attributes:
         name: name of its file here.
-        rows: model -> column -> figure in percent, or None if the paper has none; in the paper's order.
+        rows: model -> column -> figure in percent, or None for an empty cell; in the paper's order.
         notes: model and column -> remarks on the figure; the model is empty for remarks on a whole column.
     """
 
@@ -206,7 +206,7 @@ class _PublishedScores:
 
 
 def is_null_model(name: str) -> bool:
-    """Whether records with this model name are of a null model, which other models are not compared with."""
+    """Whether records with this model name are of a null model, which rankings leave out."""
     return name in {to_file_name(model) for model in NULL_MODELS}
 
 

@@ -186,7 +186,7 @@ PAGE = 7.0
 """Width of a page's text in inches."""
 
 FEW_CASES = 5
-"""Number of cases below which a rate is uncertain and its mark is hollow."""
+"""Minimum number of cases for a filled mark; the mark of a rate with fewer cases is hollow."""
 
 _MAX_NAMES = 30
 _CELL_INCHES = 0.42
@@ -202,7 +202,7 @@ _LABEL_INCHES = 1.7
 """Width of the labels of rows and of the edges, in inches."""
 
 _DARK_PERCENT = 55.0
-"""Percent above which a cell is too dark for dark letters."""
+"""Percent above which a cell's letters are white instead of dark."""
 
 
 def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
@@ -211,7 +211,7 @@ def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
 
 
 def value_of(cell: Cell | None) -> float:
-    """Return the number of an estimate, or NaN if there is none."""
+    """Return the number of an estimate, or NaN for a missing number."""
     return cell.value if isinstance(cell, Estimate) and cell.value is not None else math.nan
 
 
@@ -268,7 +268,7 @@ def draw_line(
 
 
 def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label: str) -> Figure | None:
-    """Draw rates by name with intervals, one line for each name with cases; return None if there are none.
+    """Draw rates by name with intervals, one line for each name with cases. Return None without cases.
 
     A label has the number of cases of its name, or the number that count if all names have equal cases.
 
@@ -317,7 +317,7 @@ def draw_matrix(
     across: str = MODEL,
     zeros: bool = False,
 ) -> Figure | None:
-    """Draw rates as a matrix of names and models with numbers; return None if there are none.
+    """Draw rates as a matrix of names and models with numbers. Return None without rates.
 
     The longer side runs down the page, so that many models fit. Numbers of few cases are in brackets. If all
     rates of a model have equal cases, their number stands at the end of its row or column.

@@ -1,4 +1,4 @@
-"""Records: one scored answer, with what it is an answer to and where it comes from."""
+"""Records: one scored answer with its task, its run and its origin."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class Record:
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 
     def add_experiment(self, experiment: Experiment) -> Record:
-        """Return the record as part of a run with these choices, which replace its own."""
+        """Return the record with the choices of another experiment; they replace its own choices."""
         if experiment == Experiment():
             return self
         return replace(self, experiment=(self.experiment or Experiment()).replace_choices(experiment))

@@ -239,7 +239,7 @@ def find_shards(path: Path) -> dict[Path, list[Path]]:
 
 
 def merge_shards(folder: Path, files: Sequence[Path]) -> Totals:
-    """Write the records and the summary of a run from all of its shards, byte for byte as a run in one part.
+    """Write the records and the summary of a run from all of its shards. The bytes equal a run in one part.
 
     Raises:
         InputError: a file has no records or is of another run, or the folder cannot be written.
@@ -265,5 +265,5 @@ def _interleave(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record
 
 
 def _run_identity(record: Record) -> tuple[str, str, str | None]:
-    """Return what all records of a run share: model, data and version of the errata."""
+    """Return the common values of all records of a run: model, data and version of the errata."""
     return record.model, record.data_sha256, None if record.errata is None else record.errata.version

@@ -1,4 +1,4 @@
-"""Computes from several answers to each task whether at least one is right (pass@k), or all are (pass^k).
+"""pass@k (at least one of k answers is right) and pass^k (all are right), from several answers to each task.
 
 Both are unbiased estimates from n answers of which c are right. They are means over tasks, because the
 answers to one task are not independent. ``docs/reports.md`` has the definitions and their sources.
@@ -20,7 +20,7 @@ from eai.tasks.share import Share
 
 
 def find_success_metric(ability: Ability) -> str | None:
-    """Return the main metric that tells whether a whole answer is right, or None if there is none."""
+    """Return the main metric for the success of a whole answer, or None if the ability has no such metric."""
     declared = declaration_of(ability)
     return next((metric for metric in declared.overview_headings if metric in declared.yes_no_metrics), None)
 
@@ -62,7 +62,7 @@ def passes_table(runs: Mapping[str, Sequence[Cases]]) -> Iterator[Row]:
     """
     for name, epochs in runs.items():
         n, cases = len(epochs), pass_cases(epochs)
-        for k in sorted({*(2**i for i in range(n.bit_length())), n}):  # 1, what it is doubled to, and n
+        for k in sorted({*(2**i for i in range(n.bit_length())), n}):  # 1, 2, 4, ... and n
             yield (
                 Label(name),
                 n,

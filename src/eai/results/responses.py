@@ -239,7 +239,7 @@ def _check_rows(
 def _read(
     path: Path, rows: Iterable[_CheckedRow], task_id_of: Callable[[str], str | None], *, sampled: bool
 ) -> ResponseFile:
-    """Return the answers of a file: one for each task, or several, which are not kept in memory."""
+    """Return the answers of a file. Files with several answers to a task stay on disk."""
     samples_of_task: dict[str, bytearray] = {}
     skipped: set[int] = set()
     answers: list[Response] = []
@@ -292,7 +292,7 @@ def write_responses(folder: Path, file: ResponseFile) -> None:
 
 
 def model_name(path: Path) -> str:
-    """Return the model that a response file is named after.
+    """Return the model in the name of a response file.
 
     Raises:
         InputError: the file name has no text before its suffix, or only dots.

@@ -49,42 +49,44 @@ class Shaping(str, Enum):
     REPAIR = "repair"
     """Closeness of a plan to success: it falls with the number of edits that would repair the plan."""
     PARTIAL = "partial"
-    """The gain in partial success up to the error that ended the answer; ``progress`` if there is none."""
+    """The gain in partial success up to the error that ended the answer; ``progress`` for abilities without
+    it.
+    """
 
 
-def worth(earned: Credit, shaping: Shaping) -> float:
-    """The pay of an answer, by all that is paid for but repairs: those need its steps.
+def pay_for(credit: Credit, shaping: Shaping) -> float:
+    """Return the pay for a credit under any shaping except `REPAIR`, which needs the steps of the plan.
 
     Raises:
-        ValueError: it is to be paid by its repair.
+        ValueError: the shaping is `REPAIR`.
     """
     match shaping:
         case Shaping.SUCCESS:
-            by_itself = float(earned.success)
+            pay = float(credit.success)
         case Shaping.GOALS:
-            by_itself = 0.0 if earned.ended else earned.gain
+            pay = 0.0 if credit.ended else credit.gain
         case Shaping.PROGRESS:
-            by_itself = earned.gain
+            pay = credit.gain
         case Shaping.DIAGNOSIS:
-            by_itself = earned.gain / (1 + sum(earned.faults.values()))
+            pay = credit.gain / (1 + sum(credit.faults.values()))
         case Shaping.REPAIR:
             raise ValueError("the shaping repair needs the steps of the plan: use Reward")
         case Shaping.PARTIAL:
-            by_itself = earned.gain if earned.conditions is None else earned.conditions
+            pay = credit.gain if credit.conditions is None else credit.conditions
         case _:
             assert_never(shaping)
-    return by_itself / (1 + earned.added_actions)
+    return pay / (1 + credit.added_actions)
 
 
-def merit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Credit | None:
-    """The merit of an answer, or None where there is nothing to earn.
+def credit_of(verdict: Verdict, at_start: Sequence[bool] = ()) -> Credit | None:
+    """Return the credit of an answer, or None if its task pays nothing.
 
-    Nothing is to be earned in a task that is in no statistics, that asks for nothing, or all of whose goals
-    hold before anything is done.
+    A task pays nothing if it is excluded from statistics, has no goals, or has only goals that hold at the
+    start.
 
     Args:
         verdict: the verdict on the answer.
-        at_start: for each goal of the task, in order, whether it is reached where nothing is done.
+        at_start: for each goal of the task, in order, whether it is reached without any action.
     """
     return None if verdict.excluded is not None else verdict.credit(at_start)
 
@@ -115,7 +117,7 @@ MAX_ANSWER_CHARACTERS = 10_000
 
 
 def is_paid(ability: Ability) -> bool:
-    """Whether the verdicts of an ability tell what an answer has earned."""
+    """Whether verdicts on answers of an ability give credit."""
     return declaration_of(ability).verdict.credit is not Verdict.credit
 
 
@@ -161,7 +163,7 @@ class Reward:
         Raises:
             InputError: the task id is unknown.
         """
-        return self._value(task_id, text, self._merit(task_id, self._verdict(task_id, text)))
+        return self._pay(task_id, text, self._compute_credit(task_id, self._verdict(task_id, text)))
 
     def batch(self, task_ids: Sequence[str], texts: Sequence[str]) -> list[float | None]:
         """Return the reward of each answer, in order.
@@ -179,12 +181,12 @@ class Reward:
             InputError: the task id is unknown.
         """
         verdict = self._verdict(task_id, text)
-        earned = self._merit(task_id, verdict)
-        return Grade(self._value(task_id, text, earned), metrics_of(earned), verdict)
+        credit = self._compute_credit(task_id, verdict)
+        return Grade(self._pay(task_id, text, credit), metrics_of(credit), verdict)
 
-    def _value(self, task_id: str, text: str, earned: Credit | None) -> float | None:
-        if earned is None or self.shaping is not Shaping.REPAIR:
-            return None if earned is None else worth(earned, self.shaping)
+    def _pay(self, task_id: str, text: str, credit: Credit | None) -> float | None:
+        if credit is None or self.shaping is not Shaping.REPAIR:
+            return None if credit is None else pay_for(credit, self.shaping)
         scorer = self.suite.scorer(task_id)
         if not isinstance(scorer, PlanScorer):
             raise InputError(
@@ -204,18 +206,18 @@ class Reward:
         too_long = ErrorReport(FaultKind.PARSING, None, f"it is longer than {self.limit:,} characters")
         return replace(self.suite.score(task_id, ""), error=too_long)
 
-    def _merit(self, task_id: str, verdict: Verdict) -> Credit | None:
+    def _compute_credit(self, task_id: str, verdict: Verdict) -> Credit | None:
         if not self.suite.has_plans:
-            return merit(verdict)
-        earned = merit(verdict, self._at_start(task_id))
-        if earned is None or not isinstance(verdict, PlanVerdict) or verdict.declines:
-            return earned
+            return credit_of(verdict)
+        credit = credit_of(verdict, self._at_start(task_id))
+        if credit is None or not isinstance(verdict, PlanVerdict) or verdict.declines:
+            return credit
         if self.suite.tasks[task_id].has_no_plan:
-            return replace(earned, gain=0.0, success=False)
+            return replace(credit, gain=0.0, success=False)
         if self.shaping is not Shaping.PARTIAL or verdict.partial is None:
-            return earned
-        gained = compute_condition_gain(verdict.partial, self._met_at_start(task_id), earned.gain)
-        return replace(earned, conditions=gained)
+            return credit
+        gained = compute_condition_gain(verdict.partial, self._met_at_start(task_id), credit.gain)
+        return replace(credit, conditions=gained)
 
     def _reached_at_start(self, task_id: str) -> tuple[bool, ...]:
         """Whether each goal of a task, in order, is reached without any action."""
@@ -278,14 +280,14 @@ def _drop_planner(suite: Suite) -> Suite:
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
-def metrics_of(earned: Credit | None) -> dict[str, float]:
+def metrics_of(credit: Credit | None) -> dict[str, float]:
     """Return the metrics of a grade; None stands for a task that pays nothing."""
-    if earned is None:
+    if credit is None:
         return dict.fromkeys(METRICS, 0.0)
-    faults = {f"fault.{kind.value}": float(earned.faults.get(kind, 0)) for kind in FaultKind}
+    faults = {f"fault.{kind.value}": float(credit.faults.get(kind, 0)) for kind in FaultKind}
     return {
-        "success": float(earned.success),
-        "progress": earned.gain,
+        "success": float(credit.success),
+        "progress": credit.gain,
         "faults": sum(faults.values()),
         **faults,
     }

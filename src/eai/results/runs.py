@@ -155,7 +155,7 @@ def find_record_files(paths: Iterable[Path]) -> list[Path]:
 
 
 def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
-    """Yield the runs in files of records, file by file, so that only one file's records are in memory.
+    """Yield the runs in files of records, file by file: only one file's records are in memory.
 
     Raises:
         InputError: a file is not one of records or has none, two files have the same run, or a file has two

@@ -1,8 +1,7 @@
-"""Computes the metrics of a run, as its ability declares them, and breaks answers down by outcome.
+"""Metrics of a run, as its ability declares them, and breakdowns of answers by outcome.
 
-Metrics by attempt tell what a run of an experiment would have reached with fewer attempts. The average
-performance of a model in a domain is defined as in the paper. Success is broken down by features of a task or
-an answer.
+Metrics by attempt are the metrics of a run of an experiment with fewer attempts. The average performance of a
+model in a domain is defined as in the paper. Success is broken down by features of a task or an answer.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Looks up the features of tasks in the data set, and where wrong goals in answers come from.
+"""Looks up features of tasks in the data set, and reasons for wrong goals in answers.
 
 The paper says that models state conditions on the way to a goal, or at the start, instead of the goal
 (section "Goal interpretation"). A wrong stated goal is followed along the data set's own plan, up to the

@@ -62,13 +62,13 @@ AnswerKey: TypeAlias = tuple[str, int]
 
 
 class Conversation:
-    """The questions on one task, asked until the task is over.
+    """The questions on one task, until the task is over.
 
     Without a trial there is one question, and its answer is scored later.
 
     Args:
         ask: returns the next question.
-        trial: carries the answers out; None if the question is asked once.
+        trial: carries the answers out; None if there is one question.
         about: returns metadata of the next question on a changed scene.
 
     Attributes:
@@ -212,10 +212,11 @@ def open_trials(
     task_ids: Iterable[str],
     stated: Mapping[str, Task] | None = None,
 ) -> Trials:
-    """Return the trials of some tasks of a suite, whose questions may state other goals (`Trials.stated`).
+    """Return the trials of some tasks of a suite.
 
-    Some protocols read each answer by the form of all answers, which are not known yet. Then answers are read
-    by the form of the examples in the questions.
+    Questions may state other goals (`Trials.stated`). Some protocols read each answer by the form of all
+    answers. Trials cannot wait for all answers, so they read answers by the form of the examples in the
+    questions.
 
     Raises:
         InputError: the answers of the suite are not plans.

@@ -38,7 +38,7 @@ from eai.base.errors import EaiError
 from eai.results.collector import collect_seldom
 
 ENDED_STATUS = 128 + signal.SIGTERM
-"""Exit status of a worker that was asked to end, as shells report it."""
+"""Exit status of a worker after a request to end, as in shells."""
 
 CLEANING_SECONDS = 1
 """Seconds that a worker may take to end its planners and remove their files before it is killed."""
@@ -286,7 +286,7 @@ class Workers:
         return worker_with_least
 
     def _start_worker(self) -> _Worker:
-        """Start a new process, which shares nothing with the threads of this one."""
+        """Start a new process without any state of this process's threads."""
         methods = multiprocessing.get_all_start_methods()
         context: Any = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
         context.set_forkserver_preload(["eai.results.batch"])  # imported once, not in every process

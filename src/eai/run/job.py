@@ -136,9 +136,9 @@ class Job:
         suite: the suite.
         prompts: the questions by task id, in order.
         epochs: number of answers to each question.
-        trials: how answers are carried out in an experiment; None if each question is asked once.
+        trials: carry answers out in an experiment; None if each question is sent once.
         metadata: metadata of questions for the built-in models, by task id.
-        experiment: how the run differs from asking each question once, for the log; None if it does not.
+        experiment: the choices of the run's studies, for the log; None without studies.
     """
 
     endpoint: Endpoint
@@ -167,9 +167,9 @@ class Job:
         return self.trials.start_conversation(task_id, epoch)
 
     def answer_schema(self, task_id: str) -> Schema | None:
-        """Return the schema to which answers are restricted, or None if answers may have any form.
+        """Return the schema to which answers are restricted, or None without a restriction.
 
-        If the scene is shown as it was perceived, answers may name any objects.
+        If the question shows a perceived scene, answers may name any objects.
         """
         if not self.decoding.structured:
             return None

@@ -1,9 +1,9 @@
 """The journal of a run, with every answer as it arrived, and the state of the run with open questions.
 
 A run resumes from its journal. A line that a crash cut off is ignored. Inspect's own resume is not used,
-because it takes over whole samples by id and epoch, whatever was asked. An experiment would ask its first
-attempts twice, a changed prompt would keep its old answer, a run of fewer tasks would ask all of them again,
-and samples that are not yet in the log are lost when the process is killed.
+because it takes over whole samples by id and epoch, even if the question has changed. An experiment would ask
+its first attempts twice. A changed prompt would keep its old answer. A run of fewer tasks would ask all of
+them again. Samples that are not yet in the log are lost when the process is killed.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ class RunState:
         all_answers: answers by task and epoch, in order; an experiment has one for each attempt.
         conversations: the questions on each task, by task and epoch.
         failures: reason for each missing answer, by task and epoch.
-        stopped: reason why nothing more is asked; None while the run goes on.
+        stopped: reason why the run sends no more questions; None while the run goes on.
     """
 
     def __init__(self, job: Job, journal: AnswerJournal, watch: ProgressWatch | None) -> None:
@@ -159,7 +159,7 @@ class RunState:
         """Write an answer to the journal and add it.
 
         Raises:
-            InputError: the journal cannot be written; then nothing more is asked.
+            InputError: the journal cannot be written; then the run sends no more questions.
         """
         try:
             self.journal.add(answer)
@@ -175,7 +175,7 @@ class RunState:
         self.report()
 
     def stop(self, reason: str) -> None:
-        """Note that no request can succeed, so that nothing more is asked."""
+        """Note that no request can succeed, so that the run sends no more questions."""
         hint = "nothing more was asked, and what is answered is kept; the same command resumes from here"
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")
 

@@ -56,7 +56,8 @@ from eai.world.action import Action
 DEFAULT_NOISE = 0.1
 
 PLANNER_LIMITS = Limits(200)
-"""Search limits of `eai/planner` for a plan from a later state or in a perceived scene, which may have none.
+"""Search limits of `eai/planner` for a plan from a later state, or in a perceived scene, which may be
+unsolvable.
 
 Every plan of the household benchmarks needs less.
 """
@@ -163,7 +164,7 @@ class _BuiltInModel(ModelAPI):
     async def generate(
         self, input: list[ChatMessage], tools: list[ToolInfo], tool_choice: ToolChoice, config: GenerateConfig
     ) -> ModelOutput:
-        """Answer the last question; if actions are asked for, return the next command of the episode."""
+        """Answer the last question. If the ability takes turns, return the next command of the episode."""
         positions = [
             n for n, message in enumerate(input) if (message.metadata or {}).keys() >= _REQUIRED_METADATA
         ]

@@ -194,7 +194,7 @@ def ask_as_published(trials: Trials | None) -> Solver:
     """Return a solver for runs without a journal, with the stop sequences of the sample's metadata.
 
     Args:
-        trials: how answers are carried out in an experiment; None if each question is asked once.
+        trials: carry answers out in an experiment; None if each question is sent once.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:

@@ -79,7 +79,7 @@ Abilities = Annotated[tuple[Ability, ...], BeforeValidator(_to_tuple)]
 
 
 class _ChosenModels(Options):
-    """The models that are asked.
+    """The models of a run.
 
     Attributes:
         name: Name in Inspect, such as openai/gpt-4o; built in, without key and network: eai/oracle (gold),
@@ -101,10 +101,10 @@ class _ChosenModels(Options):
 
 
 class _ChosenTasks(Options):
-    """The tasks that are asked.
+    """The tasks of a run.
 
     Attributes:
-        ids: Only these, in suites that have them; short: forty that stand for a suite.
+        ids: Ids of tasks; the run has only these. With short: forty tasks that represent a suite.
         limit: Maximum number of tasks of a suite.
         adaptive: Choose the most informative tasks, until the ability's standard error is at most S logits.
         calibration: A folder with whole runs of three models or more, which tell tasks.adaptive how difficult
@@ -148,8 +148,8 @@ class RunSpec(Options):
     """The specification of a run.
 
     Attributes:
-        model: the models that are asked.
-        tasks: the tasks that are asked.
+        model: the models.
+        tasks: the tasks.
         prompts: the prompts.
         generation: options of the models' answers.
         requests: options of requests.
@@ -253,7 +253,10 @@ def _refuse_unknown(name: str, known_names: Collection[str]) -> None:
 
 
 def list_defaults() -> dict[str, str]:
-    """Return the default value of each option as text, empty if there is none, by section and name."""
+    """Return the default value of each option as text, by section and name.
+
+    The text is empty for options without a default.
+    """
     return {
         f"{section}.{name}": options.default_of(name)
         for section, options in sections().items()

@@ -198,7 +198,7 @@ def make_trials(
     asked: Mapping[str, Prompt],
     believed: BeliefSet | None,
 ) -> Trials | None:
-    """Return how answers to questions are carried out; None if each question is asked once.
+    """Return the trials that carry out answers, or None if each question is sent once.
 
     Raises:
         InputError: the answers of the suite are not plans.
@@ -444,7 +444,7 @@ def obtain_answers(
 def _task(job: Job, run: RunState) -> inspect_ai.Task:
     """Return the Inspect task of the whole job, so that its log is complete.
 
-    Answered questions are not asked again.
+    Questions with an answer in the journal are not sent again.
     """
     return build_task(
         job.suite,
