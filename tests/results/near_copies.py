@@ -9,10 +9,10 @@ from eai.results.certainty import Case
 from eai.tasks.share import Share
 
 SIZES = (35, 33, 31, 26, 23, 23, 22, 22, 21, 19, 13, 11, 10, 7, 6, 6, 5, 5, 5, 4, 4, 3, 3, 2, 2, 1)
-"""How many tasks have each of the 26 names."""
+"""Number of tasks of each of the 26 names."""
 
 ALIKE = 0.6
-"""How alike tasks of one name are: the intraclass correlation of success in action sequencing."""
+"""Intraclass correlation of success within names, measured in action sequencing."""
 
 
 def chances(generator: random.Random, rate: float, alike: float, names: int) -> list[float]:

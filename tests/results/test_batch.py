@@ -88,7 +88,7 @@ def test_a_killed_worker_changes_no_record() -> None:
 @pytest.mark.parametrize(
     ("ability", "workers", "answers", "shares"),
     [
-        (Ability.TRANSITION_MODELING, 2, 1_000, (1, 4)),  # each of which a planner may take minutes for
+        (Ability.TRANSITION_MODELING, 2, 1_000, (1, 4)),  # a planner may take minutes for each
         (Ability.ACTION_SEQUENCING, 2, 0, (16, 1_024)),  # as many as there may be
         (Ability.ACTION_SEQUENCING, 2, 10, (16, 16)),
         (Ability.ACTION_SEQUENCING, 2, 1_001, (251, 251)),

@@ -22,7 +22,7 @@ PROMISED = 0.93
 
 
 def alone(right: int, tasks: int) -> list[Case]:
-    """Return tasks with different names, of which a number is right."""
+    """Return tasks with different names; a given number of them is right."""
     return [Case(str(i), str(i), Share(i < right, 1)) for i in range(tasks)]
 
 

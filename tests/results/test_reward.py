@@ -108,7 +108,7 @@ def held(task: Task) -> tuple[bool, ...]:
 
 
 def gains(task: Task, state: State, plan: Sequence[Action]) -> bool:
-    """Whether the state after a plan meets a larger share of conditions than the start."""
+    """Whether a plan increases the share of conditions that are met."""
     test = GoalTest(task)
     start = test.partial(task.initial, (), held(task))
     end = test.partial(state, [action.operator for action in plan], reached(task, state, plan))
@@ -260,7 +260,7 @@ def test_padding_never_pays(world: str, data: st.DataObject) -> None:
 
 
 def test_exchanging_a_condition_for_one_of_another_option_earns_nothing() -> None:
-    """With either box in the shed and lit lamps beside it, as many conditions are met as at the start."""
+    """The final state, with either box in the shed and lit lamps, meets as many conditions as the start."""
     red, blue, shed, lamp = map(Constant, ("red", "blue", "shed", "lamp"))
     either = Or(
         (And((toy.at(red, shed), toy.holding(red), toy.lit(lamp))), And((toy.at(blue, shed), toy.lit(lamp))))

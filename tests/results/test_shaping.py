@@ -1,4 +1,4 @@
-"""Every term of every reward, each in a row of its own: what a verdict says, and what that is worth."""
+"""Every shaping of rewards: verdicts and their pay, one row for each term."""
 
 from __future__ import annotations
 

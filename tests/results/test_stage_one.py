@@ -1,4 +1,4 @@
-"""The first stage of a pipeline: what comes of any answer, and that no verdict knows what was believed."""
+"""The first stage of a pipeline: its beliefs from any answer, which do not change verdicts."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ LEFT = ("stage_1_unreadable", "stage_1_unknown", "stage_1_left_out")
 
 
 def said(read: BeliefSet) -> Mapping[str, Any]:
-    """What records say of the goals of the one task."""
+    """Return the summary of the stated goals of the one task."""
     return read.summaries[JARS]["pipeline"]
 
 
@@ -89,7 +89,7 @@ def test_stated_goals_are_counted_by_kind_and_fault(
 
 
 def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) -> None:
-    """The scorer holds the true task: the gold plan stays right, whatever the question stated."""
+    """The scorer has the true task: the gold plan stays right with any stated goals."""
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=source)
     gold = answer_book("behavior", Ability.ACTION_SEQUENCING, data_store)
     answers = ResponseFile("m", tuple(Response(task, gold[task].text) for task in (GIFTS, JARS)))
@@ -142,7 +142,7 @@ def test_answers_are_found_in_responses_records_and_folders(source: Source, tmp_
 
 
 def test_two_runs_of_a_model_are_refused(source: Source, tmp_path: Path) -> None:
-    """Runs of one model differ in their prompts or scenes, say, and their answers are not mixed."""
+    """Two runs of one model may differ in prompts or scenes, so their answers are not mixed."""
     suite = open_suite(BEHAVIOR, Ability.GOAL_INTERPRETATION, source=source)
     answers = ResponseFile("m", (Response(JARS, '{"node goals": []}'),))
     records = [*score_run(suite, answers, {}, ScoringOptions())]

@@ -25,7 +25,7 @@ from studies.report.samples import action_run, goal_run, operator_run, subgoal_r
 
 
 def _counts(answers: list[AnswerLine], bins: list[int]) -> list[tuple[int, int]]:
-    """For each bin that occurs how many of its answers succeed, and how many there are."""
+    """Return for each bin the number of successes and the number of answers."""
     return [
         (sum(bool(a.success) for a, b in zip(answers, bins, strict=True) if b == place), bins.count(place))
         for place in sorted(set(bins))
@@ -33,10 +33,10 @@ def _counts(answers: list[AnswerLine], bins: list[int]) -> list[tuple[int, int]]
 
 
 def test_the_papers_cofactors_can_be_grouped_from_the_answers() -> None:
-    """Of the figures that the paper prints for GPT-4o only that of 10 to 19 steps (0.50) is another one.
+    """Only one figure for GPT-4o differs from the paper's: that of 10 to 19 steps (0.50).
 
-    It holds ``brushing_lint_off_clothing``, which one reconstruction of its scene makes a failure, as the
-    reference has it.
+    It includes ``brushing_lint_off_clothing``, which fails on one reconstruction of its scene, as in the
+    reference.
     """
     answers = tables("behavior", Ability.ACTION_SEQUENCING).answers
     steps = [(each.annotated_steps or 0) // 10 for each in answers]
@@ -50,7 +50,7 @@ def test_the_papers_cofactors_can_be_grouped_from_the_answers() -> None:
 
 
 def test_unknown_values_of_lines_are_none() -> None:
-    """The made-up tasks are in no data set: all that is known of them is what their records say."""
+    """The tasks are in no data set, so only their records describe them."""
     made = TidyTables(Source(Store()))
     for records in (action_run(), goal_run(), subgoal_run(), operator_run()):
         made.add(records)

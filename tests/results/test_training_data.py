@@ -1,4 +1,4 @@
-"""Answers in records as data for training: what is used, what is left out and why, and what is worth what."""
+"""Training data from answers in records: used and unused records, and rewards."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records as tables: a field has one type in the records of all suites and studies."""
+"""Records as tables: each field has one type in the records of all suites and studies."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ pytestmark = pytest.mark.usefixtures("data_store")
 
 @cache
 def records_of(folder: Path, name: str, ability: Ability) -> tuple[Record, ...]:
-    """Records of right answers, of others' answers, and of an answer that cannot be read."""
+    """Return records of right answers, of other tasks' answers, and of an unreadable answer."""
     store = Store(folder)
     suite = open_suite(name, ability, source=Source(store, planner=PlannerChoice.BUILT_IN))
     task_ids = suite.task_ids[:60:5]
@@ -54,7 +54,7 @@ def all_records(folder: Path) -> Iterator[Record]:
 
 
 def kinds(value: Json, place: str = "") -> Iterator[tuple[str, str]]:
-    """The types of all parts of a value by their places; null is of any type."""
+    """Return the types of all parts of a value by their paths; null fits any type."""
     if value is not None:
         yield place, type(value).__name__
     if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Streams of work in several processes: order, bounded reading, and what becomes of a worker that dies."""
+"""Streams of work in several processes: order, reading ahead, and dying workers."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def test_a_worker_killed_while_sending_blocks_no_other(place: int) -> None:
         results = pool.map_batches(large, range(12), batch_sizes=(1, 1))
         next(results)
         taken = 1
-        while not pool._workers[place].pending:  # the other, started sooner, has done all that was given out
+        while not pool._workers[place].pending:  # the worker that started first may have done all batches
             next(results)
             taken += 1
         sends = pool._workers[place]
@@ -139,7 +139,7 @@ def test_removing_a_folder_is_retried_until_the_time_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: int, stays: bool
 ) -> None:
     class Written(TemporaryDirectory[str]):
-        """Something is there again after it is removed twice."""
+        """A folder in which a file appears again after two removals."""
 
         times = 0
 
@@ -203,7 +203,7 @@ def test_rewards_from_workers_are_the_same(data_store: Store) -> None:
 
 
 class Noted:
-    """A process with its pipe, of which only what it is sent is noted."""
+    """A process with its pipe; it only notes the messages that it gets."""
 
     def __init__(self) -> None:
         self.sent: list[bytes] = []
@@ -214,7 +214,7 @@ class Noted:
 
 
 def given_out(monkeypatch: pytest.MonkeyPatch, workers: int, sizes: list[int]) -> list[int]:
-    """How many of batches of so many items each process has that was started for them, and how many wait."""
+    """Return the number of batches that each started process has, and the number that wait."""
     monkeypatch.setattr(Workers, "_start_worker", lambda self: _Worker(Noted(), Noted()))  # type: ignore[arg-type]
     pool = Workers(workers)
     for size in sizes:
@@ -232,7 +232,7 @@ def given_out(monkeypatch: pytest.MonkeyPatch, workers: int, sizes: list[int]) -
         (3, [16] * 2, [1, 1, 0]),
         (3, [16] * 4, [2, 1, 1, 0]),
         (3, [16] * 8, [2, 2, 2, 2]),
-        (2, [15] * 3, [1, 1, 1]),  # what may take long waits for who is free first
+        (2, [15] * 3, [1, 1, 1]),  # small batches wait for a free worker
         (2, [16, 16, 15], [1, 1, 1]),
         (2, [16, 15, 16], [2, 1, 0]),
     ],

@@ -17,12 +17,12 @@ def goals(
     relation: tuple[float, float] = (0, 0),
     action: tuple[float, float] = (0, 0),
 ) -> GoalTallies:
-    """Tallies by kind."""
+    """Return goal tallies by kind."""
     return GoalTallies(Share(*state), Share(*relation), Share(*action))
 
 
 def failed(kind: FaultKind) -> PlanVerdict:
-    """A plan that an error ended."""
+    """Return the verdict of a plan that an error ended."""
     return PlanVerdict(
         executable=False, success=False, error=ErrorReport(kind, 0, "why"), goals=goals((0, 1))
     )
@@ -42,10 +42,10 @@ def record(
     protocol: Protocol = Protocol.STRICT,
     response: str = "{}",
 ) -> Record:
-    """A record of a verdict."""
+    """Return a record with a verdict."""
     return Record(protocol, domain, ability, model, task_id, response, "0" * 64, verdict)
 
 
 def whole(records: Sequence[Record]) -> tuple[Record, ...]:
-    """Records of a suite that has no other tasks than theirs."""
+    """Return the records as those of a suite without further tasks."""
     return tuple(replace(record, suite_size=len(records)) for record in records)

@@ -1,4 +1,4 @@
-"""Work that processes can be given, in a module that they can import."""
+"""Work for worker processes, in a module that they can import."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TASK_IDS = tuple(f"{number}_1" for number in range(7))
 
 @dataclass(frozen=True, slots=True)
 class Echo(Scorer):
-    """A scorer that says what it was asked."""
+    """A scorer whose verdict repeats the answer."""
 
     task_id: str
 
@@ -42,7 +42,7 @@ def squares(items: Sequence[int]) -> list[int]:
 
 
 def large(items: Sequence[int]) -> list[bytes]:
-    """Results of four megabytes, of which a pipe holds a small part."""
+    """Return results of four megabytes, which do not fit into a pipe."""
     return [bytes(4 << 20) for _ in items]
 
 
@@ -61,7 +61,7 @@ def asleep(items: Sequence[int]) -> list[int]:
 
 @dataclass(frozen=True)
 class Dying:
-    """Ends its process without a word where a file does not stop it, when it comes to a number."""
+    """Work that kills its process at a number, unless a file exists."""
 
     at: int
     once: Path
@@ -79,12 +79,12 @@ def deadly(items: Sequence[int]) -> list[int]:
 
 
 def folder_of_files(items: Sequence[int]) -> list[str]:
-    """Leaves a file and a folder behind, where temporary ones are made."""
+    """Leave a file and a folder in the folder for temporary files."""
     return [str(Path(tempfile.mkdtemp(prefix="left-"), "file")) for _ in items]
 
 
 def unspeakable(items: Sequence[int]) -> list[int]:
     class UnspeakableError(Exception):
-        """One that cannot be sent."""
+        """An exception that cannot be pickled."""
 
     raise UnspeakableError("of no module")

@@ -1,4 +1,4 @@
-"""Inspect in a process of its own, which imports this module by its name: its warnings are none of ours."""
+"""Runs Inspect in a process of its own, which imports this module by name; its warnings stay there."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Asked(NamedTuple):
 
 
 class Whom(NamedTuple):
-    """A model, and how often it is asked."""
+    """A model, and the number of answers to each task."""
 
     model: str
     arguments: Mapping[str, Json]
@@ -54,7 +54,7 @@ class Whom(NamedTuple):
 
 @dataclass(frozen=True)
 class Ran:
-    """What a run left."""
+    """The records and the log of a run."""
 
     rates: Mapping[str, Rate]
     records: Sequence[Record]
@@ -63,12 +63,12 @@ class Ran:
 
 
 def obtain_in_child(job: Job, journal: Path, logs: Path) -> ModelAnswers:
-    """Do a job."""
+    """Get the answers to a job."""
     return obtain_answers(job, journal, logs)
 
 
 def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
-    """What ``eai run`` does."""
+    """Run ``eai run``."""
     suite, model = asked.suite(), whom.model
     prompts = official_prompts(suite.domain, suite.ability)
     prompts = {task_id: prompts[task_id] for task_id in asked.task_ids}
@@ -83,17 +83,17 @@ def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
 
 
 def evaluate_in_child(asked: Asked, whom: Whom, folder: Path) -> Path:
-    """What ``inspect eval`` does; where its log is."""
+    """Run ``inspect eval`` and return the path of its log."""
     return _evaluate(asked, get_model(whom.model, **whom.arguments), folder, whom.epochs)
 
 
 def evaluate_experiment_in_child(asked: Asked, whom: Whom, folder: Path, choices: Mapping[str, Json]) -> Path:
-    """What ``inspect eval`` does in an experiment, whose options are arguments of the task."""
+    """Run ``inspect eval`` in an experiment, whose options are arguments of the task."""
     return _evaluate(asked, get_model(whom.model, **whom.arguments), folder, whom.epochs, choices)
 
 
 def evaluate_answers_in_child(asked: Asked, answers: Sequence[str | None], folder: Path) -> Path:
-    """What ``inspect eval`` does with a model whose request fails where there is no answer."""
+    """Run ``inspect eval`` with a model whose request fails if there is no answer."""
 
     def outputs() -> Iterator[ModelOutput]:
         for text in answers:
@@ -107,7 +107,7 @@ def evaluate_answers_in_child(asked: Asked, answers: Sequence[str | None], folde
 
 
 def score_in_child(path: Path, asked: Asked) -> Path:
-    """What ``inspect score`` does; where the scored log is."""
+    """Run ``inspect score`` and return the path of the scored log."""
     scorer = SCORERS[asked.ability](asked.domain, asked.protocol.value, PLANNER.value)
     log = inspect_ai.score(read_eval_log(path), scorer, action="overwrite", display="none")
     return _write(log, path.with_name("scored.eval"))

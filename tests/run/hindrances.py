@@ -1,4 +1,4 @@
-"""What makes a command stop or never end, called by its name in the process of the command."""
+"""Functions that interrupt a command or block it, called by name in the command's process."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NoReturn
 
 
 def interrupt_at(number: int) -> None:
-    """Have the process interrupt itself when it has taken so many answers."""
+    """Make the process interrupt itself after a number of answers."""
     from eai.run.journal import Answer, RunState
 
     take, taken = RunState.add_answer, itertools.count(1)
@@ -22,7 +22,7 @@ def interrupt_at(number: int) -> None:
 
 
 def search_forever() -> None:
-    """Have a planner that never comes to an end."""
+    """Install a planner that never ends."""
     from eai.planning.planner import Planner
 
     def search(*_: object) -> NoReturn:

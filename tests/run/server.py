@@ -1,4 +1,4 @@
-"""A small OpenAI-compatible server that answers from a script and misbehaves where the script says so."""
+"""A small OpenAI-compatible server with scripted answers and faults."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 COUNTED = {"prompt_tokens": 11, "completion_tokens": 7, "total_tokens": 18}
-"""What answers take."""
+"""Usage of replies."""
 
 
 @dataclass(frozen=True)
 class Reply:
-    """How one request is answered.
+    """The reply to one request.
 
     Attributes:
-        text: the content of the message.
-        status: the HTTP status; other than 200 there is no message.
-        retry_after: what the header of that name says, in seconds.
-        delay: seconds until the answer begins.
-        cut: the connection is closed in the middle of the answer.
-        reset: the connection is reset before there is an answer.
-        drip: seconds between the pieces of the answer, of which there are ten.
-        body: what is sent in the place of a completion.
+        text: content of the message.
+        status: HTTP status; there is no message unless it is 200.
+        retry_after: value of the header of that name, in seconds.
+        delay: seconds before the reply begins.
+        cut: close the connection in the middle of the reply.
+        reset: reset the connection before the reply.
+        drip: seconds between the ten pieces of the reply.
+        body: body that replaces the completion.
         message: fields of the message that replace or join its text.
-        finish: why the message ends.
-        reasoning: what the field ``reasoning_content`` holds.
-        usage: what the answer is said to have taken.
-        unless: parameters that make the server answer with status 400.
+        finish: finish reason of the message.
+        reasoning: value of the field ``reasoning_content``.
+        usage: usage of the reply.
+        unless: parameters that make the server reply with status 400.
         empty_if: parameters that make the message empty.
     """
 
@@ -58,7 +58,7 @@ class Reply:
 
 @dataclass
 class Log:
-    """What was asked: the requests, and how often each question came."""
+    """The requests, and the number of times that each question came."""
 
     requests: list[dict[str, Any]] = field(default_factory=list)
     asked: Counter[str] = field(default_factory=Counter)
@@ -74,7 +74,7 @@ class Served:
 
 @contextmanager
 def serve(script: Mapping[str, Sequence[Reply]]) -> Iterator[Served]:
-    """Serve while the block runs. The script holds the replies to each question; the last one stays."""
+    """Serve while the block runs. The script has the replies to each question; the last one repeats."""
     log = Log()
     lock = threading.Lock()
 
@@ -137,7 +137,7 @@ def serve(script: Mapping[str, Sequence[Reply]]) -> Iterator[Served]:
 
 
 def _text(content: str | list[dict[str, Any]]) -> str:
-    """What a message says, without its pictures."""
+    """Return the text of a message without its pictures."""
     if isinstance(content, str):
         return content
     return "".join([part["text"] for part in content if part["type"] == "text"])

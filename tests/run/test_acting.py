@@ -1,4 +1,4 @@
-"""Models act through Inspect: by scripted calls of tools, by lines of text, and the built-in ones."""
+"""Models that act through Inspect: by tool calls, by lines of text, and the built-in models."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from eai.run.registry import TASKS
 from eai.run.tasks import read_answers
 from processes import Command, eai
 
-pytestmark = pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours
+pytestmark = pytest.mark.filterwarnings("ignore")  # warnings of Inspect
 TASK = "27_2"
 
 
@@ -97,7 +97,7 @@ def test_a_model_without_tools_writes_commands(data_store: Store, tmp_path: Path
     turns = json.loads(sample.output.completion)["turns"]
     assert [turn["said"] for turn in turns] == said
     assert turns[-1]["thought"] == "I think.\nDONE"
-    assert sample.store  # the commands are there for who reads the log
+    assert sample.store  # the log shows the commands
 
 
 def test_a_users_own_agent_gets_the_tools(

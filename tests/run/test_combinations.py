@@ -1,4 +1,4 @@
-"""Runs that combine studies: every pair, its records, its log scored again, and its analyses."""
+"""Runs that combine studies: every pair, its records, its rescored log, and its analyses."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SUITE = Path("behavior", "action_sequencing")
 
 
 def command(text: str, folder: Path) -> Outcome:
-    """What a command leaves; ``@`` stands for the folder."""
+    """Run a command and return its output files; ``@`` stands for the folder."""
     return eai(*text.replace("@", f"{folder}").split())
 
 
@@ -42,7 +42,7 @@ def records_in(folder: Path) -> list[Record]:
 
 
 def as_scored(record: Record) -> dict[str, Any]:
-    """What a record says of its answer; a log does not tell what an answer took."""
+    """Return a record without its origin, which a log does not have."""
     attempts = [(each.response, each.verdict, each.slipped_at) for each in record.attempts]
     return {
         "task": record.task_id,
@@ -79,7 +79,7 @@ def test_a_run_combines_studies_and_its_log_gets_the_same_scores(
 
 
 def test_goals_are_interpreted_in_the_perceived_scene(data_store: Store, tmp_path: Path) -> None:
-    """The first stage is a run under the scene of the second, and says so."""
+    """The first stage is a run with the perceived scene of the second, and its records state the scene."""
     done = command(f"{RUN} {CHOICES['goals']} {NOISE} --out @/runs", tmp_path)
     assert done.status == 0, done.err
     (file,) = (tmp_path / "runs" / "behavior" / "goal_interpretation").rglob("records.jsonl")
@@ -110,7 +110,7 @@ def test_analyses_compare_runs_that_differ_in_one_study(data_store: Store, tmp_p
 
 
 def test_tidy_tables_never_pool_combinations(data_store: Store, tmp_path: Path) -> None:
-    """Of several experiments without a plain run there is nothing to analyse together."""
+    """Several experiments without a plain run cannot be analysed together."""
     for choice in (CHOICES["scene"], f"{CHOICES['scene']} {CHOICES['prompt']}"):
         assert command(f"{RUN} {choice} --out @/runs", tmp_path).status == 0
     notes: list[str] = []
@@ -158,7 +158,7 @@ def test_prompts_in_other_words_are_named_and_compared(data_store: Store, tmp_pa
 def test_a_chain_states_goals_and_subgoals_of_the_model(
     scene: str, data_store: Store, tmp_path: Path
 ) -> None:
-    """Every task breaks the chain at one ability, or nowhere; its log is scored alike."""
+    """Every task breaks the chain at one ability, or at none; its log gets the same scores."""
     chain = "--with pipeline.goals=own --with pipeline.subgoals=own"
     for choice in (scene, f"{scene} {chain}"):
         done = command(f"{RUN} {choice} --out @/runs", tmp_path)

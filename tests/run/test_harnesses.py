@@ -1,4 +1,4 @@
-"""Other harnesses: what Inspect finds by reading files, and the tasks of the LM Evaluation Harness."""
+"""Other harnesses: tasks that Inspect finds in source files, and tasks of the LM Evaluation Harness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The real path over HTTP, against a server of the test's own that misbehaves on demand."""
+"""Requests over HTTP to a local server that misbehaves on demand."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ Run = Callable[..., tuple[ModelAnswers, Log]]
 
 @pytest.fixture(scope="module")
 def process() -> Iterator[Executor]:
-    """A process of its own for Inspect, whose warnings are none of ours."""
+    """A process of its own for Inspect, so that its warnings stay there."""
     with own_process() as pool:
         yield pool
 
 
 @pytest.fixture
 def ask(tmp_path: Path, process: Executor) -> Callable[..., ModelAnswers]:
-    """Puts questions to a running server; the answers go to one journal."""
+    """Ask questions of a running server; the answers go to one journal."""
 
     def obtain(
         url: str,
@@ -60,7 +60,7 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., ModelAnswers]:
 
 @pytest.fixture
 def run(ask: Callable[..., ModelAnswers]) -> Run:
-    """Puts the questions of a script to a server that answers by it."""
+    """Ask the questions of a script of a server that answers by the script."""
 
     def serve_and_ask(
         script: Script, cut_at: tuple[str, ...] = (), decoding: Decoding | None = None
@@ -138,7 +138,7 @@ FAULTS = {
     "lone surrogates": ([Reply('["\ud800", "\udfff\ud800"]')], '["\ud800", "\udfff\ud800"]'),
     "controls": ([Reply('["\0\u202e\r\n\u2028"]')], '["\0\u202e\r\n\u2028"]'),
 }
-"""What a provider may do -> what it comes to: an answer, or how the line begins that tells the failure."""
+"""Fault of a provider -> the resulting answer, or the beginning of the line that reports the failure."""
 
 
 def test_a_providers_fault_affects_one_sample_and_is_reported_in_one_line(run: Run) -> None:

@@ -1,4 +1,4 @@
-"""The declaration of what built-in models answer."""
+"""The abilities that built-in models answer."""
 
 from __future__ import annotations
 

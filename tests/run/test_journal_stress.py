@@ -1,4 +1,4 @@
-"""The journal where things go wrong around it: what cannot be kept is never taken for kept."""
+"""The journal under faults of disk, folder and clock: no answer counts as stored that is not."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_a_full_disk_in_the_middle_of_an_answer_loses_only_that_answer(tmp_path:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         signal.signal(signal.SIGXFSZ, ignored)
     assert full.find(("27_2", 2), "request") is None
-    full.add(replace(ANSWER, epoch=3))  # another one that was asked for at the same time
+    full.add(replace(ANSWER, epoch=3))  # an answer to a concurrent request
     assert AnswerJournal(file).find(("27_2", 3), "request") == replace(ANSWER, epoch=3)
     mended = AnswerJournal(file)
     assert mended.find(("27_2", 1), "request") == ANSWER
@@ -98,7 +98,7 @@ def test_an_unwritable_folder_is_reported_before_any_question(tmp_path: Path) ->
 
 
 def test_a_clock_that_jumps_changes_no_answer() -> None:
-    """What lasts is measured by the monotonic clock, which is set by nobody."""
+    """Durations are measured by the monotonic clock, which cannot be set."""
     time_of_day = re.compile(
         r"\btime\.(time|ctime|localtime|gmtime)\b|\bdatetime\.(now|utcnow|today)\b|\bdate\.today\b"
     )

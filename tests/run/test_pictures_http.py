@@ -1,4 +1,4 @@
-"""Pictures over HTTP: a server is sent pictures of one's own, and its scene graphs are told on."""
+"""Pictures over HTTP: a server gets the user's pictures, and its scene graphs are passed on."""
 
 from __future__ import annotations
 

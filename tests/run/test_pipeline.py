@@ -1,4 +1,4 @@
-"""Pipelines through Inspect: its tasks state the goals of answers, and its logs hold the same records."""
+"""Pipelines through Inspect: its tasks state the goals of answers, and its logs have the same records."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def process() -> Iterator[Executor]:
 
 @pytest.fixture
 def goals(data_store: Store, tmp_path: Path) -> Path:
-    """Right goals for one task, and for another some that mean nothing."""
+    """Right goals for one task, and meaningless ones for another."""
     gold = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store)
     rows = [
         {"identifier": BOOKS, "llm_output": gold[BOOKS].text},
@@ -60,7 +60,7 @@ def test_a_task_states_the_goals_of_answers(goals: Path) -> None:
 def test_records_of_a_log_name_the_source_of_their_goals(
     goals: Path, process: Executor, tmp_path: Path
 ) -> None:
-    """The planner reaches what it was told; scoring the log again changes nothing."""
+    """The planner reaches the stated goals; scoring the log again changes nothing."""
     asked = Asked("behavior", PLANS, Protocol.STRICT, [BOOKS, JARS])
     told = {"goals": str(goals)}
     whom = Whom("eai/planner", {})

@@ -1,4 +1,4 @@
-"""Replanning with a model: one loop for ``eai run``, ``inspect eval`` and a loop of one's own."""
+"""Replanning with a model: equal attempts in ``eai run``, ``inspect eval`` and a loop without Inspect."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def records_of(folder: Path) -> list[Record]:
 
 
 def offline(options: AttemptOptions, store: Store, heed: float | None) -> dict[str, list[tuple[str, object]]]:
-    """The answers and verdicts of the same loop without Inspect, by task."""
+    """Return the answers and verdicts of the loop without Inspect, by task."""
     suite, library = open_suite("behavior", ACTIONS, source=Source(store)), Library("official")
     prompts = library.open(suite.benchmark, ACTIONS)
     trials = open_trials(suite, options, library.asker(suite.benchmark, ACTIONS, prompts), prompts)
@@ -77,7 +77,7 @@ def offline(options: AttemptOptions, store: Store, heed: float | None) -> dict[s
 def test_a_run_makes_the_same_attempts_as_a_loop_without_inspect(
     feedback: FeedbackLevel, heed: float | None, data_store: Store, tmp_path: Path
 ) -> None:
-    """And what it leaves behind can be replayed, to the same records."""
+    """The files of the run can be replayed, and give the same records."""
     arguments = f"--with attempts.replans=2 --with attempts.feedback={feedback}"
     heeding = "" if heed is None else f"-M heed={heed}"
     done = eai(*f"{NOISY} {heeding} {arguments} --out {tmp_path}".split())
@@ -106,7 +106,7 @@ def test_a_run_makes_the_same_attempts_as_a_loop_without_inspect(
 
 
 def test_feedback_on_a_failure_reaches_the_model(data_store: Store, tmp_path: Path) -> None:
-    """A server sees the first question, then the same with its own answer and why that failed."""
+    """A server gets the first question, then the question with its own answer and why that failed."""
     (task_id, prompt), *_ = official_prompts("behavior", ACTIONS, data_store).items()
     gold = answer_book("behavior", ACTIONS, data_store)[task_id].text
     wrong = '[{"action": "OPEN", "object": "moon_1"}]'
@@ -131,7 +131,7 @@ def test_feedback_on_a_failure_reaches_the_model(data_store: Store, tmp_path: Pa
 def test_inspect_takes_the_same_options(
     slip: float, data_store: Store, process: Executor, tmp_path: Path
 ) -> None:
-    """Its log has the records of ``eai run``, and scoring it again changes nothing."""
+    """Inspect's log has the records of ``eai run``, and scoring it again changes nothing."""
     world = {"world": "continue", "feedback": "state"} if slip else {"feedback": "explained"}
     choices = {"replans": 2, **world, "slip": slip}
     options = " ".join(f"--with attempts.{name}={value}" for name, value in choices.items())
@@ -173,7 +173,7 @@ def test_contradicting_options_are_refused(options: str, message: str, tmp_path:
 
 @sweep
 def test_a_killed_and_resumed_experiment_loses_and_repeats_no_attempt(data_store: Store) -> None:
-    """A few of the cycles of the benchmark, which has a hundred."""
+    """A few of the hundred cycles of the benchmark."""
     command = [sys.executable, "-m", "bench", "kill_and_resume", "--kills", "3", "--tasks", "6"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stderr

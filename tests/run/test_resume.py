@@ -1,4 +1,4 @@
-"""A run that is killed in the middle and started again comes to the same end and asks nothing twice."""
+"""A run that is killed in the middle and restarted gets the same results and asks nothing twice."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ KILLED_AFTER = 4
 
 
 def start(url: str, out: Path) -> Command:
-    """The command of a run; it asks one question after the other."""
+    """Return the command of a run that asks one question after the other."""
     arguments = f"run --model openai-api/local/scripted -M api_key=none --model-base-url {url}".split()
     arguments += f"--domain virtualhome --ability action_sequencing --limit {TASKS}".split()
     arguments += f"--max-connections 1 --with requests.max_retries=0 --json --out {out}".split()
@@ -76,7 +76,7 @@ def test_a_killed_run_resumes_where_it_stopped(data_store: Store, tmp_path: Path
 def test_an_interrupted_run_says_how_to_resume(
     data_store: Store, tmp_path: Path, number: signal.Signals
 ) -> None:
-    """An interrupt comes whenever it comes: at any time it is one line, and never a traceback."""
+    """An interrupt at any time is reported in one line, without a traceback."""
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:TASKS])
     script = {prompt.user: [Reply("{}", delay=0.3)] for prompt in prompts.values()}
     with serve(script) as served:
@@ -91,7 +91,7 @@ def test_an_interrupted_run_says_how_to_resume(
 
 
 def must_stop_after_one_more_answer(model: str, ability: str, domain: str, out: Path) -> None:
-    """Fail unless a run that is interrupted ends after one more answer at most."""
+    """Fail unless an interrupted run ends after at most one more answer."""
     arguments = f"run --model {model} --domain {domain} --limit {TASKS} --out {out}".split()
     arguments += f"--ability {ability} --max-connections {TASKS}".split()
     done = Command(*arguments, before=partial(interrupt_at, KILLED_AFTER)).outcome()
@@ -104,7 +104,7 @@ def must_stop_after_one_more_answer(model: str, ability: str, domain: str, out: 
 def test_a_built_in_model_computes_at_most_one_answer_after_an_interrupt(
     data_store: Store, tmp_path: Path
 ) -> None:
-    """A plan may take seconds, and tens of them were found between an interrupt and the end."""
+    """A plan may take seconds, and a run once computed tens of them after an interrupt."""
     must_stop_after_one_more_answer("eai/planner", "action_sequencing", "virtualhome", tmp_path / "out")
 
 

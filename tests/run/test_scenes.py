@@ -1,4 +1,4 @@
-"""Scenes as arguments of Inspect's tasks: what is asked, and what the records of a log say of it."""
+"""Options of perceived scenes in Inspect's tasks: the questions, and the records of a log."""
 
 from __future__ import annotations
 
@@ -56,7 +56,9 @@ def test_a_question_lists_the_perceived_scene_with_its_errors(data_store: Store)
 
 @pytest.mark.parametrize("domain", ["behavior", "virtualhome"])
 def test_a_question_states_a_broader_context_after_the_facts(data_store: Store, domain: str) -> None:
-    """Other objects that are there, facts that hold, and states that do not; no picture is needed."""
+    """The context has other objects of the scene, further facts, and states that do not hold; it needs no
+    picture.
+    """
     make, suite = TASKS[f"{domain}_action_sequencing"], open_suite(domain, PLANS)
     task_id = next(i for i in suite.task_ids if suite.tasks[i].left_out is None)
     questions = {}
@@ -101,7 +103,7 @@ def test_invalid_scene_options_are_refused(data_store: Store) -> None:
 def test_records_of_a_log_have_the_perceived_scene(
     data_store: Store, process: Executor, tmp_path: Path
 ) -> None:
-    """The planner acts on what it was told; scoring the log again changes nothing."""
+    """The planner acts on the perceived scene; scoring the log again changes nothing."""
     asked = Asked("behavior", PLANS, Protocol.STRICT, [JARS])
     settings = ["missing=0.3", "seed=1"]
     told = {"scene": "noisy", "noise": settings, "prompts": "eai"}

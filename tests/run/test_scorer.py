@@ -1,4 +1,4 @@
-"""The numbers in Inspect's logs are those of ``eai run`` and ``eai score``; their samples explain them."""
+"""Inspect's logs have the rates of ``eai run`` and ``eai score``; their samples explain the scores."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def process() -> Iterator[Executor]:
 
 
 def some_tasks(domain: str, ability: Ability, protocol: Protocol) -> tuple[Suite, Asked]:
-    """A suite, and tasks from all over it."""
+    """A suite, and some tasks from its whole range."""
     suite = Asked(domain, ability, protocol, ()).suite()
     count = TASK_COUNT if declaration_of(ability).has_plans else TASK_COUNT // 3
     chosen = suite.task_ids[:: len(suite.task_ids) // count][:count]
@@ -66,7 +66,7 @@ def some_tasks(domain: str, ability: Ability, protocol: Protocol) -> tuple[Suite
 
 
 def paper(log: EvalLog) -> dict[str, float]:
-    """The paper's columns in a log."""
+    """Return the paper's columns in a log."""
     assert log.results is not None
     (columns,) = (score.metrics for score in log.results.scores if "accuracy" not in score.metrics)
     return {name: found.value for name, found in columns.items()}

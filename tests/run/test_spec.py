@@ -43,7 +43,7 @@ ONWARD = {"replans": 1, "world": "continue"}
     ],
 )
 def test_studies_that_change_different_options_are_combined(tables: dict[str, Any]) -> None:
-    """A run of all of them asks for what each can vary, under the names of all."""
+    """A run of all studies has the abilities that each can vary, and the names of all."""
     spec = read_spec(tables)
     choices = {each.choice for each in spec.studies.values() if each.choice}
     assert {*spec.variation.choice.split(" and ")} == choices
@@ -89,7 +89,7 @@ def test_any_arguments_are_read_as_they_were_written(
 
 
 def test_each_option_belongs_to_one_study() -> None:
-    """So that Inspect's arguments need no name of a study."""
+    """Therefore Inspect's arguments do not name a study."""
     names = [name for study in studies_of_runs() for name in study.options.model_fields]
     assert [find_study_of_option(name) for name in names] == [
         s.key for s in studies_of_runs() for _ in s.options.model_fields

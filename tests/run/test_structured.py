@@ -1,4 +1,4 @@
-"""The form of answers over HTTP: what a server is told of it, in both households and another domain."""
+"""The schema of answers over HTTP: what a server gets, in both household benchmarks and another one."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ WORDS = {
     "behavior": {"LEFT_GRASP", "candle_0", "inside", "candle.n.01_1"},
     "lamps:lamps": {"PRESS", "lamp_1", "lit"},
 }
-"""Some of what the forms of the answers to the first task of a domain must offer."""
+"""Some words that the answer schema of each domain's first task must allow."""
 
 
 STRUCTURED = ("--with", "generation.structured=true")
@@ -47,7 +47,7 @@ def test_answers_with_and_without_a_schema_are_different_requests(
 
 
 def test_another_schema_is_another_request(monkeypatch: pytest.MonkeyPatch) -> None:
-    """That of another version, or of a domain whose words have changed since."""
+    """The schema may be of another version, or of a domain whose words have changed since."""
     free = Job(
         Endpoint("openai/gpt-4o"),
         open_suite("virtualhome", Ability.TRANSITION_MODELING),

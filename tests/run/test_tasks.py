@@ -45,7 +45,7 @@ def test_a_task_asks_the_official_prompts(data_store: Store, domain: str, abilit
 
 
 def test_a_task_takes_arguments() -> None:
-    """Inspect reads arguments as YAML, in which 27_2 is a number, and parts them at commas."""
+    """Inspect reads arguments as YAML, in which 27_2 is a number, and splits them at commas."""
     make = TASKS["virtualhome_transition_modeling"]
     for tasks, ids in (
         (272, ["27_2"]),
