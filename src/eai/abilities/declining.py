@@ -1,4 +1,4 @@
-"""Answers that decline a task: they call it impossible, or ask which object is meant."""
+"""Read and write answers without a plan: an answer calls the task impossible, or asks for the meant object."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 IMPOSSIBLE, QUESTION = "impossible", "ask"
-"""Member of an answer that calls a task impossible, and member of an answer that asks a question."""
+"""Key of an answer that calls the task impossible; `QUESTION` is the key of an answer that asks a question.
+"""
 
 ASK, REFUSE = "ASK", "IMPOSSIBLE"
-"""Command that asks which object is meant, and command that calls the task impossible."""
+"""Command for a question about the meant object; `REFUSE` is the command that calls the task impossible."""
 
 
 class _Declining(NamedTuple):
@@ -24,7 +25,7 @@ class _Declining(NamedTuple):
 
     Attributes:
         reason: the reason why the task is impossible, or the question.
-        is_right: whether it is right to decline.
+        is_right: whether declining is right.
         notes: the answer in words, and the evidence for or against it.
     """
 
@@ -34,7 +35,10 @@ class _Declining(NamedTuple):
 
 
 def read_declining(task: Task, text: str, notation: PlanNotation) -> _Declining | None:
-    """Read an answer that declines a task. Returns None for other answers, and if the task allows none."""
+    """Read an answer that declines a task.
+
+    Return None for another answer, or if the task allows no declining.
+    """
     match task.special:
         case Impossible(missing):
             member, said, is_right = IMPOSSIBLE, "said to be impossible", bool(missing)
@@ -49,7 +53,7 @@ def read_declining(task: Task, text: str, notation: PlanNotation) -> _Declining 
 
 
 def right_declining(task: Task, notation: PlanNotation) -> str | None:
-    """Return the right answer to a task that is to be declined, or None if a plan is right."""
+    """Return the right answer to a task for which declining is right, or None if a plan is right."""
     match task.special:
         case Impossible(missing) if missing:
             return refusal(notation.encode_names(", ".join(missing)))
@@ -59,7 +63,8 @@ def right_declining(task: Task, notation: PlanNotation) -> str | None:
 
 
 def right_refusal(task: Task, notation: PlanNotation) -> str | None:
-    """Return the command that refuses a task with the missing facts, or None if it has a plan."""
+    """Return the command that refuses an impossible task with its missing facts, or None if the task has a
+    plan."""
     match task.special:
         case Impossible(missing) if missing:
             return notation.encode_names(f"{REFUSE}({', '.join(missing)})")
@@ -67,20 +72,29 @@ def right_refusal(task: Task, notation: PlanNotation) -> str | None:
 
 
 def declining_commands(task: Task) -> list[str]:
-    """Return the command that declines a task, if there is one."""
+    """Return the command that declines a task, as a list; an empty list if the task allows no declining."""
     words = {Impossible: REFUSE, Ambiguous: ASK}
     return [word for kind, word in words.items() if isinstance(task.special, kind)]
 
 
 def refusal(reason: str, how: str = IMPOSSIBLE) -> str:
-    """The answer that a task is impossible for a reason, or (`QUESTION`) a question about it."""
+    """Return an answer that calls a task impossible, or an answer that asks a question.
+
+    Args:
+        reason: the reason why the task is impossible, or the question.
+        how: the key of the answer: `IMPOSSIBLE` or `QUESTION`.
+    """
     return json.dumps({how: reason})
 
 
 def reason_of(text: str, how: str = IMPOSSIBLE) -> str | None:
-    """Return why a task is impossible, or the question that an answer asks instead of a plan.
+    """Return the reason of a refusal, or the question of an answer that asks.
 
-    None if the last JSON value of the answer is not an object with this one member.
+    The last JSON value of the answer must be an object with only this key. Otherwise the result is None.
+
+    Args:
+        text: the answer.
+        how: the key: `IMPOSSIBLE` or `QUESTION`.
     """
     reading = read_json(text, ANY_VALUE)
     value = reading.value if isinstance(reading, ParsedAnswer) else None
@@ -90,12 +104,12 @@ def reason_of(text: str, how: str = IMPOSSIBLE) -> str | None:
 
 
 def is_question(command: str) -> bool:
-    """Whether a command asks what is meant, with any question, as in ``ASK(which one?)``."""
+    """Whether a command is a question, such as ``ASK(which one?)``."""
     return _begins_with(ASK, command)
 
 
 def refusal_in(command: str) -> str | None:
-    """Why a task cannot be done, as in ``IMPOSSIBLE(no stove works)``; None of any other command."""
+    """Return the reason in a command such as ``IMPOSSIBLE(no stove works)``, or None for another command."""
     if not _begins_with(REFUSE, command):
         return None
     return command.partition(REFUSE)[2].strip().removeprefix("(").removesuffix(")").strip()

@@ -175,7 +175,7 @@ def fact_text(fact: Fact, scene: Scene) -> str:
 
 
 UNTOLD = "untold hazard"
-"""The kind of a goal of which who is asked is told nothing."""
+"""Kind of a goal that forbids a hazard and that prompts hide."""
 
 
 def goal_reports(

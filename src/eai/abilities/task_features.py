@@ -1,4 +1,4 @@
-"""The features of a task that stand in its records."""
+"""The features of a task in its records."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ class TaskFeatures:
         name: the name of the task. Tasks with the same name are near copies of each other.
         annotated_steps: number of steps of the data set's own plan; None if there is no plan.
         goals: number of goals.
-        hazards: the hazards that the last goals forbid (`eai.tasks.task.Task`).
-        missing: the missing facts that leave the goals out of reach, if an answer may say so; else None.
-        fits: the objects that the instruction may mean, if an answer may ask; else None.
+        hazards: names of the hazards that the last goals forbid (`eai.tasks.special.Hazards`).
+        missing: the missing facts that make the goals unreachable; None if the task does not accept a
+            refusal.
+        fits: the objects that the instruction may mean; None if the task does not accept a question.
     """
 
     name: str
@@ -31,12 +32,12 @@ class TaskFeatures:
 
     @property
     def is_to_decline(self) -> bool:
-        """Whether it is right to decline: nothing leads to the goals, or words fit several objects."""
+        """Whether declining is right: the goals are unreachable, or the instruction fits several objects."""
         return bool(self.missing) or len(self.fits or ()) > 1
 
     @staticmethod
     def of(task: Task) -> TaskFeatures:
-        """The features of a task."""
+        """Return the features of a task."""
         special = {} if task.special is None else asdict(task.special)
         special.pop("untold", None)
         return TaskFeatures(task.title, len(task.script) or None, len(task.goals), **special)

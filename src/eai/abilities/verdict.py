@@ -299,7 +299,7 @@ class PlanVerdict(Verdict):
 
     @property
     def declines(self) -> bool:
-        """Whether the answer says that the task is impossible, or asks what it means."""
+        """Whether the answer calls the task impossible, or asks for the meant object."""
         return self.refused is not None
 
     @property

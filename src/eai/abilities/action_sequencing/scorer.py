@@ -170,7 +170,6 @@ class ActionSequencing(PlanScorer):
         return resolve(plan, self.domain, self.notation, self._object)
 
     def _declined(self, reason: str, is_right: bool, notes: tuple[str, str]) -> Assessment:
-        """The assessment of an answer without a plan."""
         reached = self.goals.none_reached
         verdict = self._verdict(reached, WrittenPlan(()), success=is_right, refused=reason)
         return Assessment(verdict, lambda: Explanation(notes, goals=goal_reports(self.task, reached)))
