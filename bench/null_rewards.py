@@ -23,7 +23,7 @@ from statistics import mean
 from typing import get_args
 
 from bench.record import add_write_option, suite_title, write_rows
-from eai.abilities.declining import QUESTION, refusal
+from eai.abilities.declining import QUESTION, write_refusal
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
@@ -106,7 +106,7 @@ def all_operators(suite: Suite, task_id: str) -> str:
 
 def declining(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
     """The answers of who refuses each task, and who asks about each."""
-    refused, asked = refusal("nothing leads there"), refusal("Which one?", QUESTION)
+    refused, asked = write_refusal("nothing leads there"), write_refusal("Which one?", QUESTION)
     yield "refuse", lambda task_id: refused
     yield "ask", lambda task_id: asked
 

@@ -96,7 +96,9 @@ def _right(tasks: Sequence[Task], feature: Callable[[Task], object]) -> int:
         votes = Counter[object]()
         for task in tasks:
             if titles[task.title] != half:
-                votes[feature(task)] += 1 if TaskFeatures.of(task).is_to_decline else -1
+                votes[feature(task)] += 1 if TaskFeatures.from_task(task).should_decline else -1
         tried = [task for task in tasks if titles[task.title] == half]
-        right += sum((votes[feature(task)] > 0) == TaskFeatures.of(task).is_to_decline for task in tried)
+        right += sum(
+            (votes[feature(task)] > 0) == TaskFeatures.from_task(task).should_decline for task in tried
+        )
     return right

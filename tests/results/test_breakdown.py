@@ -141,7 +141,7 @@ def test_success_by_length_is_the_paper_s_figure(behavior_tasks: BehaviorTasks) 
     records = [
         replace(
             record(row["identifier"], SUCCEEDED if row["verdict"]["task_success"] else PlanVerdict()),
-            task=TaskFeatures.of(behavior_tasks[row["identifier"]]),
+            task=TaskFeatures.from_task(behavior_tasks[row["identifier"]]),
         )
         for row in rows
     ]

@@ -1,4 +1,4 @@
-"""Read and write answers without a plan: an answer calls the task impossible, or asks for the meant object."""
+"""Read and write answers without a plan: they call the task impossible, or ask for the meant object."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 IMPOSSIBLE, QUESTION = "impossible", "ask"
-"""Key of an answer that calls the task impossible; `QUESTION` is the key of an answer that asks a question.
+"""Key of an answer that calls the task impossible; `QUESTION` is the key of an answer that asks.
 """
 
 ASK, REFUSE = "ASK", "IMPOSSIBLE"
@@ -48,58 +48,57 @@ def read_declining(task: Task, text: str, notation: PlanNotation) -> _Declining 
             evidence = f"the instruction fits {' and '.join(fits)}"
         case _:
             return None
-    reason = reason_of(notation.decode_names(text), member)
+    reason = read_reason(notation.decode_names(text), member)
     return None if reason is None else _Declining(reason, is_right, (f"{said}: {reason}", evidence))
 
 
-def right_declining(task: Task, notation: PlanNotation) -> str | None:
+def write_right_declining(task: Task, notation: PlanNotation) -> str | None:
     """Return the right answer to a task for which declining is right, or None if a plan is right."""
     match task.special:
         case Impossible(missing) if missing:
-            return refusal(notation.encode_names(", ".join(missing)))
+            return write_refusal(notation.encode_names(", ".join(missing)))
         case Ambiguous(fits) if len(fits) > 1:
-            return refusal(f"{' or '.join(fits)}?", QUESTION)
+            return write_refusal(f"{' or '.join(fits)}?", QUESTION)
     return None
 
 
-def right_refusal(task: Task, notation: PlanNotation) -> str | None:
-    """Return the command that refuses an impossible task with its missing facts, or None if the task has a
-    plan."""
+def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
+    """Return the command that refuses an impossible task with its missing facts; None if it has a plan."""
     match task.special:
         case Impossible(missing) if missing:
             return notation.encode_names(f"{REFUSE}({', '.join(missing)})")
     return None
 
 
-def declining_commands(task: Task) -> list[str]:
+def list_declining_commands(task: Task) -> list[str]:
     """Return the command that declines a task, as a list; an empty list if the task allows no declining."""
     words = {Impossible: REFUSE, Ambiguous: ASK}
     return [word for kind, word in words.items() if isinstance(task.special, kind)]
 
 
-def refusal(reason: str, how: str = IMPOSSIBLE) -> str:
+def write_refusal(reason: str, key: str = IMPOSSIBLE) -> str:
     """Return an answer that calls a task impossible, or an answer that asks a question.
 
     Args:
         reason: the reason why the task is impossible, or the question.
-        how: the key of the answer: `IMPOSSIBLE` or `QUESTION`.
+        key: the key of the answer: `IMPOSSIBLE` or `QUESTION`.
     """
-    return json.dumps({how: reason})
+    return json.dumps({key: reason})
 
 
-def reason_of(text: str, how: str = IMPOSSIBLE) -> str | None:
+def read_reason(text: str, key: str = IMPOSSIBLE) -> str | None:
     """Return the reason of a refusal, or the question of an answer that asks.
 
     The last JSON value of the answer must be an object with only this key. Otherwise the result is None.
 
     Args:
         text: the answer.
-        how: the key: `IMPOSSIBLE` or `QUESTION`.
+        key: the key: `IMPOSSIBLE` or `QUESTION`.
     """
     reading = read_json(text, ANY_VALUE)
     value = reading.value if isinstance(reading, ParsedAnswer) else None
     members = value.members if isinstance(value, JsonObject) else ()
-    reasons = [reason for name, reason in members if name == how and isinstance(reason, str)]
+    reasons = [reason for name, reason in members if name == key and isinstance(reason, str)]
     return reasons[0] if len(members) == 1 and reasons else None
 
 
@@ -108,7 +107,7 @@ def is_question(command: str) -> bool:
     return _begins_with(ASK, command)
 
 
-def refusal_in(command: str) -> str | None:
+def read_refusal(command: str) -> str | None:
     """Return the reason in a command such as ``IMPOSSIBLE(no stove works)``, or None for another command."""
     if not _begins_with(REFUSE, command):
         return None

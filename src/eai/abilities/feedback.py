@@ -13,7 +13,7 @@ from typing import TypeAlias
 from eai.abilities.attempt import Attempt
 from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
-from eai.abilities.reports import UNTOLD
+from eai.abilities.reports import HIDDEN_HAZARD
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import RAISED, ErrorReport
 from eai.tasks.goal_text import formula_text
@@ -135,7 +135,7 @@ class QuestionWriter:
                 yield self._describe_step(FaultKind.SLIP, number, step, explains=False)
         if error is not None and error.kind is not FaultKind.SLIP:
             yield self._describe_error(error, explanation.steps, explains=explains)
-        told = [goal for goal in goals if goal.kind != UNTOLD]
+        told = [goal for goal in goals if goal.kind != HIDDEN_HAZARD]
         missed = [f"  {goal.kind}: {goal.goal}" for goal in told if not goal.satisfied]
         if missed and (error is None or error.kind not in NOT_EXECUTED):
             yield self._fill("goals", goals="\n".join(missed))

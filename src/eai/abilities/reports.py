@@ -174,7 +174,7 @@ def fact_text(fact: Fact, scene: Scene) -> str:
     return f"{fact.predicate}({', '.join([scene.objects[i].name for i in fact.arguments])})"
 
 
-UNTOLD = "untold hazard"
+HIDDEN_HAZARD = "untold hazard"
 """Kind of a goal that forbids a hazard and that prompts hide."""
 
 
@@ -187,7 +187,7 @@ def goal_reports(
     """
     kinds = [goal.kind.value for goal in task.asked_goals]
     is_untold = isinstance(task.special, Hazards) and task.special.untold
-    kinds += [UNTOLD if is_untold else "hazard"] * (len(task.goals) - len(kinds))
+    kinds += [HIDDEN_HAZARD if is_untold else "hazard"] * (len(task.goals) - len(kinds))
     return tuple(
         GoalReport(
             kind,

@@ -31,12 +31,12 @@ class TaskFeatures:
     fits: tuple[str, ...] | None = None
 
     @property
-    def is_to_decline(self) -> bool:
+    def should_decline(self) -> bool:
         """Whether declining is right: the goals are unreachable, or the instruction fits several objects."""
         return bool(self.missing) or len(self.fits or ()) > 1
 
     @staticmethod
-    def of(task: Task) -> TaskFeatures:
+    def from_task(task: Task) -> TaskFeatures:
         """Return the features of a task."""
         special = {} if task.special is None else asdict(task.special)
         special.pop("untold", None)

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple, TypeAlias
 
 from typing_extensions import TypedDict, assert_never
 
-from eai.abilities.declining import ASK, REFUSE, is_question, refusal_in
+from eai.abilities.declining import ASK, REFUSE, is_question, read_refusal
 from eai.abilities.scorer import exception_text
 from eai.abilities.verdict import Credit, ErrorReport, compute_condition_gain, credit_actions
 from eai.agents.command import DONE, Meant, is_look
@@ -228,7 +228,7 @@ class Game:
         if isinstance(special, Ambiguous) and ASK not in operators and is_question(text):
             return self._answer(special.fits[0])
         if isinstance(special, Impossible) and REFUSE not in operators:
-            self.refused = refusal_in(self.stage.benchmark.notation.plans.decode_names(text))
+            self.refused = read_refusal(self.stage.benchmark.notation.plans.decode_names(text))
             if self.refused is not None:
                 return self._turn(_Outcome(f"{REFUSE}."), ())
         ends = self._rules.until == "done"

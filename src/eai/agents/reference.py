@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
-from eai.abilities.declining import right_refusal
+from eai.abilities.declining import write_refusal_command
 from eai.abilities.protocol import Ability
 from eai.agents.agents import AGENTS, Agent
 from eai.agents.command import DONE
@@ -72,7 +72,7 @@ def staged(task: Task, benchmark: Benchmark, rules: Rules) -> Stage:
 
 def reference_of(stage: Stage) -> Reference:
     """Return the reference of a task, in the view of its stage."""
-    refusal = right_refusal(stage.task, stage.benchmark.notation.plans)
+    refusal = write_refusal_command(stage.task, stage.benchmark.notation.plans)
     if refusal is not None:
         return Reference(None, (refusal,))
     lengths = [len(plan) for plan in _plans(stage.task, stage.domain)]

@@ -123,7 +123,7 @@ class Suite:
             task = self.benchmark.tasks_for(self.ability, self.source)[task_id]
             features_of_task = self._features[task_id] = compute(task)
         if features_of_task is None and (task := self.tasks.get(task_id)) is not None:
-            features_of_task = self._features[task_id] = TaskFeatures.of(task)
+            features_of_task = self._features[task_id] = TaskFeatures.from_task(task)
         return features_of_task
 
     def assess(self, task_id: str, text: str) -> Assessment:

@@ -178,8 +178,8 @@ def _refusals(runs: Sequence[Run]) -> Iterator[Row]:
 def _selective(found: _Judged) -> list[Cell]:
     """The shares of tasks in which it is right to decline some."""
     answered = [each for each in found if not each[1].declines]
-    plain = [each for each in found if not each[0].is_to_decline]
-    special = [each for each in found if each[0].is_to_decline]
+    plain = [each for each in found if not each[0].should_decline]
+    special = [each for each in found if each[0].should_decline]
     refused = [each for each in special if each[1].refused is not None and each[0].missing]
     named = [_names_it(task.missing or (), verdict.refused or "") for task, verdict, _ in refused]
     never = fmean(_without_declining(task) for task, _, _ in found)

@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from itertools import groupby
 from operator import attrgetter
 
-from eai.abilities.declining import declining_commands
+from eai.abilities.declining import list_declining_commands
 from eai.agents.command import DONE, LOOK
 from eai.agents.observation import manual
 from eai.agents.play import Episode, Play, read_episode
@@ -97,7 +97,7 @@ def command_in(line: str, operators: Sequence[str]) -> str:
 
 
 def _operators(stage: Stage) -> list[str]:
-    return [*stage.domain.arities, DONE, LOOK, *declining_commands(stage.task)]
+    return [*stage.domain.arities, DONE, LOOK, *list_declining_commands(stage.task)]
 
 
 def _possible(play: Play, parts: Sequence[str]) -> Iterator[str]:
