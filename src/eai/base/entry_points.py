@@ -75,7 +75,7 @@ def load_offer(name: str, needed_by: str) -> Any:
 
 
 def get_entry_point_names(group: str, first: Sequence[str] = ()) -> list[str]:
-    """Return the names of the entry points of a group, also of those whose module is absent.
+    """Return the names of the entry points of a group, absent modules included.
 
     Args:
         group: the group.

@@ -26,7 +26,7 @@ class EaiError(Exception):
 
 
 class InputError(EaiError):
-    """Input that cannot be used. The message names the file, the place in it and what was expected."""
+    """Input that cannot be used. The message names the file, the place in the file and the expected form."""
 
 
 class ParseError(InputError):
@@ -50,11 +50,11 @@ class DomainError(InputError):
 
 
 class DataError(EaiError):
-    """The data set is missing, damaged or cannot be obtained; the message says what to do."""
+    """The data set is missing, damaged or cannot be obtained. The message tells the user what to do."""
 
 
 class InterruptError(EaiError):
-    """The user ended the command. The message says how to continue."""
+    """The user ended the command. The message tells the user how to continue."""
 
 
 def install_command(extra: str) -> str:
@@ -64,14 +64,14 @@ def install_command(extra: str) -> str:
 
 @contextmanager
 def require_extra(extra: str, message_start: str) -> Iterator[None]:
-    """Report a package of an extra that is not installed, if the block cannot import it.
+    """Convert the ImportError of a missing package to an error that names the extra to install.
 
     Args:
         extra: the extra, such as ``tui``.
         message_start: beginning of the message, which ends in a verb: ``eai play needs``.
 
     Raises:
-        EaiError: a package of the extra is not installed; the message says how to install it.
+        EaiError: a package of the extra is not installed.
     """
     try:
         yield

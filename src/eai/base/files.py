@@ -66,7 +66,7 @@ _ENDLESS = (
 
 
 Content: TypeAlias = str | bytes | Iterable[str] | Iterable[bytes]
-"""The content of a file: all of it, or its pieces."""
+"""The content of a file, whole or in pieces."""
 
 _UNSAFE_CATEGORIES = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 """Unicode categories of controls, formats, separators and lone surrogates, which can garble a terminal."""
@@ -164,12 +164,12 @@ def convert_write_errors(path: Path) -> Iterator[None]:
 
 
 def write_whole(contents: Mapping[Path, Content]) -> None:
-    """Write files, each as a whole: a reader sees the old file or the new one, never a part.
+    """Write files, each as a whole: a reader sees the old file or the new file.
 
-    Lone surrogates are written as escapes, which JSON reads back as the same surrogates.
+    Lone surrogates are written as escapes, which JSON reads back as lone surrogates.
 
     Raises:
-        InputError: a file cannot be written. No file has changed then, unless replacing one of several
+        InputError: a file cannot be written. No file has changed then, unless replacing one of several files
             failed.
     """
     partial_files: dict[Path, Path] = {}

@@ -2,8 +2,8 @@
 
 A pack is a zip. Its first member, `manifest.json`, lists the schema, the archives that the pack was made
 from, and the SHA-256 of every other member. Members are read, and checked, on request. A new pack is written
-under another name in the same folder and then moved into place. So a reader sees the old pack, the new one or
-none, never a part. Progress is reported by a callback, so that a command line can draw a bar.
+under another name in the same folder and then moved into place. So a reader never sees a part of a pack.
+Progress is reported by a callback, so that a command line can draw a bar.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""The choices that remain when a formula is to be made true: its ground and-or tree.
+"""The choices for making a formula true: its ground and-or tree.
 
 The tree is polynomial in the number of objects, while the number of ways to choose is exponential. Options
 are listed, counted and rated on the tree. An option is a list of ground conditions that makes the formula
-true: of "every candle in a basket of its own" it says which candle and which basket. Options are generated
-one by one, and counted without being generated. The option that shares most conditions with an answer is
-found without listing the others. For this, conditions are numbered, and sets of them are bit masks (bit i =
+true. For "every candle in a basket of its own" it assigns a basket to each candle. Options are generated one
+by one, and counted without being generated. The option that shares most conditions with an answer is found
+without listing the others. For this, conditions are numbered, and sets of conditions are bit masks (bit i =
 condition i).
 """
 
@@ -275,7 +275,7 @@ def _count_matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
 
 
 def _count_matchings_by_subsets(count: int, lines: Sequence[Sequence[int]]) -> int:
-    """Count row by row. Of the rows before, only the set of taken columns matters."""
+    """Count the matchings row by row, for each set of columns that earlier rows have taken."""
     sums = {0: 1}
     for line in lines:
         for taken, number in list(sums.items()):

@@ -44,7 +44,11 @@ traces, with categories of variables, equations, implication, pairings and const
 
 
 def parse(text: str, dialect: Dialect = "ltlf") -> f.Formula:
-    """Parse a formula with any names, none of which is an action. It raises as `read_formula` does."""
+    """Parse a formula without a signature: every name is allowed, and all primitives are atoms.
+
+    Raises:
+        ParseError: the text is not a formula of the dialect, as in `read_formula`.
+    """
     return _LtlReader(text, None, dialect).read()[0]
 
 
@@ -98,7 +102,7 @@ _CATEGORY = r"[a-zA-Z_\-][\w\-]*(?:\.\w+)*"
 _PRIMITIVE = rf"{_NAME}{_BLANK}\({_BLANK}(?:{_OBJECT}{_BLANK}(?:,{_BLANK}{_OBJECT}{_BLANK})*)?\)"
 
 _PREFIXED_CONSTANT = rf"(?:not|next|eventually|always){_BLANK}\({_BLANK}(?:true|false){_BLANK}\)"
-"""A prefix and a constant in brackets, such as ``not(true)``, which looks like a primitive."""
+"""A prefix before a constant in brackets, which looks like a primitive: ``not(true)``."""
 
 _OPERANDS: Final[Mapping[Dialect, re.Pattern[str]]] = {
     "release": re.compile(

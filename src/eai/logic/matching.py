@@ -98,14 +98,14 @@ def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> lis
 def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
     """Return any number of cells of a table with the largest total weight, no two in a row or column.
 
-    Args:
-        weights: the table, row by row, without negative weights. Cells of weight 0 are never taken: an
-            augmenting path that gains weight has none, since no other cells of the same number weigh more.
+    Cells of weight 0 are never taken. The cells are ordered as in `heaviest_matching`. Equal input gives
+    equal output. Takes O(cells * rows * min(rows, columns)) time.
 
-    The cells are ordered as in `heaviest_matching`. Equal input gives equal output. Takes O(cells * rows *
-    min(rows, columns)) time.
+    Args:
+        weights: the table, row by row, without negative weights.
     """
     column_of: dict[int, int] = {}
+    # A path that gains weight takes no cell of weight 0: the taken cells weigh most for their number.
     while _add_cell(weights, column_of, least_gain=1):
         pass
     return sorted(column_of.items())

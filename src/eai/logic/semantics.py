@@ -59,7 +59,7 @@ class _Evaluator:
         self._tables: dict[tuple[int, frozenset[tuple[str, str]]], list[int]] = {}
 
     def is_temporal(self, formula: f.Formula) -> bool:
-        """Whether a part of the formula is about several positions."""
+        """Whether a subformula has a temporal operator."""
         return id(formula) in self._temporal
 
     def find_state_positions(self, formula: f.Formula, binding: Binding) -> int:
@@ -213,7 +213,7 @@ class _Evaluator:
         return domain if possible is None else domain & possible
 
     def _find_participants(self, leaf: f.Atom | f.Occurs, index: int, binding: Binding) -> Set[str] | None:
-        """Return the objects with which an action is ever taken; None for an atom, which must be tried."""
+        """Return the objects that are ever this argument of an action; None for an atom."""
         return self._trace.participants(leaf.action, index) if isinstance(leaf, f.Occurs) else None
 
     def _evaluate_pairing(
@@ -287,7 +287,7 @@ PossibleArguments: TypeAlias = Callable[[f.Atom | f.Occurs, int, Binding], Set[s
 def support(
     formula: f.Formula, variable: str, binding: Binding, truth: bool, possible_arguments: PossibleArguments
 ) -> Set[str] | None:
-    """Return a set of objects outside of which no value of the variable gives the formula this truth.
+    """Return a superset of the values of a variable that can give the formula this truth.
 
     Args:
         formula: the formula.
@@ -385,11 +385,12 @@ class _Violation:
 
 
 def find_violation(formula: f.Formula, trace: Trace) -> _Violation:
-    """Return the violated part of a formula that does not hold on the trace.
+    """Return the violated subformula of a formula that does not hold on the trace.
 
-    For always and until, this is the first position at which the body, or the left side, does not hold; if
-    the left side always holds, it is the right side. For a conjunction it is the first false part; or the
-    whole conjunction if its parts only hold apart from each other.
+    For always and until, the violated subformula is the body or left side, with the first position of its
+    failure. If the left side of an until always holds, the right side is violated. For a conjunction, the
+    first false conjunct is violated. If all conjuncts hold, but only apart from each other, the conjunction
+    is violated.
     """
     evaluator, end = _Evaluator(formula, trace), trace.length - 1
     match formula:

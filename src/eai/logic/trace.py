@@ -67,7 +67,7 @@ class Trace:
         return mask
 
     def occurrence(self, action: str, arguments: tuple[str, ...]) -> int:
-        """Return the positions at which an action is taken with these objects, as a mask."""
+        """Return the positions of an action with these objects, as a mask."""
         return self._actions.get(action, {}).get(arguments, 0)
 
     def participants(self, action: str, index: int) -> frozenset[str]:

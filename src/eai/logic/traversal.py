@@ -45,7 +45,7 @@ def children(formula: f.Formula) -> tuple[f.Formula, ...]:
 
 
 def bound_variables(formula: f.Formula) -> tuple[f.Variable, ...]:
-    """Return the variables that a formula itself binds: those of a quantifier, else none."""
+    """Return the variables of a quantifier; of any other formula, none."""
     match formula:
         case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
             return (variable,)

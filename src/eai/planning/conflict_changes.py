@@ -202,8 +202,8 @@ class ConflictChanges:
     ) -> tuple[ChangeSet, bool]:
         """Return the earlier changes that may make a step more useful, and whether the step undoes a change.
 
-        A step undoes a change if it makes the opposite change. A step becomes more useful if it makes one of
-        the given changes, or no longer undoes one.
+        A step undoes a change if it makes the opposite change. A step is more useful if it makes more of the
+        given changes, or undoes fewer.
 
         Args:
             action: the step.

@@ -1,4 +1,4 @@
-"""Landmarks of plans: sets of actions; every plan that succeeds contains an action of each set.
+"""Landmarks: sets of actions. Every plan that succeeds contains an action of each landmark.
 
 Landmarks are found in the delete relaxation. Suppose that some actions never reach the goals, even if
 deletions are ignored and actions are repeated. Then a plan needs another action, which makes a first change

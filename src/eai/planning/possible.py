@@ -1,9 +1,9 @@
 """Delete relaxation of a declared domain: an upper bound of the facts that may ever hold.
 
-Every fact that an action may add is possibly true from then on. Every fact that an action may delete is
-possibly false from then on, and possibly true as well (Bonet and Geffner 2001). A goal that does not hold
-even then is proved unreachable. Computed predicates may have any truth. Effort is counted: nothing is proved
-for a domain with too many actions.
+Every added fact is possibly true from then on. Every deleted fact is possibly false from then on, and
+possibly true as well (Bonet and Geffner 2001). A goal that does not hold even then is proved unreachable.
+Computed predicates may have any truth. Effort is counted: nothing is proved for a domain with too many
+actions.
 """
 
 from __future__ import annotations

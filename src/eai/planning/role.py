@@ -52,7 +52,7 @@ def _is_left(change: EffectSchema) -> bool:
 
 
 def _is_taking(changes: list[EffectSchema]) -> bool:
-    """Whether an operator adds facts, and each of them relates the agent to an argument."""
+    """Whether all facts that an operator adds, at least one, relate the agent to an argument."""
     added = [change for change in changes if change.adds]
     return bool(added) and all(
         change.atom.arguments[:1] == (AGENT,) and change.atom.arguments[1:] == change.operator.parameters

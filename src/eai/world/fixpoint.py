@@ -20,14 +20,14 @@ _MAX_CACHED_STATES = 1024
 def define_recursively(
     circle: Sequence[Defined], vocabulary: Callable[[], Vocabulary]
 ) -> Sequence[DerivedPredicate]:
-    """Make derived predicates from definitions that use each other, or themselves.
+    """Make derived predicates from recursive definitions.
 
     Args:
-        circle: the definitions.
-        vocabulary: returns the vocabulary of these predicates; it is called when a state is first read.
+        circle: the definitions; each may use all predicates of the circle.
+        vocabulary: returns the vocabulary with these predicates; it is called when a state is first read.
 
     Raises:
-        DomainError: a predicate depends on its own negation, so that there are no least relations.
+        DomainError: a predicate depends on its own negation, so that no least relations exist.
     """
     names = {definition.name for definition in circle}
     for definition in circle:

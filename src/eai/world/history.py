@@ -1,6 +1,6 @@
-"""Histories of states, and history rules, which decide whether a failed condition held before.
+"""Histories of states, and history rules, which search them for the condition of a failed check.
 
-Trajectories with equal beginnings share the histories of these beginnings.
+Trajectories with equal beginnings share a history.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ class FactListing:
         Args:
             state: the state in which the facts hold.
             objects: the objects.
-            about: objects of which a listed fact contains at least one; None for all facts.
+            about: every listed fact contains at least one of these objects; None for all facts.
         """
         chosen = _ANY if about is None else mask_of(about)
         return [Fact(self.predicate, arguments) for arguments in self._find_tuples(state, objects, chosen)]

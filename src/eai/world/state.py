@@ -1,8 +1,8 @@
 """Scenes and states: the objects of a task, and the facts that hold.
 
-Objects are numbered, and sets of objects are bit masks (bit i = object i). A state is an immutable value: a
-mask for each unary predicate, a `Relation` for each binary one, a `TupleSet` for each of more arguments. A
-`Draft` is the only mutable value; it exists while one action is executed.
+Objects are numbered, and sets of objects are bit masks (bit i = object i). A state is an immutable value. It
+has a mask for each unary predicate, a `Relation` for each binary predicate, and a `TupleSet` for each
+predicate of higher arity. A `Draft` is the only mutable value; it exists while one action is executed.
 """
 
 from __future__ import annotations

@@ -130,10 +130,10 @@ class Vocabulary:
 
 
 def require_tuple(location: str, values: object, kind: type | UnionType) -> None:
-    """Check that a part of a declaration is a tuple of values of some type.
+    """Check the type of a field of a declaration: a tuple of values of some type.
 
     Raises:
-        DomainError: the part is a single value, perhaps because of a forgotten comma, or a value has another
+        DomainError: the field is a single value, perhaps because of a forgotten comma, or a value has another
             type.
     """
     if isinstance(values, kind):

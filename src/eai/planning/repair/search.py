@@ -170,7 +170,7 @@ class Repairer:
     def _take_enabled_step(
         self, moment: PlanMoment, step: Action, rest: PlanSteps, skipped: int, effort: Effort
     ) -> tuple[Sequence[Action], PlanMoment] | None:
-        """Return a step after actions that enable it, and the moment after it; None to leave it out.
+        """Return a step with the actions that enable it, and the moment after it; None to leave out the step.
 
         Args:
             moment: the moment before the step.
