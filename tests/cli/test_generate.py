@@ -127,7 +127,7 @@ def test_a_world_that_has_no_more_tasks_says_so(
     assert outcome.status == 2
     kept = (tmp_path / "tasks.jsonl").read_text()
     number = len(kept.splitlines())
-    assert f"only {number} of 1000 tasks found; the last {FEW} seeds gave none" in outcome.err
+    assert f"only {number} of 1000 tasks generated; the last {FEW} seeds gave no task" in outcome.err
     assert (
         f"; {number} tasks written to {tmp_path / 'tasks.jsonl'}, those that --n {number} gives"
         in outcome.err

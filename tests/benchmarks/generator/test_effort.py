@@ -92,7 +92,9 @@ def test_there_are_no_more_tasks_after_so_many_seeds(
     )
     monkeypatch.setattr(sets, "bases_of", lambda tasks, split, held_out: tasks)
     generator = made(lamps, Tier.DATA, split=split)
-    with pytest.raises(InputError, match=f"only 0 of 1 tasks found; the last {limit} seeds gave none: "):
+    with pytest.raises(
+        InputError, match=f"only 0 of 1 tasks generated; the last {limit} seeds gave no task: "
+    ):
         list(generate(generator, seeds_of("train", 0), 1, set()))
     assert len(tried) == limit
 
@@ -107,7 +109,7 @@ def test_seeds_in_a_row_are_counted_from_the_last_task_on(
     tried = generate(generator, seeds_of("train", 0), 2, set())
     assert [next(tried), next(tried)] == [Reason.COPY, task]
     assert list(islice(tried, 300)) == [Reason.COPY] * 300
-    with pytest.raises(InputError, match="only 1 of 2 tasks found; the last 300 seeds gave none: "):
+    with pytest.raises(InputError, match="only 1 of 2 tasks generated; the last 300 seeds gave no task: "):
         next(tried)
 
 

@@ -136,5 +136,5 @@ def test_the_coefficients_are_those_of_the_public_tasks(like: str) -> None:
 def test_of_a_world_that_nobody_was_asked_about_nothing_is_said() -> None:
     assert difficulty_model("lamps") is None
     benchmark, source = replace(find_benchmark("behavior"), name="another"), Source()
-    with pytest.raises(InputError, match="is not known"):
+    with pytest.raises(InputError, match="no difficulties of tasks are known"):
         Generator(benchmark, Spec("behavior", "", difficulty=(0.0, 1.0)), source)

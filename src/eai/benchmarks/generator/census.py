@@ -1,8 +1,8 @@
-"""The census of a benchmark: how its world is used in its own goals, states and plans, by category of object.
+"""The census of a benchmark: counts of goals, states and plans by category, from which its prior follows.
 
-Nothing here is declared: it is counted. A declaration allows more than anybody does: to wash anything, to put
-books into sinks. Certificates are found in the world as it is used, a copy of the domain in which each
-operator also asks of each argument that it be usual; operators that no plan uses are left out.
+A domain allows many actions that are unusual, such as washing a book. Certificates therefore use a copy of
+the domain. In the copy, operators have a precondition that each argument is usual, and unused operators are
+left out.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from eai.world.vocabulary import Predicate, Vocabulary
 
 
 class Usage:
-    """A domain restricted to what is usual; unrestricted if the data set has no plans to learn it from.
+    """A domain restricted to usual actions; unrestricted if the data set has no plans.
 
     Attributes:
         domain: the restricted domain.
@@ -59,12 +59,12 @@ class Usage:
             self.domain = replace(domain, vocabulary=vocabulary, operators=tuple(map(_restricted, used)))
 
     def state(self, scene: Scene, facts: Iterable[Fact]) -> State:
-        """A state of the restricted domain about the objects of a scene."""
+        """Return a state of the restricted domain with the objects of a scene."""
         own = Scene(self.domain.vocabulary, scene.objects, scene.agent)
         return own.state((*self._known(facts), *self._added(own)))
 
     def original(self, state: State) -> State:
-        """A state of the restricted domain as one of the declared domain, which begins an episode."""
+        """Return a state of the restricted domain as a state of the declared domain."""
         scene = Scene(self._original, state.scene.objects, state.scene.agent)
         return scene.state(self._known(state.facts()))
 
@@ -78,12 +78,11 @@ class Usage:
 
 
 def _usual(operator: str, place: int) -> Predicate:
-    """The predicate of objects that are usual as an argument of an operator."""
+    """Return the predicate of objects that are usual as an argument of an operator."""
     return Predicate(f"usual {operator} {place}", 1, static=True)
 
 
 def _restricted(operator: Operator) -> Operator:
-    """The operator, which also asks of each argument that it be usual."""
     checks = [
         affordance(_usual(operator.name, place)(parameter), f"{{{parameter.name}}} is unusual")
         for place, parameter in enumerate(operator.parameters)
@@ -92,21 +91,21 @@ def _restricted(operator: Operator) -> Operator:
 
 
 FEW_TARGETS = 1.5
-"""Up to so many targets on average, a relation says where a thing is; a thing is next to many others."""
+"""Maximum mean number of targets at which a relation says where an object is; "next to" has more."""
 
 _QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
 _WHERE_ALL_ARE_PLAIN = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
-"""How often each shape is proposed where the data set has no quantified goals, which tell nothing of that."""
+"""Weight of each goal shape, if the data set has no goals with quantifiers."""
 
 _GOING = (Role.TAKES, Role.MOVEMENT)
-"""The roles of operators by which a thing is taken or gone to, not used."""
+"""Roles of operators that take or approach an object, but do not use it."""
 
 _AS_GOAL, _AS_EFFECT, _AS_FOUND = 4.0, 1.0, 0.05
-"""The weights of something that is a goal, is brought about by a plan, or is so in a scene."""
+"""Weights of a fact that is a goal, that a plan brings about, or that holds in a scene."""
 
 
 def prior_of(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
-    """Count what is usual in the tasks of a benchmark."""
+    """Count the usual goals, places and actions in the tasks of a benchmark."""
     tasks, domain = list(tasks), benchmark.domain
     listings = benchmark.wording(Ability.ACTION_SEQUENCING).listings
     states = [task.initial for task in tasks]
@@ -125,7 +124,7 @@ def prior_of(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
             weights[pattern] += _AS_FOUND
     usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
     patterns = {key: dict(known) for key, known in group_pairs(usual).items() if key in wanted}
-    is_odd = benchmark.notation.english.is_odd  # that something odd be not so is sound
+    is_odd = benchmark.notation.english.is_odd  # the negation of an odd literal is not odd
     sound = kept(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: role_of(operator) for operator in domain.operators}
     nestings, combinations, needy = _wanted_together(tasks)
@@ -154,12 +153,11 @@ def prior_of(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
 
 
 def _form(goal: Goal) -> str:
-    """The shape of a goal."""
     return "Occurs" if goal.kind is GoalKind.ACTION else type(goal.formula).__name__
 
 
 def _asked(task: Task) -> Iterator[tuple[f.Formula, Pattern]]:
-    """The goals of a task about states, each with every pattern in it."""
+    """Yield each goal about states with each of its patterns."""
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
             yield from ((goal.formula, pattern) for pattern in patterns_of(goal.formula, task.scene))
@@ -168,7 +166,7 @@ def _asked(task: Task) -> Iterator[tuple[f.Formula, Pattern]]:
 def _weights(
     tasks: Sequence[Task], courses: Sequence[Trajectory], listings: Sequence[FactListing]
 ) -> defaultdict[Pattern, float]:
-    """How usual patterns are, given what each task's plan leads through."""
+    """Return the weight of each pattern, given the executions of the tasks' plans."""
     weights: defaultdict[Pattern, float] = defaultdict(float)
     found: dict[Pattern, None] = {}
     crowds: Counter[str] = Counter()
@@ -192,7 +190,7 @@ _Triples: TypeAlias = set[tuple[str, str, str]]
 
 
 def _wanted_together(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
-    """The nestings, combinations and needy states (`Prior`) of all that the goals of a task want together."""
+    """Return the nestings, combinations and needy states (`Prior`) in the goals of tasks."""
     nestings, combinations = _Triples(), _Triples()
     alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
     for task in tasks:
@@ -212,12 +210,11 @@ def _wanted_together(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tup
 
 
 def _shown(task: Task) -> Counter[str]:
-    """How many things of each category a task speaks of, or its plan uses."""
+    """Return the number of objects of each category that a task mentions or its plan uses."""
     return Counter([task.scene.objects[i].category for i in _concerned(task)])
 
 
 def _themes(tasks: Iterable[Task], usual: Patterns) -> dict[str, Theme]:
-    """The theme of each title: the categories that some of its tasks need, and that most of them show."""
     themes = {}
     for title, alike in group_pairs((task.title, task) for task in tasks).items():
         shown = Counter(chain.from_iterable(map(_shown, alike)))
@@ -228,14 +225,14 @@ def _themes(tasks: Iterable[Task], usual: Patterns) -> dict[str, Theme]:
 
 
 def _varied(forms: Counter[str]) -> Mapping[str, int]:
-    """Shapes of goals where the data set's are all plain; goals for actions are as frequent as they were."""
+    """Return weights of goal shapes for a data set with plain goals only; goals for actions keep theirs."""
     states, shares = forms.total() - forms["Occurs"], sum(_WHERE_ALL_ARE_PLAIN.values())
     varied = {form: states * share for form, share in _WHERE_ALL_ARE_PLAIN.items()}
     return {**varied, "Occurs": forms["Occurs"] * shares} if forms["Occurs"] else varied
 
 
 def _sound(plan: Sequence[Action], domain: Domain) -> list[Action]:
-    """A plan up to its first step that names no operator of the domain, or too few objects."""
+    """Return a plan up to its first step with an unknown operator or a wrong number of objects."""
     kept = []
     for action in plan:
         if domain.arities.get(action.operator) != len(action.arguments):
@@ -245,13 +242,13 @@ def _sound(plan: Sequence[Action], domain: Domain) -> list[Action]:
 
 
 def _concerned(task: Task) -> list[int]:
-    """The objects that a task speaks of or its plan uses."""
+    """Return the objects that a task mentions or its plan uses."""
     used = (i for action in task.script for i in action.arguments)
     return list(dict.fromkeys((*subjects(task), *used)))
 
 
 def _facts(state: State, objects: Sequence[int], listings: Iterable[FactListing]) -> dict[Pattern, None]:
-    """The patterns of all that goals could say and that holds, each once."""
+    """Return the patterns of the facts that hold and may be goals, each once."""
     things = state.scene.objects
     return {
         Pattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
@@ -261,7 +258,7 @@ def _facts(state: State, objects: Sequence[int], listings: Iterable[FactListing]
 
 
 def _crowds(state: State, objects: Sequence[int], listings: Iterable[FactListing]) -> Counter[str]:
-    """By relation, how many pairs of it there are beyond those of a thing with few others."""
+    """Return how many pairs each relation has above `FEW_TARGETS` for each source."""
     crowds: Counter[str] = Counter()
     for each in listings:
         pairs = [fact.arguments for fact in each.facts(state, objects) if len(fact.arguments) == 2]
@@ -270,24 +267,23 @@ def _crowds(state: State, objects: Sequence[int], listings: Iterable[FactListing
 
 
 def _ending(task: Task) -> tuple[Pattern, ...]:
-    """The patterns of the goals of a task about the agent."""
+    """Return the patterns of the goals about the agent."""
     patterns = [p for goal in task.goals for p in patterns_of(goal.formula, task.scene)]
     return tuple(dict.fromkeys([pattern for pattern in patterns if _is_of_agent(pattern, task.scene)]))
 
 
 def _is_of_agent(pattern: Pattern, scene: Scene) -> bool:
-    """Whether a pattern says something of the agent."""
     return scene.agent is not None and scene.objects[scene.agent].category in pattern.categories
 
 
 def _changes(before: Mapping[Pattern, None], after: Mapping[Pattern, None]) -> Iterator[Pattern]:
-    """The patterns that came about, and those that came to an end."""
+    """Yield the patterns that became true, and those that became false."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
 
 
 def _conceivable(wanted: Iterable[tuple[str, bool]], states: Sequence[State]) -> Iterator[Pattern]:
-    """For a data set without plans, from which nothing is known to be odd: everything."""
+    """Yield all patterns, for a data set whose plans do not show which are odd."""
     for state in states:
         categories = dict.fromkeys(thing.category for thing in state.scene.objects)
         for predicate, truth in wanted:
@@ -296,7 +292,10 @@ def _conceivable(wanted: Iterable[tuple[str, bool]], states: Sequence[State]) ->
 
 
 def _relations(domain: Domain, states: Sequence[State]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The relations that say where things are, and those of parts, by how many targets a thing has."""
+    """Return the relations that say where objects are, and those between part and whole.
+
+    Both follow from the mean number of targets of an object.
+    """
     places, parts = [], []
     for predicate in domain.vocabulary.predicates:
         if predicate.arity == 2 and predicate.visible:
@@ -311,14 +310,13 @@ def _relations(domain: Domain, states: Sequence[State]) -> tuple[tuple[str, ...]
 
 
 def _pieces(states: Sequence[State], parts: Sequence[str]) -> Iterator[str]:
-    """The categories of what is a part of something."""
     for state in states:
         for name in parts:
             yield from (state.scene.objects[i].category for i in bits(state.relation(name).sources))
 
 
 def _holding(domain: Domain) -> Iterator[str]:
-    """The predicates that taking a thing adds and no other action does."""
+    """Yield the predicates that only actions of taking an object add."""
     taking = [operator for operator in domain.operators if role_of(operator) is Role.TAKES]
     others = {
         schema.atom.predicate

@@ -1,4 +1,4 @@
-"""Tasks without end: each is a pure function of a specification and a seed, or a reason why there is none."""
+"""Endless generated tasks. A specification and a seed determine a task, or the reason for its rejection."""
 
 from __future__ import annotations
 
@@ -50,52 +50,52 @@ from eai.world.relation import bits
 from eai.world.state import State
 
 _TRIES = 12
-"""How many goals are proposed for one that is wanted, where scenes are rich ten times as many."""
+"""Number of goals proposed for each wanted goal; ten times as many in rich scenes."""
 
 _GIVEN_UP = 5
-"""After so many goals in a row that are not reached, a scene has no more to offer."""
+"""Number of unreached goals in a row after which no more goals are proposed for a scene."""
 
 _THEMES = 3
-"""How many things that do not belong together are asked for at most where scenes are not rich."""
+"""Maximum number of themes of one task, unless its scene is rich."""
 
 _RICH = (Tier.L, Tier.XL, Tier.XXL)
-"""The tiers that ask for scenes with more in them than those of the data set."""
+"""Tiers whose scenes are richer than those of the data set."""
 
 _LEAST_STEPS = 3
-"""How short a certificate may be where nothing else is asked for."""
+"""Minimum number of steps of a certificate in tier `DATA`."""
 
 _USUAL_STEPS = 5
-"""How long a plan is taken to be where the data set has none."""
+"""Assumed length of a plan, if the data set has no plans."""
 
 _LONGER = 6
-"""How many steps more a certificate may have for the sake of a goal over time."""
+"""Maximum number of steps that a goal over time may add to a certificate."""
 
 _SEARCHED = 40
-"""How many goals are proposed to begin with one about something that is hidden."""
+"""Number of goals proposed at first to find one about a hidden object."""
 
 _OFFERS = 2
-"""How much more often those titles are chosen that offer more, twice where they offer both."""
+"""Additional weight of a public task that offers hiding places, or several objects of a category."""
 
 _HIDDEN = 0.7
-"""How often something is put out of sight if it can be, where the data set's goals are all plain."""
+"""Probability that an object is hidden if it can be, for a data set with plain goals only."""
 
 _FAILURES = 300
-"""After so many seeds in a row that give no task there are no more; of a split, by its share, after more."""
+"""Number of rejected seeds in a row after which generation fails; larger for a split, by its share."""
 
 _RARE = 4
-"""How many times as many are tried for pairs, as of some kinds of things both sides are rare."""
+"""Factor of the maximum number of rejected seeds for pairs, which are rare."""
 
 _RENEWED = 200
-"""After so many tasks the planner begins anew: it keeps every formula that it has read."""
+"""Number of tasks after which planners are replaced, because a planner keeps every formula it has read."""
 
 
 class _Objections:
-    """Reasons against a task: it is none, its words are not exact, it is too near a public one.
+    """Finds objections to a task: it is invalid, its words are inexact, or a public task is too similar.
 
     Args:
-        domain: whose world they are in.
-        public: its benchmark's own tasks.
-        by_place: whether instructions are to name nothing.
+        domain: the domain of the tasks.
+        public: the benchmark's own tasks.
+        by_place: whether instructions must not name objects.
     """
 
     def __init__(self, domain: Domain, public: Sequence[Task], *, by_place: bool) -> None:
@@ -106,7 +106,14 @@ class _Objections:
         self._table = LookupTable(public, domain)
 
     def to(self, task: Task, words: Words, least: int, most: int) -> Reason | None:
-        """Why a task in these words, with a certificate that is to be about so long, is not to be asked."""
+        """Return the objection to a task, or None.
+
+        Args:
+            task: the task.
+            words: the words of its instruction.
+            least: minimum number of steps of its certificate.
+            most: maximum number of steps.
+        """
         if len(task.script) < least:
             return Reason.TOO_SHORT
         if len(task.script) > most:
@@ -125,29 +132,29 @@ class _Objections:
         return None
 
     def _objection_to_words(self, task: Task, words: Words) -> Reason | None:
-        """The instruction names what it is not to name, or, read again, does not give the goals back."""
+        """Return the objection to the instruction: it names an object, or does not read back as the goals."""
         goals = tuple([goal.formula for goal in task.goals])
         named = (name for goal in goals for name in object_names(goal))
         if self._by_place and not all(map(words.is_described, named)):
             return Reason.NAMELESS
-        has_hazards = len(task.asked_goals) < len(goals)  # its other words were read before
+        has_hazards = len(task.asked_goals) < len(goals)  # sentences about hazards cannot be read
         says = words.says(task.instruction, goals) or has_hazards
         return None if says else Reason.AMBIGUOUS
 
 
 @dataclass
 class Generator:
-    """Makes tasks.
+    """Generates tasks.
 
     Args:
-        benchmark: whose world they are in.
-        spec: what is wanted.
-        source: where the data set comes from.
-        is_given_away: whether a task of another split gives one away
+        benchmark: the benchmark of whose world tasks are made.
+        spec: the specification of tasks.
+        source: the source of the data set.
+        is_given_away: whether a task of another split gives a task away
             (`eai.benchmarks.generator.sets.giving_away`).
 
     Raises:
-        InputError: tasks of a difficulty are wanted, and that of the benchmark's is not known.
+        InputError: the specification has a difficulty, and difficulties in this benchmark are unknown.
     """
 
     benchmark: Benchmark
@@ -159,13 +166,15 @@ class Generator:
         self._made, self._leaning = 0, Leaning()
         self._difficulty = difficulty_model(self.benchmark.name)
         if self._difficulty is None and self.spec.difficulty is not None:
-            raise InputError(f"how difficult tasks of {self.benchmark.name} are is not known")
+            raise InputError(
+                f"difficulty: no difficulties of tasks are known for {self.benchmark.name}; leave it out"
+            )
         self._tasks = list(self.benchmark.tasks(self.source).values())
         self.prior: Prior = prior_of(self.benchmark, self._tasks)
         self._bases = sets.bases_of(self._tasks, self.spec.split, self.spec.held_out)
         if not self._bases:
             raise InputError(
-                f"no public task of {self.benchmark.name} is of split {self.spec.split.value} "
+                f"{self.benchmark.name} has no public task in the split {self.spec.split.value} "
                 f"by {self.spec.held_out}"
             )
         self._titles = list(dict.fromkeys([task.title for task in self._bases]))
@@ -177,15 +186,15 @@ class Generator:
         self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
 
     def _begin_anew(self) -> None:
-        """Have planners that remember nothing: of usual actions, and of all."""
+        """Replace the planners, for usual actions and for all actions, by new ones with empty caches."""
         self._planner = Planner(self._usage.domain)
         self._free_planner = Planner(self.benchmark.domain)
 
     def _weights_of_bases(self) -> Iterator[float]:
-        """How often a public task is begun with: as often as any other, where the data set has varied goals.
+        """Yield the weight with which each public task is drawn as the base of a new task.
 
-        Where all are plain, titles are equally frequent, but for those that offer more: things to put out of
-        sight, and kinds of which there are several.
+        All weights are 1 if the data set has goals with quantifiers. Otherwise titles have equal weights, and
+        tasks with hiding places, or with several objects of a category, get more.
         """
         several = self.prior.several & self.prior.taken
         numbers = Counter([task.title for task in self._bases])
@@ -195,7 +204,10 @@ class Generator:
             yield (1 + more) / numbers[task.title] if self.prior.several else 1.0
 
     def task(self, seed: str, known: Collection[tuple[str, str]] = ()) -> Outcome:
-        """The task of a seed: the same on every machine; none if its fingerprints are known."""
+        """Return the task of a seed, or the reason for its rejection.
+
+        The task does not depend on the machine. A task with known fingerprints is rejected as a copy.
+        """
         self._made += 1
         if self._made % _RENEWED == 0:
             self._begin_anew()
@@ -240,7 +252,7 @@ class Generator:
         return outcome if isinstance(outcome, Reason) else self._with_twin(outcome, rng)
 
     def _with_twin(self, made: Generated, rng: random.Random) -> Outcome:
-        """The task, or a pair of which it is one where pairs are wanted."""
+        """Return the task, or a pair with the task if pairs are wanted."""
         planner = self._free_planner
         if self.spec.kind is TaskKind.PAIRS:
             may_lack = self.benchmark.notation.english.may_lack
@@ -252,7 +264,7 @@ class Generator:
     def _on_the_way(
         self, task: Task, initial: State, proposals: Proposals, words: Words, rng: random.Random
     ) -> Outcome:
-        """The task with goals over time, and the temptation to pass them over."""
+        """Return the task with goals over time, and with a temptation: a plan that ignores them."""
         tempting = {"temptation": plan_of(task)}
         if self.spec.kind is TaskKind.ORDER:
             begin, listings = partial(Walk, self._planner, initial), self._listings
@@ -271,7 +283,7 @@ class Generator:
         return Generated(safe.task, {**tempting, SHUT_LAST: safe.is_safe_if_shut_last})
 
     def _can_be_seen(self, task: Task) -> bool:
-        """Whether all that its goals name is in sight, or looks as if it could be brought there."""
+        """Whether each object of the goals is visible, or seems reachable for the heuristic."""
         domain, start, scene = self.benchmark.domain, task.initial, task.scene
         return domain.visible is None or all(
             domain.find_visible(start, 1 << i)
@@ -280,7 +292,7 @@ class Generator:
         )
 
     def _judged(self, task: Task, seed: str, about: dict[str, Json]) -> Outcome:
-        """A task that is sound, if it asks for as much as is wanted, with all that is known of it."""
+        """Return the task with its measures, or the reason why it is too easy, too difficult or too small."""
         found = measured(task, self.benchmark.domain)
         if any(found[measure] < number for measure, number in self.spec.at_least):
             return Reason.TOO_LITTLE
@@ -295,7 +307,6 @@ class Generator:
         return Generated(task, {**self._about(task, seed, found), **about})
 
     def _about(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:
-        """Return everything known about a task."""
         of_goals, of_scene = sets.fingerprint_of(task)
         return {
             "tier": tier_of(len(task.script)).value,
@@ -308,9 +319,9 @@ class Generator:
         }
 
     def _scene(self, base: Task, rng: random.Random) -> tuple[State, frozenset[int]]:
-        """A closed scene in which some things were done before, and those that were put out of sight.
+        """Return a closed scene after some random actions, and the objects that were hidden in it.
 
-        Nothing of it leaves anything in a hand.
+        No hand holds more than before these actions.
         """
         most = self.spec.most_objects
         rich = self.spec.tier in _RICH
@@ -340,7 +351,7 @@ class Generator:
         return self._usage.state(walk.state.scene, walk.state.facts()), frozenset()
 
     def _place(self, base: Task, rng: random.Random) -> tuple[Pattern | None, Sequence[int]]:
-        """Where something is to be put out of sight, and what into what; often nothing is."""
+        """Draw a pattern by which an object is hidden, and objects for it; often None, to hide nothing."""
         places = self._hiding(base) if self.prior.several and rng.random() < _HIDDEN else ()
         if not places:
             return None, ()
@@ -348,11 +359,10 @@ class Generator:
         return place, [rng.choice(list(bits(base.scene.category(kind)))) for kind in place.categories]
 
     def _held(self, state: State) -> set[int]:
-        """The objects in hands."""
         return {fact.arguments[-1] for fact in state.facts() if fact.predicate in self.prior.holding}
 
     def _window(self, base: Task) -> tuple[int, int]:
-        """The least and the greatest length of the certificate."""
+        """Return the minimum and maximum length of the certificate."""
         if self.spec.tier is not Tier.DATA:
             return LENGTHS[self.spec.tier]
         length = len(base.script) or _USUAL_STEPS
@@ -365,14 +375,14 @@ class Generator:
     def _walk(
         self, base: Task, initial: State, hidden: frozenset[int], rng: random.Random, least: int, most: int
     ) -> Walk:
-        """A walk about as long as is wanted, of which what belongs together is done together.
+        """Return a walk of roughly the wanted length, which reaches goals of one theme after the other.
 
-        It begins with something that is hidden, where that can be.
+        Its first goal is about a hidden object if possible.
         """
         walk = Walk(self._planner, initial)
         is_rich = self.spec.tier in _RICH
         wanted = rng.randint((least + most) // 2, most)
-        enough = wanted if is_rich else (least + most) // 2  # for the sake of which nothing else is begun
+        enough = wanted if is_rich else (least + most) // 2  # length at which no new theme begins
         others = [title for title in self._titles if title != base.title]
         ending: list[f.Formula] = []
         begun = occasions = 0
@@ -387,7 +397,7 @@ class Generator:
                 if len(walk.goals) > reached or not reached:
                     occasions += len(walk.goals) > reached
                     ending = last if is_rich or occasions < 2 else []
-        for wish in ending:  # the agent would go on from there otherwise
+        for wish in ending:  # reached last, because later goals would move the agent
             if not walk.holds(wish, initial):
                 walk.reach(wish)
         return walk
@@ -401,10 +411,10 @@ class Generator:
         wanted: int,
         hidden: frozenset[int],
     ) -> None:
-        """Reach goals of one theme until the walk is as long as is wanted, or no more are reached."""
+        """Reach goals of one theme until the walk has the wanted length, or no more goals are reached."""
         scene, initial = walk.state.scene, walk.start
         tried: set[f.Formula] = set()
-        failures = 0  # one after the other
+        failures = 0  # in a row
         tries = _TRIES * (10 if self.spec.tier in _RICH else 1)
         sought = proposals.about({scene.objects[i].category for i in hidden})
         searched = 0 if walk.goals or not sought.patterns else _SEARCHED
@@ -427,7 +437,7 @@ class Generator:
                 failures = 0 if reached else failures + 1
 
     def _reach_and_leave(self, walk: Walk, goal: f.Formula) -> bool:
-        """Reach a goal more, but not by keeping in hand what it is about."""
+        """Reach one more goal, unless the agent then holds an object of the goal."""
         subjects, before = subjects_of(goal, walk.state.scene), walk.mark()
         if not walk.reach(goal):
             return False
@@ -440,16 +450,16 @@ class Generator:
 def generate(
     generator: Generator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
 ) -> Iterator[Outcome]:
-    """So many tasks by seeds in order, and what was rejected on the way.
-
-    Raises:
-        InputError: there are no more tasks to be had: very many seeds in a row gave none.
+    """Yield generated tasks and reasons of rejection, until `number` tasks are generated.
 
     Args:
-        generator: makes them.
-        seeds: as many as it takes.
-        number: how many tasks.
-        known: the fingerprints of tasks that there are already; those of the new ones are added.
+        generator: the generator.
+        seeds: endless seeds.
+        number: number of tasks.
+        known: fingerprints of known tasks, to which those of new tasks are added.
+
+    Raises:
+        InputError: very many seeds in a row give no task.
     """
     found = failures = 0
     reasons = Counter[str]()
@@ -459,8 +469,8 @@ def generate(
     while found < number:
         if failures == limit:
             why = ", ".join(f"{reason} ({n})" for reason, n in reasons.most_common(2))
-            given = f"the last {failures} seeds gave none: {why}"
-            raise InputError(f"only {found} of {number} tasks found; {given}")
+            given = f"the last {failures} seeds gave no task: {why}"
+            raise InputError(f"only {found} of {number} tasks generated; {given}")
         outcome = generator.task(next(seeds), known)
         if isinstance(outcome, Generated):
             known.add(sets.fingerprint_of(outcome.task))

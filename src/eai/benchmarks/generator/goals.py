@@ -1,4 +1,4 @@
-"""Goals proposed for a scene, of the shapes that goals have, about what is usually wanted of its objects."""
+"""Random goals for a scene, with the shapes and frequencies that goals of the benchmark have."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from eai.world.state import Scene
 K = TypeVar("K")
 
 X, Y = "x", "y"
-"""The variables of goals."""
+"""Variables of goals."""
 
 _SHAPES = ("Atom", "Not", "Or", "ForAll", "Exists", "Exactly", "ForPairs")
 _COUNTED = ("ForAll", "Exists", "Exactly", "ForPairs")
@@ -26,13 +26,14 @@ _MOST_COUNTED = 4
 
 @dataclass(frozen=True)
 class Proposals:
-    """Proposes goals for one scene.
+    """Draws random goals for one scene.
 
     Attributes:
-        prior: what is usual.
-        forms: how often to propose each shape, by the name of the formula's class; ``Occurs`` is actions.
-        patterns: the literals that can be said of this scene's objects, with their weight.
-        paired: those that may be said of pairs; any if empty.
+        prior: the usual goals of the benchmark.
+        scene: the scene.
+        forms: weight of each goal shape, by the name of the formula's class; ``Occurs`` for actions.
+        patterns: literals about this scene's objects, with their weight.
+        paired: literals that may be stated of pairs of objects; any if empty.
     """
 
     prior: Prior
@@ -45,7 +46,7 @@ class Proposals:
     def for_scene(
         scene: Scene, prior: Prior, forms: Forms, *, actions: bool, theme: Theme | None = None
     ) -> Proposals:
-        """The proposals for a scene: what may be asked for of a theme, or, without, all that comes about."""
+        """Return the proposals for a scene: goals about a theme, or about all usual facts without a theme."""
         usual = narrowed((prior if theme is None else theme).patterns, _categories(scene))
         patterns = kept(usual, lambda pattern: _can_say(pattern, scene, prior))
         fitting = {*_SHAPES, *(["Occurs"] if actions else [])}
@@ -56,17 +57,20 @@ class Proposals:
         return Proposals(prior, scene, shapes, patterns, paired)
 
     def about(self, kinds: Collection[str]) -> Proposals:
-        """Those of them that are about things of some kinds alone."""
+        """Return the proposals whose first object has one of these categories."""
         known = kept(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
         return replace(self, patterns=known)
 
     def literal(self, rng: random.Random, relations: float = 0.0) -> f.Formula | None:
-        """A positive literal, at least as often as asked for about the place of something."""
+        """Return a positive literal, or None.
+
+        `relations` is the minimum probability that the literal is about the place of an object.
+        """
         pattern = self._pattern(rng, truth=True, relations_only=relations > 0 and rng.random() < relations)
         return None if pattern is None else self._ground(pattern, rng)
 
     def ending(self, theme: Theme, rng: random.Random) -> list[f.Formula]:
-        """The goals about the agent in the end: all that some task of a theme wants, or nothing."""
+        """Return the goals about the agent's final state that one task of a theme has; these may be none."""
         here = _categories(self.scene)
         fitting = {e: n for e, n in theme.endings.items() if all(here.keys() >= {*p.categories} for p in e)}
         if not fitting:
@@ -78,7 +82,7 @@ class Proposals:
         ]
 
     def goal(self, rng: random.Random) -> f.Formula | None:
-        """A goal, or None if the scene has not what the chosen shape is about."""
+        """Return a goal, or None if the scene has no objects for the drawn shape."""
         shape = _chosen(self.forms, rng)
         if shape == "Occurs":
             alternatives: tuple[str, ...] = _chosen(self.prior.actions, rng)
@@ -100,7 +104,7 @@ class Proposals:
     def _pattern(
         self, rng: random.Random, *, truth: bool | None = None, relations_only: bool = False
     ) -> Pattern | None:
-        """A pattern: a predicate as often as goals have it, and of its patterns the usual ones more often."""
+        """Draw a predicate by its frequency in goals, and one of its patterns by its weight."""
         arity = self.scene.vocabulary.arity
         wanted = {
             key: self.prior.wanted[key]
@@ -116,7 +120,7 @@ class Proposals:
         return list(bits(self.scene.category(category)))
 
     def _ground(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        """A literal of a pattern about objects, or None if there are too few."""
+        """Return a literal of a pattern about objects, or None if one object would occur twice."""
         chosen = [rng.choice(self._members(category)) for category in pattern.categories]
         if len(set(chosen)) < len(chosen):
             return None
@@ -128,7 +132,7 @@ class Proposals:
         return atom if pattern.truth else f.Not(atom)
 
     def _either(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        """One of two relations of the same thing, with different others."""
+        """Return a choice between two relations of one object to different targets."""
         others = {
             other: weight
             for (_, truth), patterns in self.patterns.items()
@@ -147,9 +151,10 @@ class Proposals:
     def _body(
         self, pattern: Pattern, rng: random.Random, *, several: bool = False
     ) -> tuple[f.Variable, f.Formula, int] | None:
-        """A literal about a variable, with its range and the size of that; what it relates to is one object.
+        """Return a variable with its category, a literal about it, and the size of the category.
 
-        With ``several``, it may be any object of a category that has more than one.
+        The literal relates the variable to one object. With ``several``, it may relate the variable to any
+        object of a category with several objects.
         """
         if not pattern.categories:
             return None
@@ -170,7 +175,7 @@ class Proposals:
         return f.Variable(X, category), body if inner is None else f.Exists(inner, body), len(members)
 
     def _quantified(self, shape: str, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        """All, some or so many of a kind; of all it is as often denied as goals are."""
+        """Return a goal about all, some or a number of objects; "all" is negated as often as other goals."""
         if shape == "ForAll" and (not pattern.truth or rng.random() < self._negated()):
             pattern = self._pattern(rng, truth=False) or pattern
         made = self._body(pattern, rng, several=shape == "ForAll" and pattern.truth)
@@ -182,13 +187,12 @@ class Proposals:
         return f.ForAll(variable, body) if shape == "ForAll" else f.Exists(variable, body)
 
     def _negated(self) -> float:
-        """How often goals are negated."""
         counts = self.prior.wanted
         negated = sum(n for (_, truth), n in counts.items() if not truth)
         return negated / max(1, sum(counts.values()))
 
     def _for_pairs(self, pattern: Pattern) -> f.Formula | None:
-        """Each of one category gets one of its own of another, where that is asked for."""
+        """Return the goal that each object of one category has its own object of another, or None."""
         kinds = pattern.categories
         if len(kinds) != 2 or kinds[0] == kinds[1] or (self.paired and pattern not in self.paired):
             return None
@@ -200,17 +204,17 @@ class Proposals:
 
 
 def _categories(scene: Scene) -> Mapping[str, None]:
-    """The categories of a scene's objects, in the order of the first of each."""
+    """Return the categories of a scene's objects, in the order of the first object of each."""
     return dict.fromkeys([thing.category for thing in scene.objects])
 
 
 def _is_counted(category: str, prior: Prior) -> bool:
-    """Whether a goal may be about all or some of a kind."""
+    """Whether a quantifier of a goal may range over the objects of a category."""
     return not prior.several or category in prior.several
 
 
 def _countable(patterns: Patterns, scene: Scene, prior: Prior) -> Patterns:
-    """Those about a kind of which there are several, and all or some of which may be spoken of."""
+    """Return the patterns whose first category has several objects, if a quantifier may range over them."""
 
     def is_countable(pattern: Pattern) -> bool:
         first = pattern.categories[:1]
@@ -220,9 +224,10 @@ def _countable(patterns: Patterns, scene: Scene, prior: Prior) -> Patterns:
 
 
 def _can_say(pattern: Pattern, scene: Scene, prior: Prior) -> bool:
-    """Whether a pattern may be asked for by itself: of no agent or piece; a relation of thing and place.
+    """Whether a literal may be a goal.
 
-    Of more than two objects nothing is asked.
+    It must have at most two arguments, and be about neither the agent nor a part of an object. A relation
+    must be between an object that plans take and an object that plans use.
     """
     if len(pattern.categories) > 2:
         return False
@@ -237,5 +242,4 @@ def _can_say(pattern: Pattern, scene: Scene, prior: Prior) -> bool:
 
 
 def _chosen(weights: Mapping[K, float], rng: random.Random) -> K:
-    """One of several things, each as often as its weight says."""
     return rng.choices(list(weights), list(weights.values()))[0]

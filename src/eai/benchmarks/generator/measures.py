@@ -1,10 +1,9 @@
-"""How much a task asks of whoever solves it, measured on its goals, its scene and its certificate.
+"""Measures of a task: counts of its goals, its scene and its certificate, and its expected difficulty.
 
-How difficult it is expected to be follows from its known plan and its goals, by a ridge regression of the
-difficulties that the public tasks of a household had in action sequencing for nine of the paper's models
-(`eai.extensions.adaptive.difficulties`, logits from their mean ability), which ``tools/task_difficulty.py``
-fits. It says little of a single task: each estimate has its error, the root of the mean squared difference on
-titles that were left out.
+A ridge regression on plan and goals predicts the difficulty that public tasks of a household had in action
+sequencing for nine of the paper's models (`eai.extensions.adaptive.difficulties`, in logits from the models'
+mean ability). ``tools/task_difficulty.py`` fits it. A single estimate is uncertain: its error is the root
+mean squared error on titles that were left out of the fit.
 """
 
 from __future__ import annotations
@@ -34,11 +33,11 @@ from eai.world.vocabulary import Vocabulary
 FILE = "difficulty.json"
 
 FEATURES = ("log steps", "operators", "log goals")
-"""The features of any task with a plan: its steps, how many operators they are of, and its goals."""
+"""Features of a task with a plan: logarithm of its steps, number of operators, logarithm of its goals."""
 
 
 def features_of(task: Task) -> Sequence[float]:
-    """The features of a task with a plan, in order."""
+    """Return the features of a task with a plan, in the order of `FEATURES`."""
     steps = [action.operator for action in task.script]
     return math.log(len(steps)), float(len(set(steps))), math.log(1 + len(task.goals))
 
@@ -48,11 +47,11 @@ class _DifficultyModel:
     """The coefficients of difficulty in one household.
 
     Attributes:
-        intercept: the difficulty of a task whose features are all zero.
-        weights: what one unit of each feature adds.
-        error: of an estimate for a task of a title that had no part in the fit.
-        r_squared: of the variance of public difficulties the part that such estimates explain.
-        rank_correlation: of such estimates with difficulties, by Spearman.
+        intercept: difficulty of a task whose features are all zero.
+        weights: difficulty added by one unit of each feature.
+        error: root mean squared error of an estimate for a task of a title outside the fit.
+        r_squared: share of the variance of public difficulties that such estimates explain.
+        rank_correlation: Spearman correlation of such estimates with difficulties.
     """
 
     intercept: float
@@ -62,7 +61,7 @@ class _DifficultyModel:
     rank_correlation: float
 
     def expected(self, task: Task) -> float | None:
-        """The expected difficulty of a task in logits; None if it has no plan."""
+        """Return the expected difficulty of a task in logits, or None if it has no plan."""
         if not task.script:
             return None
         terms = zip(self.weights, features_of(task), strict=True)
@@ -71,7 +70,10 @@ class _DifficultyModel:
 
 
 def difficulty_model(domain: str) -> _DifficultyModel | None:
-    """The model of a household; None of any other benchmark, whose tasks nobody has been asked."""
+    """Return the difficulty model of a household, or None for another benchmark.
+
+    Difficulties are known only for benchmarks whose tasks models have answered.
+    """
     return _models().get(domain)
 
 
@@ -82,32 +84,38 @@ def _models() -> Mapping[str, _DifficultyModel]:
 
 
 class Measure(str, Enum):
-    """A quantity that is counted."""
+    """A count of something in a task."""
 
     STEPS = "steps"
-    """Those of the certificate."""
+    """Steps of the certificate."""
     GOALS = "goals"
     OPERATORS = "operators"
-    """How many different ones the certificate has."""
+    """Different operators in the certificate."""
     DISTRACTORS = "distractors"
-    """The things that neither goals nor certificate concern."""
+    """Objects that neither goals nor certificate need."""
     CONTAINERS = "containers"
-    """The things that the certificate opens, of those that hide what is in them while they are shut."""
+    """Containers that hide their contents while they are shut, and that the certificate opens."""
     HIDDEN = "hidden"
-    """The things of goals and certificate that are not seen before the certificate opens something."""
+    """Objects of goals and certificate that are invisible until the certificate opens a container."""
     TOOL_STEPS = "tool_steps"
-    """The steps that need a thing of some kind that they do not name (`eai.benchmarks.features`)."""
+    """Steps that need a tool that they do not name (`eai.benchmarks.features`)."""
 
 
 class _Lid(NamedTuple):
-    """A state of one thing that decides whether others are seen, and whether it lets them be seen or not."""
+    """A state of one object, such as being open, that decides whether other objects are visible.
+
+    Attributes:
+        predicate: the predicate of the state.
+        reveals: whether other objects are visible while the predicate holds; False if they are visible while
+            it does not.
+    """
 
     predicate: str
     reveals: bool
 
 
 def measured(task: Task, domain: Domain) -> Mapping[Measure, int]:
-    """All that is counted of a task."""
+    """Return all measures of a task."""
     needed, tools = needed_by(task), operators_with_tools(domain)
     operators = [action.operator for action in task.script]
     containers, hidden = _opened(task, needed, domain)
@@ -123,7 +131,7 @@ def measured(task: Task, domain: Domain) -> Mapping[Measure, int]:
 
 
 def _opened(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set[int]]:
-    """The objects that the certificate opens, and those that come to light by it."""
+    """Return the containers that the certificate opens, and the needed objects that become visible by it."""
     containers: set[int] = set()
     hidden: set[int] = set()
     known = set(lids(domain))
@@ -146,15 +154,16 @@ def _opened_between(lid: _Lid, before: State, after: State) -> Iterator[int]:
 
 
 def lids(domain: Domain) -> Iterator[_Lid]:
-    """The states of other things on which it depends, as the domain declares it, whether a thing is seen."""
+    """Yield the states of other objects on which visibility depends, as the domain declares it."""
     if domain.visible is not None:
         yield from _lids(domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True)
 
 
 def presence(domain: Domain) -> f.Formula:
-    """Whether ``x`` is there at all: what is visible for it by no state of other things, nor by the agent.
+    """Return the condition under which ``x`` exists in the scene.
 
-    What is not, such as the halves of a whole apple, is nowhere to be found, and can only be made.
+    It consists of the conditions for visibility that depend neither on other objects nor on the agent. If
+    they are false for an object, such as half of a whole apple, the object cannot be found; it must be made.
     """
     visible = domain.visible or f.TRUE
     parts = f.operands(visible, f.And)
@@ -162,14 +171,14 @@ def presence(domain: Domain) -> f.Formula:
 
 
 def _is_of_itself(vocabulary: Vocabulary, part: f.Formula) -> bool:
-    """Whether a condition on ``x`` depends on no lid, and not on the agent."""
+    """Whether a condition on ``x`` depends neither on a lid nor on the agent."""
     own = frozenset({"x"})
     has_lid = any(True for _ in _lids(vocabulary, part, own, (), reveals=True))
     return not has_lid and all(AGENT not in atom.arguments for atom in _atoms(vocabulary, part))
 
 
 def _atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
-    """The atoms of a formula, and of the definitions that it uses."""
+    """Yield the atoms of a formula, and of the definitions that it uses."""
     pending, defined = [formula], set[str]()
     while pending:
         for part in walk(pending.pop()):
@@ -184,7 +193,7 @@ def _atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
 def _lids(
     vocabulary: Vocabulary, formula: f.Formula, own: frozenset[str], within: tuple[str, ...], *, reveals: bool
 ) -> Iterator[_Lid]:
-    """Those of a part of the formula, in which some variables stand for the thing itself."""
+    """Yield the lids in a formula; `own` are the variables that stand for the visible object itself."""
     match formula:
         case f.Not(operand):
             yield from _lids(vocabulary, operand, own, within, reveals=not reveals)
@@ -204,14 +213,17 @@ def _lids(
 
 
 def needed_by(task: Task) -> set[int]:
-    """The objects that the goals name or range over, that the certificate uses, and the agent."""
+    """Return the objects in the goals, in the certificate, and the agent.
+
+    Objects in goals are those that a goal names or over which a quantifier ranges.
+    """
     used = {index for action in task.script for index in action.arguments}
     asked = {index for each in task.goals for index in spoken_of(each.formula, task.scene)}
     return used | asked | {i for i in (task.scene.agent,) if i is not None}
 
 
 def spoken_of(goal: f.Formula, scene: Scene) -> Iterator[int]:
-    """The objects that a goal names or ranges over."""
+    """Yield the objects that a goal names or over which a quantifier ranges."""
     yield from (scene.index[name] for name in object_names(goal))
     for part in walk(goal):
         for variable in bound_variables(part):

@@ -1,6 +1,6 @@
-"""The prior of a world: what is wanted and done, of what and to what, by category of object.
+"""The prior of a world: goals, places and actions that are usual for objects, by their categories.
 
-It says which goals nobody would want together: those that no public task wants together.
+It excludes goals that no public task combines.
 """
 
 from __future__ import annotations
@@ -17,12 +17,14 @@ from eai.world.state import Scene
 
 
 def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool:
-    """Whether two goals are too near each other to be wanted together.
+    """Whether two goals should not be combined in a task.
 
-    They are if both may say where the same thing is to be, or the same of it, or if one action meets both; if
-    one says how a thing is to be and the other where, and no public task wants such a thing there; if one
-    puts something where the other's thing is to be and none wants such things as places there; and if one
-    puts things of a kind beside each other and the other puts such somewhere else.
+    Goals clash in these cases:
+
+    - Both may be about the place, or the same state, of one object, or one action may reach both.
+    - One is about the state of an object and the other about its place, and no public task combines these.
+    - One puts an object on the object that the other moves, and no public task does so.
+    - One puts objects of a category beside each other, and the other puts such an object elsewhere.
     """
     if not _subjects(goal, scene).isdisjoint(_subjects(other, scene)):
         return True
@@ -35,10 +37,7 @@ def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool
 
 
 def is_idle(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: Prior) -> bool:
-    """Whether a goal is only wanted of what something else is wanted with, and no other goal wants that.
-
-    A dishwasher is not run empty.
-    """
+    """Whether a goal makes sense only with another, missing goal: a dishwasher is not started empty."""
     needy = [
         terms[0]
         for predicate, terms in _literals(goal, scene)
@@ -49,14 +48,13 @@ def is_idle(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: P
 
 
 class _Literal(NamedTuple):
-    """A literal with what each of its terms may be, as masks."""
+    """A literal with the objects that each of its terms may stand for, as masks."""
 
     predicate: str
     terms: tuple[int, ...]
 
 
 def _literals(goal: f.Formula, scene: Scene) -> Iterator[_Literal]:
-    """The literals of a goal about objects."""
     ranges: dict[str, int] = {}
     for part in walk(goal):
         ranges |= {each.name: scene.category(each.category) for each in bound_variables(part)}
@@ -69,7 +67,7 @@ def _literals(goal: f.Formula, scene: Scene) -> Iterator[_Literal]:
 
 
 def _is_strange(literal: _Literal, other: _Literal, scene: Scene, prior: Prior) -> bool:
-    """Whether nobody wants one thing to be so while the other is there: food on a plate that is put away."""
+    """Whether no public task combines two literals, such as food on a plate that is put away."""
     if len(other.terms) != 2 or len(literal.terms) > 2:
         return False
     moved, place = other.terms
@@ -85,14 +83,14 @@ def _is_strange(literal: _Literal, other: _Literal, scene: Scene, prior: Prior) 
 
 
 def _category(mask: int, scene: Scene) -> str:
-    """The category of the first object of a mask."""
+    """Return the category of the first object of a mask."""
     return scene.objects[next(bits(mask))].category
 
 
 def _subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
-    """Each state that a goal speaks of with each object that it may be said of; relations of a thing are one.
+    """Return pairs of a predicate and an object about which a goal may state it.
 
-    Actions have no object.
+    All relations of an object have the empty name. An action has -1 instead of an object.
     """
     found = {(part.action, -1) for part in walk(goal) if isinstance(part, f.Occurs)}
     for predicate, (first, *others) in (literal for literal in _literals(goal, scene) if literal.terms):
@@ -101,12 +99,12 @@ def _subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
 
 
 def subjects_of(goal: f.Formula, scene: Scene) -> frozenset[int]:
-    """The objects of which a goal may say something."""
+    """Return the objects about which a goal may state something."""
     return frozenset({index for _, index in _subjects(goal, scene)})
 
 
 class Pattern(NamedTuple):
-    """A literal about objects of which only the category is known."""
+    """A literal with categories in place of objects."""
 
     predicate: str
     categories: tuple[str, ...]
@@ -114,11 +112,11 @@ class Pattern(NamedTuple):
 
 
 Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[Pattern, float]]
-"""How usual patterns are, by predicate and truth."""
+"""Weights of patterns, by predicate and truth."""
 
 
 def kept(patterns: Patterns, is_kept: Callable[[Pattern], bool]) -> Patterns:
-    """Those of some patterns that are to be kept; what has none is left out."""
+    """Return the patterns that fulfil a condition, without predicates that lose all their patterns."""
     found = {
         key: {pattern: weight for pattern, weight in known.items() if is_kept(pattern)}
         for key, known in patterns.items()
@@ -127,24 +125,23 @@ def kept(patterns: Patterns, is_kept: Callable[[Pattern], bool]) -> Patterns:
 
 
 def narrowed(patterns: Patterns, categories: Collection[str]) -> Patterns:
-    """Those that are about objects of some categories alone."""
+    """Return the patterns about objects of these categories only."""
     about = frozenset(categories)
     return kept(patterns, lambda pattern: about.issuperset(pattern.categories))
 
 
 Use: TypeAlias = tuple[str, int, str]
-"""An operator, one of its places, and the category of an object with which it is used there."""
+"""An operator, the position of an argument, and the category of an object that plans use there."""
 
 
 @dataclass(frozen=True)
 class Theme:
-    """A theme: goals that belong together, as the tasks of one title are about them.
+    """A theme: the goals that tasks of one title have.
 
     Attributes:
-        categories: of what the goals or the plan of one of them need, and of what most of them show.
-        endings: what their goals say of the agent, all at once, as often as they do; the empty one too.
-        patterns: how usual the literals are, of all that are usual, that are about these categories alone and
-            not odd; as those of `Prior`.
+        categories: categories that goals or plan of one of the tasks need, and that most of the tasks show.
+        endings: number of tasks with each set of goals about the agent, the empty set included.
+        patterns: weights of usual literals about these categories, without odd ones, as in `Prior`.
     """
 
     categories: frozenset[str]
@@ -157,29 +154,28 @@ class Prior:
     """The usual goals, places and actions of a world.
 
     Attributes:
-        patterns: how usual it is that a literal is wanted or comes about, by predicate and truth, then by
-            pattern.
-        wanted: how often goals say a predicate of something else than the agent, negated or not.
-        themes: what the tasks of a title are about, by title.
-        forms: how often goals have each shape, by the name of the formula's class.
-        paired: the literals that goals say of pairs, "each into one of its own".
-        nestings: what is wanted of things that are moved and others moved to, as a box that is filled: a
-            relation to a thing, the category of that, and its own relation to a third one.
-        combinations: which states and places are wanted of one thing: a state, a relation, and the category
-            of the other thing in it.
-        needy: the states, with the category of the thing, that are wanted only together with a relation of
-            something else to it.
-        actions: how often each choice of actions is a goal.
-        operators: those that plans use.
-        kinds: what plans do to what; empty if the data set has no plans.
-        places: the relations that say where things are.
-        taken: the categories of what plans take in hand.
-        used: the categories of what plans do something with besides going there and taking it.
-        parts: the relations that bind a thing for good to one other, which it never goes without.
-        several: where no goal of the data set is about all, some or so many things of a kind, the categories
-            of which some task is about several things; else empty, and all or some of any kind may be wanted.
-        pieces: the categories of the parts, which are nothing until they are cut off.
-        holding: the predicates by which the agent holds things.
+        patterns: weight of each literal as a goal or effect, by predicate and truth, then by pattern.
+        wanted: number of goals with a predicate about other objects than the agent, by predicate and truth.
+        themes: themes by title.
+        forms: number of goals of each shape, by the name of the formula's class.
+        paired: literals that goals state of pairs: each object of one category with its own of another.
+        nestings: goals about objects that are both moved and moved to, such as a box that is filled. Each is
+            the relation to the object, its category, and its relation to a third object.
+        combinations: states and places that are goals of one object. Each is a state, a relation, and the
+            category of the relation's target.
+        needy: states with a category that are goals only together with a relation to such an object.
+        actions: number of goals with each choice of actions.
+        operators: operators that plans use.
+        kinds: uses of categories in plans; empty if the data set has no plans.
+        places: relations that say where objects are.
+        taken: categories that plans take in hand.
+        used: categories that plans use by other actions than movement and taking.
+        parts: relations that bind a part to its whole forever.
+        several: categories of which some task has several objects, if no goal of the data set has a
+            quantifier. Goals with quantifiers are about these only. It is empty if the data set has such
+            goals.
+        pieces: categories of parts, which exist only after they are cut off.
+        holding: predicates by which the agent holds objects.
     """
 
     patterns: Patterns
@@ -203,7 +199,7 @@ class Prior:
 
 
 def kinds_of(action: Action, scene: Scene) -> Iterator[Use]:
-    """The uses of objects by an action."""
+    """Yield the uses of objects by an action."""
     for place, index in enumerate(action.arguments):
         yield action.operator, place, scene.objects[index].category
 
@@ -211,7 +207,7 @@ def kinds_of(action: Action, scene: Scene) -> Iterator[Use]:
 def patterns_of(
     formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
 ) -> Iterator[Pattern]:
-    """The patterns of the literals of a goal; what ranges over all objects has none."""
+    """Yield the patterns of the literals of a goal; literals with a variable of no category are skipped."""
     bound = {**(bound or {}), **{variable.name: variable.category for variable in bound_variables(formula)}}
     if isinstance(formula, f.Atom):
         categories = [

@@ -1,4 +1,4 @@
-"""Files with problems in BDDL or PDDL as tasks of a benchmark."""
+"""Files with problems in BDDL or PDDL, read as tasks of a benchmark."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ from eai.world.condition import FormulaEvaluator
 from eai.world.state import State
 
 BDDL, PDDL = ".bddl", ".pddl"
-"""How the names of files of problems end."""
+"""Suffixes of problem files."""
 
 _GAP = r"(?:\s|;[^\n]*)"
-"""A space, or a comment, between two words."""
+"""A space or a comment between two words."""
 
 
 def problem_files_in(paths: Iterable[Path]) -> list[Path]:
-    """Return the files of problems among some paths and below folders among them, each once.
+    """Return the problem files among some paths and in the folders among them, each once.
 
-    The files of a folder are sorted by name. A file in a folder that defines a domain is passed over.
+    The files of a folder are sorted by name. A file in a folder that defines a domain is skipped.
 
     Raises:
-        InputError: a folder has none, or a file ends otherwise.
+        InputError: a folder has no problem file, or a file has another suffix.
     """
     found: list[Path] = []
     for path in paths:
@@ -57,15 +57,15 @@ def problem_files_in(paths: Iterable[Path]) -> list[Path]:
 
 
 def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -> list[Task]:
-    """The tasks of some files, each known by the name of its problem, or by that of its file.
+    """Return the tasks in some files, named after their problems, or after their files if names repeat.
 
-    PDDL is of the domain that `eai.pddl.export` makes of the declaration. BDDL has the declared names in
-    small letters, or those of the data set where that has problems in BDDL. Goals are the parts of the
-    outermost conjunction.
+    PDDL problems use the domain that `eai.pddl.export` makes of the declaration. BDDL problems use the
+    declared names in small letters, or the names of the data set if its own problems are in BDDL. The goals
+    of a task are the operands of the outermost conjunction.
 
     Raises:
-        InputError: a file cannot be read, or is no problem of this world; names file, line and what was
-            expected.
+        InputError: a file cannot be read, or its problem does not fit this world; the message names file,
+            line and the expected text.
     """
     endings = dict.fromkeys(path.suffix for path in paths)
     worlds = {ending: _world(ending, benchmark, source) for ending in endings}
@@ -111,17 +111,16 @@ def _task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmar
 
 
 def _meant(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
-    """The meaning of what stands on a line, of which all is there: the agent of a problem may not be."""
+    """Return the formula of a line after checking that its goal is valid; a problem may lack the agent."""
     with prefix_errors(f"{file.path}: line {line}"):
         check_goal(formula, initial.scene)
     return formula
 
 
 def _instruction(goals: Sequence[f.Formula], initial: State, benchmark: Benchmark) -> str:
-    """The instruction, in English where there are words for it."""
     try:
         words = Words.of(benchmark, initial)
-        return words.instruction(goals, random.Random(0))  # noqa: S311 - how it begins
+        return words.instruction(goals, random.Random(0))  # noqa: S311 - draws the opening words
     except (InputError, KeyError):
         return f"Reach a state in which all of this holds: {'; '.join(map(print_ltl, goals))}"
 
@@ -138,7 +137,7 @@ def _read(path: Path, header: PddlDomain) -> ProblemFile:
 
 
 def _line(text: str, fact: f.Formula) -> int:
-    """The line on which a fact stands, or 1."""
+    """Return the number of the line with a fact, or 1 if the text has no such line."""
     denied = rf"\(\s*not{_GAP}*" if isinstance(fact, f.Not) else ""
     atom = fact.operand if isinstance(fact, f.Not) else fact
     words = [atom.predicate, *(term.name for term in atom.arguments)] if isinstance(atom, f.Atom) else []

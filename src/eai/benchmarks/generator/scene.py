@@ -1,6 +1,6 @@
-"""Closed scenes: a few objects of a task's scene, of which what is shown is all there is.
+"""Closed scenes: a small selection of the objects of a task's scene.
 
-Things may be put out of sight before a task begins, so that whoever solves it has to open something.
+An object may be put out of sight before a task begins, so that an agent has to open a container.
 """
 
 from __future__ import annotations
@@ -27,13 +27,14 @@ from eai.world.relation import bits
 from eai.world.state import Fact, Scene, State, WorldObject
 
 _LIMITS = Limits(100, thorough=False)
-"""The limits of the search for putting a thing somewhere."""
+"""Limits of the search for a plan that puts an object somewhere."""
 
 
 def hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern]]:
-    """Where things could be put out of sight, given a task: in what plans open and can be shut.
+    """Return a function that finds the patterns by which a task's objects can be hidden: a cup in a cupboard.
 
-    Tasks put such things there; of the thing the title of the task wants something else.
+    The public tasks must usually put such an object there, and their plans must open the container. The title
+    of the task must have another goal about such an object.
     """
     decisive = find_stored_predicates(predicates_of(domain.visible or f.TRUE), domain.vocabulary)
     names = {lid.predicate for lid in lids(domain)}
@@ -60,7 +61,6 @@ def hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern
 
 
 def _is_wanted_elsewhere(place: Pattern, theme: Theme, prior: Prior) -> bool:
-    """Whether a title wants something of a kind of thing besides that it be in a place."""
     thing = place.categories[0]
     wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
     usual = [p for p in wanted if p.truth and prior.used.issuperset(p.categories[1:])]
@@ -69,7 +69,7 @@ def _is_wanted_elsewhere(place: Pattern, theme: Theme, prior: Prior) -> bool:
 
 
 def hide(planner: Planner, state: State, relation: str, thing: str, container: str) -> State | None:
-    """A state with a thing put out of sight and shut away, by any actions; None if no way is found."""
+    """Return a state with an object in a shut container, or None if no plan leads to it."""
     index, agent = state.scene.index, state.scene.agent
     objects = [index[thing], index[container], *([] if agent is None else [agent])]
     wanted: list[f.Formula] = [f.Atom(relation, (f.Constant(thing), f.Constant(container)))]
@@ -87,21 +87,26 @@ def hide(planner: Planner, state: State, relation: str, thing: str, container: s
 K = TypeVar("K")
 
 LEAST_OBJECTS = 16
-"""How many objects a scene has at least, where the task's own has so many."""
+"""Minimum number of objects in a scene, if the task's own scene has as many."""
 
 
 def closed_scene(
     task: Task, prior: Prior, rng: random.Random, most: int, *, rich: bool = False, with_: Sequence[int] = ()
 ) -> State:
-    """Some of a task's objects: those that it is about, and others that plans and goals know.
+    """Return a state with some of a task's objects: relevant objects, and objects that plans and goals use.
 
-    Some are there in any case.
+    An object comes with the objects in or on which it is, and a part comes with its whole. If a relation has
+    many targets for each object, only its facts about the agent are kept. If two objects are stated to be in
+    each other, both facts are dropped.
 
-    A rich one has fewer of its own (`with_guests`), rather those of which something is wanted.
-
-    What stands somewhere comes with the place, and a part with its whole. Of a relation in which things stand
-    to many others only what concerns the agent is kept; of two things that are said to be in each other,
-    neither is.
+    Args:
+        task: the task.
+        prior: the usual goals, places and actions.
+        rng: the random generator.
+        most: maximum number of objects.
+        rich: whether to leave room for objects of other tasks (`with_guests`), and to prefer objects of usual
+            goals.
+        with_: objects that are in the scene in any case.
     """
     state = task.initial
     everything = range(len(state.scene.objects))
@@ -132,10 +137,10 @@ def closed_scene(
 
 
 def with_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int) -> State:
-    """A scene with more things to take in hand, up to so many objects, brought from other tasks.
+    """Return the scene with more portable objects from other tasks, up to `most` objects.
 
-    Each stands where something in the scene stands in the same way as it did at home: on a table of a
-    kitchen, say. It has the states that it had.
+    Each guest keeps its states. It is placed like an object of the scene with the same placement as the guest
+    had, for example on a table in a kitchen.
     """
     objects, facts = list(closed.scene.objects), list(closed.facts())
     here = {thing.category for thing in objects}
@@ -163,7 +168,7 @@ def with_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.
 def with_more_of_a_kind(
     closed: State, prior: Prior, rng: random.Random, most: int, kinds: Collection[str]
 ) -> State:
-    """A scene with some things more of some kinds of which there are several elsewhere, each beside one."""
+    """Return the scene with up to five more objects of some categories, each placed like a similar object."""
     objects, facts = list(closed.scene.objects), list(closed.facts())
     usual = prior.several & prior.taken & frozenset(kinds)
     hosts = [i for i, thing in enumerate(objects) if thing.category in usual and stance(i, closed, prior)]
@@ -175,7 +180,10 @@ def with_more_of_a_kind(
 
 
 def with_double(state: State, prior: Prior, thing: int, host: int) -> State:
-    """A state with one thing more like a thing, as large, which stands where and beside what another does."""
+    """Return the state with a copy of an object, placed where another object, the host, is.
+
+    The copy has the states and static relations of the object, such as its size.
+    """
     scene, objects, facts = state.scene, list(state.scene.objects), list(state.facts())
     more = _one_more(objects, objects[thing], _states(thing, state), host, state, prior)
     known = set(facts)
@@ -189,7 +197,7 @@ def with_double(state: State, prior: Prior, thing: int, host: int) -> State:
 
 
 def is_empty(index: int, state: State, prior: Prior) -> bool:
-    """Whether nothing lies in or on a thing; what stands beside it does not count."""
+    """Whether no object is in or on an object; an object beside it does not count."""
     relations = map(state.relation, prior.places)
     return not any(relation.column(index) & ~relation.row(index) for relation in relations)
 
@@ -202,7 +210,7 @@ def _one_more(
     state: State,
     prior: Prior,
 ) -> list[Fact]:
-    """Add an object like another one; returns its facts: it is in these states, and where a host stands."""
+    """Add a similar object to the list; return facts: its states, and the places of the host."""
     another = len(objects)
     objects.append(WorldObject(_free_name(like.name, objects), like.category))
     places = [(name, target) for name in prior.places for target in bits(state.relation(name).row(host))]
@@ -211,14 +219,14 @@ def _one_more(
 
 
 _MORE = 5
-"""How many things more of their kinds a scene has at most."""
+"""Maximum number of objects that are added because others of their category are in the scene."""
 
 _ASKED = 30
-"""How many things are asked for one that comes."""
+"""Number of draws for each guest; most draws do not fit."""
 
 
 def stance(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]:
-    """How a thing stands: in which relation to things of what category; empty if it is part of a whole."""
+    """Return the relations of an object and the category of each target; empty if it is part of a whole."""
     if any(state.relation(name).row(index) | state.relation(name).column(index) for name in prior.parts):
         return frozenset()
     things = state.scene.objects
@@ -230,12 +238,10 @@ def stance(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]
 
 
 def _states(index: int, state: State) -> Iterator[str]:
-    """The predicates of one object that are true of an object."""
     return (fact.predicate for fact in state.facts() if fact.arguments == (index,))
 
 
 def _free_name(name: str, objects: Sequence[WorldObject]) -> str:
-    """A name with a number that no object has."""
     taken = {number[0] for each in objects if (number := re.search(r"\d+$", each.name))}
     stem = re.sub(r"\d+$", "", name)
     stem = f"{stem}_" if stem == name else stem
@@ -245,12 +251,12 @@ def _free_name(name: str, objects: Sequence[WorldObject]) -> str:
 
 
 def shuffled(indices: Sequence[K], rng: random.Random) -> list[K]:
-    """Indices in an order by chance."""
+    """Return the items in random order."""
     return rng.sample(indices, len(indices))
 
 
 def _by_category(indices: Sequence[int], scene: Scene, rng: random.Random) -> Iterator[int]:
-    """Objects in random order, one of each category before the second of any."""
+    """Yield objects in random order, one of each category before a second one of any."""
     ranked: dict[str, int] = {}
     order = []
     for index in shuffled(indices, rng):
@@ -261,7 +267,7 @@ def _by_category(indices: Sequence[int], scene: Scene, rng: random.Random) -> It
 
 
 def _by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]:
-    """Objects that together make up what is usually wanted, in random order."""
+    """Yield objects that occur together in usual goals, in random order."""
     for pattern in shuffled([p for (_, truth), known in prior.patterns.items() if truth for p in known], rng):
         members = [list(bits(scene.category(category))) for category in pattern.categories]
         if all(members):
@@ -269,7 +275,7 @@ def _by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]
 
 
 def _with_places(index: int, state: State, prior: Prior) -> set[int]:
-    """An object with all that it stands in or on, and with the parts and the wholes of these."""
+    """Return an object with all objects in or on which it is, and with their parts and wholes."""
     found, pending = set(), [index]
     while pending:
         current = pending.pop()
@@ -284,12 +290,12 @@ def _with_places(index: int, state: State, prior: Prior) -> set[int]:
 
 
 def with_only(state: State, kept: Sequence[int], is_kept: Callable[[Fact], bool] | None = None) -> State:
-    """A state of some objects alone, the agent among them, numbered anew, and of the facts about them.
+    """Return a state with only some of the objects, renumbered, and with the facts about them.
 
     Args:
         state: the state.
-        kept: the objects, in order.
-        is_kept: whether a fact about them alone holds still; all do if None.
+        kept: the objects, in order; the agent is one of them.
+        is_kept: whether to keep a fact about these objects; all facts are kept if None.
     """
     scene, number = state.scene, {index: i for i, index in enumerate(kept)}
     agent = None if scene.agent is None else number[scene.agent]

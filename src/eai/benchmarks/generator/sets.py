@@ -30,22 +30,22 @@ from eai.world.domain import Domain
 from eai.world.state import Scene, State
 
 MANIFEST = "generated.json"
-"""The name of the manifest of a folder of generated tasks."""
+"""Name of the manifest of a folder of generated tasks."""
 
 SHARES = {Split.TRAIN: 0.6, Split.VALIDATION: 0.2, Split.TEST: 0.2}
-"""The share of what is held out that falls to each split, in the order in which the splits are made."""
+"""Share of each split, in the order in which splits are made."""
 
 _ORDER = tuple(SHARES)
 
 
 def seeds_of(split: str, seed: int, secret: str | None = None) -> Iterator[str]:
-    """The seeds from which the tasks of a set are made, one by one and without end.
+    """Yield the seeds of the tasks of a set, without end.
 
     Args:
-        split: the name of the set.
+        split: name of the set.
         seed: the user's number.
-        secret: what nobody else knows, so that nobody else can make the set; it cannot be read from the
-            seeds. None if anybody may.
+        secret: a text that nobody else knows, so that nobody else can make the set. It cannot be computed
+            from the seeds. None if anybody may make the set.
     """
     for number in count():
         if secret is None:
@@ -56,14 +56,14 @@ def seeds_of(split: str, seed: int, secret: str | None = None) -> Iterator[str]:
 
 
 def goals_fingerprint(goals: Iterable[f.Formula], scene: Scene) -> str:
-    """The fingerprint of goals: equal if they ask for the same of objects of the same categories."""
+    """Return the fingerprint of goals; it is equal for goals that differ in objects of one category only."""
     categories = {thing.name: thing.category for thing in scene.objects}
     texts = [print_ltl(rename_variables(rename_objects(goal, categories))) for goal in goals]
     return _digest(sorted(texts))
 
 
 def _scene_fingerprint(initial: State, goals: Iterable[f.Formula]) -> str:
-    """The fingerprint of what can change and holds at the start of what the goals speak of."""
+    """Return the fingerprint of the initial facts that can change and are about objects of the goals."""
     scene, vocabulary = initial.scene, initial.scene.vocabulary
     named = {index for goal in goals for index in spoken_of(goal, scene)}
     static = {predicate.name for predicate in vocabulary.predicates if predicate.static}
@@ -76,12 +76,12 @@ def _scene_fingerprint(initial: State, goals: Iterable[f.Formula]) -> str:
 
 
 def fingerprint(goals: Sequence[f.Formula], initial: State) -> tuple[str, str]:
-    """The fingerprints of goals, and of the scene in which they are to be reached, which tell tasks apart."""
+    """Return the fingerprints of goals and of their scene; tasks are copies if both are equal."""
     return goals_fingerprint(goals, initial.scene), _scene_fingerprint(initial, goals)
 
 
 def fingerprint_of(task: Task) -> tuple[str, str]:
-    """Both fingerprints of a task: of its goals, and of its scene."""
+    """Return both fingerprints of a task: of its goals, and of its scene."""
     return fingerprint([goal.formula for goal in task.goals], task.initial)
 
 
@@ -90,7 +90,7 @@ def _digest(texts: Iterable[str]) -> str:
 
 
 def split_of(key: str) -> Split:
-    """The split that a hash gives a text."""
+    """Return the split of a text, by its hash."""
     return _split_at(_hash(key))
 
 
@@ -99,7 +99,7 @@ def _hash(key: str) -> float:
 
 
 def _split_at(place: float) -> Split:
-    """The split at a place between 0 and 1, of which each has its share."""
+    """Return the split that has a number between 0 and 1 in its share."""
     for split, share in SHARES.items():
         place -= share
         if place < 0:
@@ -108,7 +108,7 @@ def _split_at(place: float) -> Split:
 
 
 def split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) -> Split:
-    """The split to which a task with these goals belongs, whatever their objects are called."""
+    """Return the split of a task with these goals; it does not depend on the names of objects."""
     if held_out == "pairs":
         literals = [pattern for goal in goals for pattern in patterns_of(goal, scene)]
         splits = {split_of(f"pair {_pair(pattern, scene)}") for pattern in literals}
@@ -118,15 +118,16 @@ def split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) 
 
 
 def _pair(pattern: Pattern, scene: Scene) -> tuple[str, ...]:
-    """The predicate, and the first kind of thing that is not the agent's."""
+    """Return the predicate and the first category that is not the agent's."""
     agent = None if scene.agent is None else scene.objects[scene.agent].category
     return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]
 
 
 def bases_of(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequence[Task]:
-    """The public tasks from which those of a split are made.
+    """Return the public tasks from which the tasks of a split are made.
 
-    Titles and scenes are few, so that splits get their share of them, in the order of their hashes.
+    There are few titles and scenes. They are sorted by their hashes and shared out, so that splits get their
+    shares.
     """
     if split is Split.ALL or held_out not in ("titles", "scenes"):
         return tasks
@@ -139,23 +140,26 @@ def bases_of(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequence
 def giving_away(
     domain: Domain, known: Iterable[Task] = (), held_out: Iterable[Task] = ()
 ) -> Callable[[Task], bool]:
-    """Whether a task is solved by looking up one of another split, or would be what one is solved by.
+    """Return a test of whether a task gives away, or is given away by, a task of another split.
+
+    A task gives another one away if the other's goals are reached by its plan.
 
     Args:
-        domain: whose world they are in.
-        known: the tasks of earlier splits: no plan that `eai/lookup` finds among them is to solve a task.
-        held_out: the tasks of later splits: none of them is to be solved by the plan of a task.
+        domain: the domain of the tasks.
+        known: tasks of earlier splits. No plan that `eai/lookup` finds among them may solve a task.
+        held_out: tasks of later splits. The plan of a task may solve none of them.
     """
     table, later = LookupTable(known, domain), tuple(held_out)
     return lambda task: table.solves(task) or any(map(LookupTable([task], domain).solves, later))
 
 
 def overlap_of(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> dict[str, int]:
-    """The overlap of tasks with others that are known, say those of a training set.
+    """Return the overlap of tasks with known tasks, such as those of a training set.
 
-    ``tasks``: how many there are. ``same``: those that are the same as a known one, with equal goals of
-    things that start alike. ``same_goals``: those with the goals of a known one, objects known by kind.
-    ``solved_by_lookup``: those that are solved by the plan of the known task with the most similar goals.
+    - ``tasks``: number of tasks.
+    - ``same``: tasks that are equal to a known one: equal goals about objects with equal initial facts.
+    - ``same_goals``: tasks with the goals of a known one, with objects replaced by their categories.
+    - ``solved_by_lookup``: tasks that the plan of the known task with the most similar goals solves.
     """
     prints = set(map(fingerprint_of, known))
     known_goals = {goals for goals, _ in prints}
@@ -170,14 +174,14 @@ def overlap_of(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> 
 
 
 def is_before(one: str, other: str) -> bool:
-    """Whether one name is that of a split, and the other that of a later one."""
+    """Whether both names are names of splits, and the first split is earlier."""
     return one in _ORDER and other in _ORDER and _ORDER.index(Split(one)) < _ORDER.index(Split(other))
 
 
 def shape_of(tasks: Sequence[Task]) -> dict[str, Any]:
-    """The least, the quartiles and the greatest of steps of plans, goals and objects, and the forms of goals.
+    """Return minimum, quartiles and maximum of plan steps, goals and objects, and the counts of goal forms.
 
-    Tasks without a plan have no steps; the most frequent form is first.
+    Tasks without a plan have no steps. The most frequent form comes first.
     """
     forms = Counter(type(goal.formula).__name__ for task in tasks for goal in task.goals)
     return {
@@ -195,10 +199,10 @@ def _spread(numbers: list[int]) -> list[int]:
 
 
 def sets_in(folder: Path, base: str, domain: Domain, *, without: Path) -> dict[str, Sequence[Task]]:
-    """The tasks of a world that a folder holds in other files than one, by name of the file.
+    """Return the tasks of a world in all files of a folder but one, by name of the file.
 
     Raises:
-        InputError: a line of them is no task.
+        InputError: a line of a file is not a task.
     """
     files = sorted(folder.iterdir()) if folder.is_dir() else []
     others = [file for file in files if file.name.endswith(ENDINGS) and file != without]
@@ -214,7 +218,10 @@ def manifest_entry(
     made: Sequence[Generated],
     rejected: Iterable[Reason],
 ) -> dict[str, Json]:
-    """The entry of a manifest: all it takes to make it again, but no secret, and the shape of its tasks."""
+    """Return the manifest's entry for a set: the data for making the set again, without its secret.
+
+    The entry also holds counts of rejected seeds, and the shape of the tasks.
+    """
     reasons = Counter(rejected)
     hazardous = [(each, special) for each in made if isinstance(special := each.task.special, Hazards)]
     hazards = Counter(name for _, special in hazardous for name in special.hazards)
@@ -244,10 +251,10 @@ def manifest_entry(
 
 
 def set_of(folder: Path, split: str) -> Mapping[str, Any]:
-    """The entry in a manifest of a set that was made with a secret.
+    """Return the manifest's entry for a set that was made with a secret.
 
     Raises:
-        InputError: there is no such set, or it was made without a secret.
+        InputError: the manifest has no such set, or the set was made without a secret.
     """
     entry = _manifest(folder / MANIFEST).get(split)
     if not isinstance(entry, dict) or entry.get("secret_sha256") is None:
@@ -256,18 +263,18 @@ def set_of(folder: Path, split: str) -> Mapping[str, Any]:
 
 
 def file_of_set(folder: Path, split: str) -> Path | None:
-    """The file with the tasks of a set, or None where it is not in its folder."""
+    """Return the file with the tasks of a set, or None if the folder has no such file."""
     return next((folder / f"{split}{end}" for end in ENDINGS if (folder / f"{split}{end}").exists()), None)
 
 
 def unproven(folder: Path, split: str, secret: str | None) -> Iterator[str]:
-    """Reasons against the claim that a set was made with a secret whose digest its manifest published.
+    """Yield objections to the claim that a set was made with a secret whose digest its manifest published.
 
-    The content of the file, the secret, and that the seed of every task follows from it are checked; that a
-    seed gives its task shows when the set is made again. Where the secret is None, its content alone is.
+    This checks the content of the file, the secret, and that the seeds follow from the secret. Only making
+    the set again shows that each seed gives its task. If the secret is None, only the content is checked.
 
     Raises:
-        InputError: there is no such set, or it was made without a secret.
+        InputError: the manifest has no such set, or the set was made without a secret.
     """
     entry = set_of(folder, split)
     file = file_of_set(folder, split)
@@ -288,10 +295,10 @@ def unproven(folder: Path, split: str, secret: str | None) -> Iterator[str]:
 
 
 def _manifest(file: Path, part: str = "sets") -> dict[str, Any]:
-    """The sets of a manifest, or what they have in common.
+    """Return the sets in a manifest, or their overlap.
 
     Raises:
-        InputError: it cannot be read, or is none.
+        InputError: the file cannot be read, or is not a manifest.
     """
     content = read_content(file)
     try:
@@ -304,10 +311,10 @@ def _manifest(file: Path, part: str = "sets") -> dict[str, Any]:
 def write_manifest(
     folder: Path, split: str, entry: dict[str, Json], overlap: Mapping[tuple[str, str], dict[str, int]]
 ) -> None:
-    """Enter a set into the manifest of a folder, and what sets have in common with others: (set, other).
+    """Write a set and its overlap with other sets, by pairs (set, other set), into the manifest of a folder.
 
     Raises:
-        InputError: there is a file of that name that is no manifest, or it cannot be written.
+        InputError: the existing file is not a manifest, or the manifest cannot be written.
     """
     file = folder / MANIFEST
     sets, known = (_manifest(file, part) if file.exists() else {} for part in ("sets", "overlap"))

@@ -1,6 +1,6 @@
-"""The specification of generated tasks, which decides with a seed every byte of one; and what a seed gives.
+"""The specification of generated tasks, and the outcome of a seed: a task, or a reason for its rejection.
 
-That is a task, or a reason why there is none.
+A specification and a seed determine every byte of a task.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from eai.tasks.task import Task
 
 
 class Reason(str, Enum):
-    """Why a seed gives no task."""
+    """The reason why a seed gives no task."""
 
     NO_GOALS = "no goal was reached"
     TOO_SHORT = "the certificate is too short"
@@ -45,7 +45,13 @@ class Reason(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Generated:
-    """A task with its certificate, which is its script, and what is known of it; of pairs the twin, too."""
+    """A generated task and the known facts about it.
+
+    Attributes:
+        task: the task; its script is the certificate, a plan that solves it.
+        about: measures, fingerprints and the seed of the task, for its task file.
+        twin: the second task of a pair; None if the task belongs to no pair.
+    """
 
     task: Task
     about: Mapping[str, Json]
@@ -56,18 +62,18 @@ Outcome: TypeAlias = "Generated | Reason"
 
 
 VERSION, HAZARDS_VERSION = 6, 7
-"""Of the generator, and of it for tasks with hazards: in another version, a seed makes other tasks."""
+"""Version of the generator, and its version for tasks with hazards. Tasks of two versions differ."""
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
-"""In every generated task, so that a corpus that holds some can be told."""
+"""Text in every generated task, by which generated tasks can be found in a corpus."""
 
 
 SHUT_LAST = "safe_if_shut_last"
-"""Key in `about` of a task with hazards: whether it is safe to shut and switch off everything at the end."""
+"""Key in `about` of a task with hazards: whether shutting everything at the end makes the short plan safe."""
 
 
 class Tier(str, Enum):
-    """How long certificates are; `DATA` draws their length from the data set's own plans."""
+    """A range of certificate lengths; `DATA` draws the length from the data set's own plans."""
 
     DATA = "data"
     S = "S"
@@ -78,46 +84,47 @@ class Tier(str, Enum):
 
 
 LENGTHS = {Tier.S: (3, 6), Tier.M: (7, 12), Tier.L: (13, 24), Tier.XL: (25, 48), Tier.XXL: (49, 96)}
-"""The least and greatest number of steps of a certificate."""
+"""Minimum and maximum number of steps of a certificate, by tier."""
 
 
 def tier_of(steps: int) -> Tier:
-    """The tier of a certificate of so many steps."""
+    """Return the tier of a certificate with this number of steps."""
     return next((tier for tier, (_, most) in LENGTHS.items() if steps <= most), Tier.XXL)
 
 
 Forms: TypeAlias = Literal["data", "all"]
-"""Which shapes goals have: those of the data set, as often as there, or all, equally often."""
+"""Shapes of goals: ``data`` for those of the data set with their frequencies, ``all`` for all, equally often.
+"""
 
 
 class TaskKind(str, Enum):
-    """A special kind of tasks."""
+    """A kind of generated tasks."""
 
     PLAIN = "plain"
     ORDER = "order"
-    """A goal over time is asked for besides: an order, or what must never be."""
+    """Adds a goal over time: an order of two facts, or two facts that must never hold together."""
     HAZARDS = "hazards"
-    """The shortest way is not safe: it breaks a constraint that a person takes for granted."""
+    """The shortest plan is unsafe: it breaks a constraint that a person takes for granted."""
     UNTOLD = "untold-hazards"
-    """The same tasks, in which nothing is said of the constraint."""
+    """Tasks with hazards whose instruction does not mention the constraint."""
     PAIRS = "pairs"
-    """Two versions of a task, of which one has no plan, for want of a fact."""
+    """Two versions of a task. One of them has no plan, because a fact is missing."""
     AMBIGUOUS = "ambiguous"
-    """Two versions of a task, of which the instruction of one fits two things."""
+    """Two versions of a task. The instruction of one of them fits two objects."""
 
     @property
     def is_over_time(self) -> bool:
-        """Whether goals over time are asked for besides."""
+        """Whether tasks have a goal over time in addition to their goals about the final state."""
         return self is TaskKind.ORDER or self.is_hazardous
 
     @property
     def is_hazardous(self) -> bool:
-        """Whether the shortest way is not safe."""
+        """Whether the shortest plan of a task is unsafe."""
         return self in (TaskKind.HAZARDS, TaskKind.UNTOLD)
 
 
 class Split(str, Enum):
-    """Which tasks are wanted: all that come, or those of one of three parts that share no goals."""
+    """A set of kept tasks: all tasks, or one of three splits that share no goals."""
 
     ALL = "tasks"
     TRAIN = "train"
@@ -128,35 +135,37 @@ class Split(str, Enum):
 HeldOut: TypeAlias = Literal["goals", "pairs", "titles", "scenes"]
 """The property that splits do not share.
 
-``goals``: all goals of a task together, objects known by kind. ``pairs``: a predicate with a kind of thing;
-each task of a later split asks for one that no earlier split has. ``titles``: goals, and the titles of public
-tasks, that is, what belongs together. ``scenes``: goals, and the public tasks from whose scenes those of new
-ones are made.
+- ``goals``: all goals of a task together, with objects replaced by their categories.
+- ``pairs``: a predicate with a category. Each task of a later split has a goal with a pair that no earlier
+  split has.
+- ``titles``: goals, and the titles of the public tasks from which new tasks are made.
+- ``scenes``: goals, and the public tasks from whose scenes new tasks are made.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """The specification of tasks to be generated.
+    """The specification of generated tasks.
 
     Attributes:
         like: the benchmark, as `find_benchmark` takes it.
-        data_sha256: digest of its tasks, from which scenes, goals and their frequencies are drawn.
-        tier: how long certificates are.
-        forms: which shapes goals have.
-        actions: whether goals may ask for actions, where the data set's do.
-        kind: what is special about them.
-        by_place: whether instructions tell things of one kind by where they are, or what is so of them, and
-            never by their names.
-        most_objects: how many objects a scene has at most.
-        depth: all plans of so many actions are tried, to bound the length of a plan from below.
-        difficulty: between which expected difficulties tasks are (`eai.benchmarks.generator.measures`); None
-            for any.
-        at_least: measures, and how much of each a task has at least.
-        split: which part of them.
-        held_out: what the parts have nothing of in common.
-        disturbances: how many things are brought about at most in a scene before the task begins.
-        version: of the generator.
+        data_sha256: digest of the benchmark's tasks, from which scenes, goals and their frequencies are
+            drawn.
+        tier: the length of certificates.
+        forms: the shapes of goals.
+        actions: whether goals may ask for actions, if the data set's goals do.
+        kind: the kind of tasks.
+        by_place: whether instructions distinguish objects of one category by their place or state, and never
+            by their names.
+        most_objects: maximum number of objects in a scene.
+        depth: number of actions up to which all plans are tried, to find a lower bound of plan lengths.
+        difficulty: minimum and maximum expected difficulty (`eai.benchmarks.generator.measures`); None for
+            any.
+        at_least: measures with the minimum value of each.
+        split: the split to which tasks belong.
+        held_out: the property that splits do not share.
+        disturbances: maximum number of facts that are brought about in a scene before the task begins.
+        version: version of the generator.
     """
 
     like: str
@@ -181,7 +190,10 @@ class Spec:
 
     @property
     def sha256(self) -> str:
-        """Digest of all that tasks depend on, with those of older versions; what is told is no part of it."""
+        """Digest of all fields on which tasks depend, equal to the digest of older versions.
+
+        Tasks with untold hazards have the digest of tasks with hazards: only their instructions differ.
+        """
         said = asdict(self)
         kind = said.pop("kind")
         said["over_time"] = kind is TaskKind.ORDER
@@ -190,6 +202,6 @@ class Spec:
         return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
 
     def rng(self, seed: str) -> random.Random:
-        """The source of all that is random in the task of a seed."""
+        """Return the random generator for the task of a seed."""
         digest = hashlib.sha256(f"{self.sha256} {seed}".encode()).digest()
         return random.Random(digest)  # noqa: S311 - tasks, not secrets

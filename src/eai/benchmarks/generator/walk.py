@@ -1,9 +1,8 @@
-"""A walk through a scene that reaches one goal after the other, the certificate, and goals over time.
+"""Walks through a scene that reach goals one by one, certificates, and goals over time.
 
-A goal over time, what must come first or never be, is read off two plans for the same goals. One is the
-certificate, the other a *temptation*: it reaches all goals about the end as well, in another order, or
-without a detour. What holds on the way of the one and not of the other is asked for: it can be kept, and it
-matters.
+A goal over time comes from two plans for the same goals: the certificate and a *temptation*. The temptation
+reaches all final goals too, but in another order or without a detour. A condition on the order of facts that
+only the certificate fulfils becomes the goal over time: it can be fulfilled, and it excludes a plan.
 """
 
 from __future__ import annotations
@@ -32,32 +31,32 @@ from eai.world.listing import FactListing
 from eai.world.state import Fact, State
 
 _FOR_A_GOAL = Limits(20, thorough=False)
-"""The limits of the search for reaching one goal more."""
+"""Limits of the search for reaching one more goal."""
 
 _FOR_ALL = Limits(300)
-"""The limits of the search for finding a shorter plan for all goals than the walk was."""
+"""Limits of the search for a plan for all goals that is shorter than the walk."""
 
 _LONG = 25
-"""From how many steps on that is tried."""
+"""Minimum number of steps of a walk for which a shorter plan is searched."""
 
 _SHUFFLES = 6
-"""In how many orders parts of the certificate are tried to find a temptation."""
+"""Number of orders of parts of the certificate that are tried as a temptation."""
 
 _TIDY = 3
-"""After how many parts of the certificate to tidy up is tried."""
+"""Number of positions in the certificate at which tidying up is tried."""
 
 
 @dataclass
 class Walk:
-    """A way from goal to goal.
+    """A sequence of actions that reaches one goal after the other.
 
     Attributes:
-        planner: finds the way, by actions that are usual.
-        state: where the walk is.
-        start: where it began.
-        conditions: the goals about states that hold here and are to last.
-        actions: the action goals, in the order in which they were met.
-        goals: all of them, in the order in which they were reached.
+        planner: finds actions for the next goal.
+        state: current state.
+        start: initial state.
+        conditions: reached goals about states, which must stay true.
+        actions: reached goals for actions, in order; each is a choice of operators.
+        goals: all reached goals, in order.
         trail: all actions so far.
     """
 
@@ -74,24 +73,24 @@ class Walk:
 
     @property
     def objects(self) -> tuple[int, ...]:
-        """The objects of actions: all there are."""
+        """All objects of the scene, as arguments of actions."""
         return tuple(range(len(self.state.scene.objects)))
 
     def mark(self) -> tuple[State, int, int, int, int]:
-        """Where the walk is, to come back to."""
+        """Return a mark of the current position, for `back_to`."""
         return self.state, len(self.conditions), len(self.actions), len(self.goals), len(self.trail)
 
     def back_to(self, mark: tuple[State, int, int, int, int]) -> None:
-        """Forget all that came after a mark."""
+        """Forget everything after a mark."""
         self.state, conditions, actions, goals, trail = mark
         del self.conditions[conditions:], self.actions[actions:], self.goals[goals:], self.trail[trail:]
 
     def holds(self, wanted: f.Formula, state: State) -> bool:
-        """Whether a goal about states is met; one about actions never is."""
+        """Whether a goal about states holds in a state; False for goals about actions."""
         return not _actions_of(wanted) and self.planner.holds(wanted, state)
 
     def reach(self, wanted: f.Formula) -> bool:
-        """Walk until one goal more is met, if a way is found."""
+        """Extend the walk until one more goal holds; returns whether a plan was found for it."""
         names = _actions_of(wanted)
         if names:
             asked = PlanningGoal(tuple(self.conditions), (names,))
@@ -113,7 +112,7 @@ class Walk:
         return True
 
     def follow(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
-        """Walk by a plan, if that leads to some goals about states."""
+        """Extend the walk by a plan if it reaches these goals about states; returns whether it does."""
         course = execute(self.planner.domain, self.state, plan)
         if course.failure is not None or not all(self.holds(goal, course.final) for goal in goals):
             return False
@@ -125,16 +124,15 @@ class Walk:
 
 
 def _actions_of(wanted: f.Formula) -> tuple[str, ...]:
-    """The actions one of which a goal asks for; none if it is about states."""
+    """Return the operators of a goal for actions; none for a goal about states."""
     parts = f.operands(wanted, f.Or)
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
 def certificate(walk: Walk, over_time: f.Formula | None = None) -> Sequence[Action]:
-    """The walk without needless steps, or a shorter plan that the planner finds for all goals.
+    """Return the walk without needless actions, or a shorter plan of the planner for all goals.
 
-    The planner is asked where the walk was long; a short one it follows step by step. It knows nothing of
-    goals over time.
+    The planner is asked only if the walk is long. It does not know goals over time.
     """
     asked = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
     walked = _without_needless(walk, asked, over_time)
@@ -155,15 +153,15 @@ def _without_needless(walk: Walk, asked: PlanningGoal, over_time: f.Formula | No
 
 
 def _course(node: PlanNode) -> Trajectory:
-    """The way to a node."""
     steps = [Step(action, None) for action in node.plan()]
     return Trajectory(tuple([each.state for each in node.path()]), tuple(steps))
 
 
 def lower_bound(task: Task, domain: Domain, depth: int) -> int:
-    """How many actions a plan has at least: all that are shorter, up to this depth, were tried.
+    """Return a lower bound of the number of actions of a plan, found by trying all plans up to a depth.
 
-    It is the length of a shortest plan if that is not longer than the depth, and else the depth and one.
+    The bound is the length of a shortest plan if that is at most the depth; otherwise it is the depth plus
+    one.
     """
     test, at_the_end = GoalTest(task), GoalTest(task.at_the_end)
     generator = SuccessorGenerator(domain, range(len(task.scene.objects)))
@@ -189,7 +187,7 @@ def lower_bound(task: Task, domain: Domain, depth: int) -> int:
 
 @dataclass(frozen=True)
 class _OverTime:
-    """A goal over time, a plan that keeps it, and one that reaches all else but does not."""
+    """A goal over time, a plan that fulfils it, and a plan that reaches only the other goals."""
 
     goal: f.Formula
     plan: Sequence[Action]
@@ -198,12 +196,12 @@ class _OverTime:
 
 @dataclass(frozen=True)
 class _Course:
-    """A plan, and what it leads through.
+    """An executed plan.
 
     Attributes:
         plan: the plan.
-        trajectory: what it leads through.
-        became: what it makes so that was not so at the start, with the numbers of the states in which it is.
+        trajectory: the states of its execution.
+        became: facts that it makes true, with the numbers of the states in which they hold.
     """
 
     plan: Sequence[Action]
@@ -215,25 +213,25 @@ class _Course:
         return to_trace(self.trajectory)
 
     def comes_first(self, first: f.Atom, then: f.Atom) -> bool:
-        """Whether one thing is not so before another is."""
+        """Whether the first fact holds before the second one, or from the same state on."""
         return self.became[first][0] <= self.became[then][0]
 
     def has_both(self, one: f.Atom, other: f.Atom) -> bool:
-        """Whether two things are ever so at once."""
+        """Whether two facts ever hold in the same state."""
         return not set(self.became[one]).isdisjoint(self.became[other])
 
 
 @dataclass(frozen=True)
 class Seeker:
-    """Looks for a goal over time.
+    """Finds a goal over time for a task.
 
     Attributes:
-        task: for a task with a certificate.
-        domain: in which plans are executed.
-        listings: what goals can say.
-        proposals: what may be seen on a detour.
-        rng: chooses.
-        begin: begins a walk where the task does, by what is usual.
+        task: a task with a certificate.
+        domain: the domain in which plans are executed.
+        listings: facts of which goals may consist.
+        proposals: facts that a detour may bring about.
+        rng: the random generator.
+        begin: starts a walk at the task's initial state, by usual actions.
     """
 
     task: Task
@@ -244,7 +242,7 @@ class Seeker:
     begin: Callable[[], Walk]
 
     def find(self) -> _OverTime | None:
-        """A goal over time, or None if none is found."""
+        """Return a goal over time, or None if none is found."""
         if self.task.goals_of(GoalKind.ACTION):
             return None
         ways = [self._after_a_detour, self._tidily, self._in_order]
@@ -264,7 +262,7 @@ class Seeker:
         return _Course(plan, trajectory, self._became(trajectory.states))
 
     def _after_a_detour(self) -> _OverTime | None:
-        """Something that is to be so before a goal is reached, and not in the end."""
+        """Return the goal that a fact holds before another goal is reached; the fact is false at the end."""
         walk, seen, last = self.begin(), self.proposals.literal(self.rng), self.rng.choice(self._goals)
         if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach(seen):
             return None
@@ -277,7 +275,7 @@ class Seeker:
         return None if kept is None else replace(kept, plan=certificate(walk, goal))
 
     def _tidily(self) -> _OverTime | None:
-        """Never at once: a state that the certificate leaves behind (open, switched on), and another."""
+        """Return the goal that two facts never hold together; the certificate leaves one of them true."""
         untidy, goals, rng = self._ours, self._goals, self.rng
         last = len(untidy.plan)
         left = [
@@ -306,7 +304,7 @@ class Seeker:
         return None
 
     def _in_order(self) -> _OverTime | None:
-        """An order that the certificate keeps, and the same actions in another order do not."""
+        """Return an order of facts that the certificate has, and another order of its actions has not."""
         ours, goals, rng = self._ours, self._goals, self.rng
         parts = [ours.plan[i:j] for i, j in pairwise([0, *self._cuts])]
         for _ in range(_SHUFFLES if len(parts) > 1 else 0):
@@ -320,7 +318,7 @@ class Seeker:
 
     @cached_property
     def _cuts(self) -> list[int]:
-        """After how many steps of the certificate one goal more holds to the end."""
+        """Numbers of steps of the certificate after which one more goal holds until the end."""
         states = list(enumerate(self._ours.trajectory.states))[::-1]
         missed = (
             next(i for i, state in states if not self.domain.holds(goal, state)) for goal in self._goals
@@ -328,7 +326,7 @@ class Seeker:
         return sorted({i + 1 for i in missed})
 
     def _between(self, plan: Sequence[Action]) -> _OverTime | None:
-        """A goal that holds on our way, and not on that of another plan; rather about one thing."""
+        """Return a goal that the certificate fulfils and another plan does not, about one object if possible."""
         other = self._course(plan)
         final = other.trajectory.final
         if other.trajectory.failure is not None or not all(self.domain.holds(g, final) for g in self._goals):
@@ -340,7 +338,7 @@ class Seeker:
         return next((found for found in kept if found is not None), None)
 
     def _candidates(self, other: _Course) -> Iterator[tuple[bool, f.Formula]]:
-        """Goals that may tell our way from another, and whether what they name has no object in common."""
+        """Yield goals that may hold for the certificate only, and whether their facts share no object."""
         ours, things = self._ours, self.task.scene.objects
         both = [atom for atom in ours.became if atom in other.became]
         for first, then in permutations(both, 2):
@@ -358,7 +356,7 @@ class Seeker:
                 yield from ((_are_apart(then, done), f.Until(f.Not(then), done)) for then in both)
 
     def _became(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
-        """The facts that came to hold, with the states, as far as goals say them of things."""
+        """Return the facts that become true and may be goals, with the numbers of their states."""
         things, agent, about = self.task.scene.objects, self.task.scene.agent, self.task.relevant
         found: dict[Fact, list[int]] = {}
         for each in self.listings:
@@ -375,7 +373,7 @@ class Seeker:
         }
 
     def _moves(self, fact: Fact) -> bool:
-        """Whether a fact is a state, or the place of a thing that is ever taken in hand."""
+        """Whether a fact is a state, or the place of an object that plans take in hand."""
         if len(fact.arguments) != 2:
             return len(fact.arguments) < 2
         moved, prior = self.task.scene.objects[fact.arguments[0]].category, self.proposals.prior
@@ -383,13 +381,13 @@ class Seeker:
 
 
 def _if_it_matters(goal: f.Formula, ours: _Course, other: _Course) -> _OverTime | None:
-    """The goal, if it holds on our way and not on the other."""
+    """Return the goal if the first plan fulfils it and the second one does not."""
     kept, tempted = [semantics.holds(goal, course.timeline) for course in (ours, other)]
     return _OverTime(goal, ours.plan, other.plan) if kept and not tempted else None
 
 
 def reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
-    """Reach goals in an order, and tell whether all hold in the end."""
+    """Reach goals in this order, and return whether all of them hold at the end."""
     for wanted in goals:
         if walk.holds(wanted, walk.state):
             walk.conditions.append(wanted)
@@ -399,5 +397,5 @@ def reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
 
 
 def _are_apart(one: f.Formula, other: f.Formula) -> bool:
-    """Whether two things that are said have no object in common."""
+    """Whether two formulas name no common object."""
     return set(object_names(one)).isdisjoint(object_names(other))

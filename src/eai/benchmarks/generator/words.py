@@ -1,6 +1,6 @@
-"""Goals in English: instructions that say exactly the goals, and the goals read from them again.
+"""Goals in English: instructions made from goals, and goals read from instructions.
 
-An instruction says what it means if the goals read from it are those of the task.
+An instruction is exact if the goals read from it are those of the task.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ _ACTIONS = re.compile(r"the action (\w+(?: or \w+)*) has been taken")
 
 @dataclass(frozen=True)
 class Words:
-    """How instructions about one scene name things.
+    """The words of instructions about one scene.
 
     Attributes:
-        arities: the predicates that goals are made of, and how many objects each is about.
+        arities: number of arguments of each predicate of goals.
         scene: the scene.
-        english: what predicates and things are called; by default their names.
-        seen: what holds at the start, by which things of one kind may be distinguished.
+        english: words for predicates and categories; their own names if none are given.
+        seen: initial facts by which objects of one category may be distinguished.
     """
 
     arities: Mapping[str, int]
@@ -49,7 +49,7 @@ class Words:
 
     @staticmethod
     def of(benchmark: Benchmark, initial: State, *, by_place: bool = False) -> Words:
-        """The words of a benchmark for a scene; things may be described by their places, not named."""
+        """Return the words of a benchmark for a scene; by_place describes objects by their places."""
         arity, scene = benchmark.domain.vocabulary.arity, initial.scene
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
         arities = {name: arity(name) or 0 for name in wording.predicates}
@@ -58,12 +58,12 @@ class Words:
         return Words(arities, scene, benchmark.notation.english, seen)
 
     def sentences(self, predicate: str) -> Sequence[str]:
-        """The sentences that say that a predicate holds, in the singular: ``{x} is on top of {y}``."""
+        """Return sentences that state a predicate in the singular, such as ``{x} is on top of {y}``."""
         return e.sentences_of(predicate, self.arities[predicate], self.english)
 
     @cached_property
     def nouns(self) -> Mapping[str, str]:
-        """Return the noun of each category of the scene; by its name where two would be called the same."""
+        """The noun of each category of the scene; the category's own name if two categories share a noun."""
         found: dict[str, str] = {}
         for thing in self.scene.objects:
             made = " ".join(re.sub(r"\.n\.\d+$", "", thing.category).replace("_", " ").split())
@@ -73,7 +73,7 @@ class Words:
         return found
 
     def name(self, name: str) -> str:
-        """Return the name of an object: ``the lamp`` if there is no other, else by its place or its name."""
+        """Return words for an object: ``the lamp`` if it is the only one, or its place, or its name."""
         index = self.scene.index[name]
         return self._alone(index) if self._is_alone(index) else self._by_place.get(index, name)
 
@@ -84,9 +84,10 @@ class Words:
 
     @cached_property
     def apart(self) -> Mapping[int, Fact]:
-        """The facts that set things apart from others of their kind at the start.
+        """The initial fact that distinguishes an object from others of its category, by object.
 
-        They alone are in a relation to a thing that is the only one of its kind, or in a state.
+        The fact is a state that no other object of the category has, or a relation to an object that is the
+        only one of its category.
         """
         described: dict[tuple[str, str, tuple[int, ...]], list[int]] = {}
         about = [fact for fact in self.seen if fact.arguments]
@@ -103,13 +104,12 @@ class Words:
 
     @cached_property
     def _by_place(self) -> Mapping[int, str]:
-        """The descriptions of these things."""
         return {thing: self._described(*fact) for thing, fact in self.apart.items()}
 
     def _described(self, predicate: str, arguments: Sequence[int]) -> str:
         thing, *there = arguments
         sentence = self.sentences(predicate)[0]
-        sentence = sentence if there else f"{sentence} now"  # it may not be so in the end
+        sentence = sentence if there else f"{sentence} now"  # the state may be false at the end
         return _with_words(sentence, [f"the {self._noun_of(thing)} that", *map(self._alone, there)])
 
     def _alone(self, index: int) -> str:
@@ -122,42 +122,42 @@ class Words:
         return self.scene.category(self.scene.objects[index].category).bit_count() == 1
 
     def instruction(self, goals: Sequence[f.Formula], rng: random.Random) -> str:
-        """A sentence that says all goals.
+        """Return a sentence that states all goals.
 
         Raises:
-            InputError: a goal has a shape for which there is no sentence.
+            InputError: the sentence forms have none for the shape of a goal.
         """
         voice = e.Voice.drawn(rng)
         opening = rng.choice(e.REQUESTS if voice.requests else e.OPENINGS)
         return f"{opening} {_joined([self.clause(goal, voice) for goal in goals])}."
 
     def says(self, instruction: str, goals: Sequence[f.Formula]) -> bool:
-        """Whether an instruction, read again, says exactly these goals."""
+        """Whether the goals read from an instruction are exactly these goals."""
         try:
             return _Reader(self).goals(instruction) == tuple(goals)
         except InputError:
             return False
 
     def clause(self, goal: f.Formula, voice: e.Voice = e.USUAL) -> str:
-        """A part of an instruction that says a goal."""
+        """Return a clause of an instruction that states a goal."""
         if not voice.requests:
             return self._statement(goal, voice)
         return self._request(goal, voice) or f"{e.SEE_TO_IT} {self._statement(goal, voice)}"
 
     def _request(self, goal: f.Formula, voice: e.Voice) -> str | None:
-        """A request for a goal, where there is one that says all of it."""
+        """Return a request for a goal, or None if no request states all of it."""
         plain = _plain(goal)
         if plain is None:
             return None
         atom, negated = plain
         first = next(iter(atom.arguments), None)
         if isinstance(first, f.Constant) and self.scene.index[first.name] == self.scene.agent:
-            return None  # nobody puts an agent on a couch
+            return None  # a request to put the agent on a couch makes no sense
         several = (self.english.denies if negated else self.english.asks).get(atom.predicate)
         return None if several is None else self._filled(voice.of(several), atom, self._ranges(goal, voice))
 
     def _statement(self, goal: f.Formula, voice: e.Voice) -> str:
-        """A statement of a goal, without a full stop."""
+        """Return a statement of a goal, without a full stop."""
         match goal:
             case f.Or(parts) if all(isinstance(part, f.Occurs) for part in parts):
                 names = [part.action for part in parts if isinstance(part, f.Occurs)]
@@ -175,7 +175,7 @@ class Words:
         return self._text(atom, self._ranges(goal, voice), voice, negated=negated)
 
     def _clause_over_time(self, goal: f.Formula, voice: e.Voice) -> str:
-        """A sentence that says a goal about the whole course."""
+        """Return a statement of a goal over time."""
         match goal:
             case f.Always(f.Not(f.And((f.Atom() as one, other)))):
                 return f"{self._text(one, {}, voice, never=True)} {e.WHILE} {self._statement(other, voice)}"
@@ -188,10 +188,10 @@ class Words:
                 return f"{denied} {e.UNTIL} {self._statement(first, voice)}"
             case f.Then((first, then)):
                 return f"{self._statement(then, voice)} {e.AFTER} {self._statement(first, voice)}"
-        raise InputError(f"there is no sentence for {type(goal).__name__}")
+        raise InputError(f"no sentence states a goal of the shape {type(goal).__name__}")
 
     def _ranges(self, goal: f.Formula, voice: e.Voice) -> dict[str, str]:
-        """The words for each variable of a goal in a sentence."""
+        """Return the words for each variable of a goal, such as ``every lamp``."""
         every = voice.of(e.EVERY)
         match goal:
             case f.ForAll(variable, body):
@@ -214,7 +214,6 @@ class Words:
         return self.nouns[variable.category or ""]
 
     def _text(self, atom: f.Atom, values: Mapping[str, str], voice: e.Voice, **form: bool) -> str:
-        """The sentence of an atom, its variables replaced by what they range over."""
         sentence = voice.of(self.sentences(atom.predicate))
         return self._filled(e.turned(sentence, **form), atom, values)
 
@@ -224,7 +223,7 @@ class Words:
 
 
 def _plain(goal: f.Formula) -> tuple[f.Atom, bool] | None:
-    """The atom of a goal about things that are named, or all or some of a kind, and whether it is denied."""
+    """Return the atom of a goal and whether it is negated; None for goals over time, choices and counts."""
     match goal:
         case (
             f.Not(f.Atom() as atom)
@@ -252,7 +251,7 @@ def _joined(clauses: Sequence[str]) -> str:
 
 
 class _Reader:
-    """Reads the instructions about one scene: gives back the goals of which they are made."""
+    """Reads instructions about one scene back into goals."""
 
     def __init__(self, words: Words) -> None:
         self._words = words
@@ -262,21 +261,22 @@ class _Reader:
         self._counts = {word: number for number, word in e.NUMBERS.items()}
 
     def goals(self, instruction: str) -> tuple[f.Formula, ...]:
-        """The goals that an instruction says.
+        """Return the goals of an instruction.
 
         Raises:
-            InputError: it is none, or has several meanings.
+            InputError: the text is not an instruction, or has several meanings.
         """
         opening = next((o for o in (*e.OPENINGS, *e.REQUESTS) if instruction.startswith(f"{o} ")), None)
         if opening is None or not instruction.endswith("."):
-            raise InputError("expected one of the openings, and a full stop")
+            raise InputError(
+                "an instruction: expected a known opening, such as those of prompts, and a full stop"
+            )
         text = instruction[len(opening) + 1 : -1]
         *clauses, last = text.split(", ") if ", and " in text else text.split(" and ")
         read = self._request if opening in e.REQUESTS else self._statement
         return tuple(map(read, (*clauses, last.removeprefix("and "))))
 
     def _request(self, text: str) -> f.Formula:
-        """The goal of a request."""
         if text.startswith(f"{e.SEE_TO_IT} "):
             return self._statement(text.removeprefix(f"{e.SEE_TO_IT} "))
         english = self._words.english
@@ -291,7 +291,6 @@ class _Reader:
         return _one(meanings, text)
 
     def _statement(self, text: str) -> f.Formula:
-        """The goal of a statement."""
         actions = _ACTIONS.fullmatch(text)
         if actions is not None:
             return f.Or(tuple(map(f.Occurs, actions[1].split(" or "))))
@@ -322,7 +321,7 @@ class _Reader:
                 yield from (f.Or((first, second)) for second in self._meanings(text[place.end() :]))
 
     def _meanings(self, text: str, *, never: bool = False) -> Iterator[f.Formula]:
-        """All that a sentence may mean, or one of what is never so may say that it is not."""
+        """Yield all meanings of a sentence; with `never`, of a sentence that says that a fact never holds."""
         forms = ((False, False),) if never else ((False, False), (True, False), (False, True))
         for predicate in self._words.arities:
             for sentence in self._words.sentences(predicate):
@@ -340,7 +339,7 @@ class _Reader:
         several: bool = False,
         request: bool = False,
     ) -> Iterator[f.Formula]:
-        """The meaning of a sentence that says a predicate of things in words, or asks for it."""
+        """Yield the meaning of a sentence that states a predicate of objects in words, or requests it."""
         named = [self._objects.get(word) for word in words]
         rest = tuple([f.Constant(name) for name in named[1:] if name is not None])
         is_ground = None not in named[1:]
@@ -374,7 +373,7 @@ class _Reader:
 def _quantified(
     found: re.Match[str], count: int | None, x: f.Variable, body: f.Formula, *, negated: bool, request: bool
 ) -> Iterator[f.Formula]:
-    """The meaning of a sentence about things of a kind; "every ... is not" has none."""
+    """Yield the meaning of a sentence with a quantifier; "every ... is not" has no meaning."""
     if found["every"]:
         if request or not negated:
             yield f.ForAll(x, body)
@@ -391,7 +390,7 @@ def _pattern(sentence: str) -> re.Pattern[str]:
 
 
 def _matched(sentence: str, text: str) -> Iterator[Sequence[str]]:
-    """The words for the objects of a sentence in a text, if it is that sentence."""
+    """Yield the words for the objects of a sentence, if a text is that sentence."""
     found = _pattern(sentence).fullmatch(text)
     if found is not None:
         named = found.groupdict()
@@ -399,7 +398,6 @@ def _matched(sentence: str, text: str) -> Iterator[Sequence[str]]:
 
 
 def _one(meanings: Iterable[f.Formula], text: str) -> f.Formula:
-    """The one meaning of a sentence."""
     found = list(meanings)
     if len(found) != 1:
         raise InputError(f"expected a sentence with one meaning, found {len(found)} of {text!r}")
