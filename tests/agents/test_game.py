@@ -417,7 +417,7 @@ def test_what_is_hidden_is_nowhere_in_the_transcript() -> None:
     ("options", "told"),
     [
         ({"task_id": "some"}, "switches has no task 'some'"),
-        ({"task_id": []}, "switches: no task is named"),
+        ({"task_id": []}, "task_id: expected at least one task of switches, or None for all"),
         ({"slip": 2}, "make.slip: expected less than or equal to 1, found 2"),
         ({"gamma": -1}, "make.gamma: expected greater than or equal to 0, found -1"),
         ({"max_steps": 0}, "make.max_steps: expected greater than or equal to 1, found 0"),

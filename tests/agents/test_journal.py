@@ -78,7 +78,7 @@ def test_the_end_is_not_told_to_be_a_win(tmp_path: Path) -> None:
 
 def test_an_episode_goes_on_and_never_begins_anew(tmp_path: Path) -> None:
     path, key = journal_of(tmp_path, WINNING[:1])
-    with pytest.raises(InputError, match="has no end"):
+    with pytest.raises(InputError, match="no final line"):
         read_journal(path, key)
     with path.open("ab") as file:  # a line that was torn while it was written
         file.write(path.read_bytes()[:40])
@@ -128,11 +128,11 @@ def test_a_turn_that_cannot_be_written_is_not_told(tmp_path: Path, monkeypatch: 
 
 def test_another_task_setting_or_key_is_refused(tmp_path: Path) -> None:
     path, key = journal_of(tmp_path, WINNING)
-    with pytest.raises(InputError, match="another task or setting"):
+    with pytest.raises(InputError, match="of another task or setting"):
         read_journal(path, key, beginning(Setting(budget=4)))
-    with pytest.raises(InputError, match="another task or setting"):
+    with pytest.raises(InputError, match="of another task or setting"):
         Journal(path, key, beginning(Setting(budget=4)))
-    with pytest.raises(InputError, match="line 1: the seal is not"):
+    with pytest.raises(InputError, match="line 1: wrong seal"):
         read_journal(path, b"x" * 32)
 
 
@@ -180,7 +180,7 @@ def test_invented_observations_do_not_replay(tmp_path: Path) -> None:
         journal.end("done")
     verdict = verdict_of(path, key)
     assert (verdict.is_unreplayable, verdict.success, verdict.excluded) == (True, False, None)
-    with pytest.raises(InputError, match="another observation was told"):
+    with pytest.raises(InputError, match="the replay gives other observations"):
         Journal(path, key, beginning())
 
 

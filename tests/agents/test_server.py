@@ -218,7 +218,7 @@ def test_a_folder_is_of_one_suite_and_setting_and_process(tmp_path: Path) -> Non
     with pytest.raises(InputError, match="another setting"), opened(tmp_path, SUITE, ONE, Setting(budget=4)):
         pass
     journal_in(tmp_path, ("moon", 1)).touch()
-    with pytest.raises(InputError, match="not of a task"), opened(tmp_path, SUITE, ONE):
+    with pytest.raises(InputError, match="has no task"), opened(tmp_path, SUITE, ONE):
         pass
 
 

@@ -101,7 +101,7 @@ def blind_agent(game: Game, seed: int = 0) -> Agent:
 
 
 def _rng(game: Game, seed: int) -> random.Random:
-    return random.Random(f"{seed} {game.task.id}")  # noqa: S311 - chance, not secrets
+    return random.Random(f"{seed} {game.task.id}")  # noqa: S311 - random actions, no secrets
 
 
 def reference_agent(game: Game, seed: int = 0) -> Agent:

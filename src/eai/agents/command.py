@@ -16,25 +16,25 @@ from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 
 DONE = "DONE"
-"""The command that ends the episode, where the agent decides when."""
+"""The command that ends the episode, if the agent decides when."""
 
 LOOK = "LOOK"
-"""The command that tells all that is seen, where turns tell changes alone."""
+"""The command that lists all visible facts, if turns tell only changes."""
 
 MAX_LENGTH = 10_000
-"""The longest command that is looked at, in characters."""
+"""Maximum number of characters of a command; longer ones are not parsed."""
 
 _LINE = re.compile(r"\s*([\w-]+)\s*(?:\(([^()\n]*)\))?\s*")
 
 
 def is_look(text: str, domain: Domain) -> bool:
-    """Whether a text asks for all that is seen; where a domain has such an action it is that."""
+    """Whether a text is the command `LOOK`, and the domain has no action of that name."""
     line = _LINE.fullmatch(text[:MAX_LENGTH])
     return line is not None and line[1] == LOOK and not line[2] and LOOK not in domain.arities
 
 
 Meant: TypeAlias = Action | ErrorReport | None
-"""The meaning of a text: an action, nothing that can be tried, or the end of the episode (None)."""
+"""The meaning of a text: an action, an error if no action can be tried, or None for the episode's end."""
 
 
 class Commands:
@@ -42,8 +42,7 @@ class Commands:
 
     Args:
         task: the task.
-        benchmark: whose task it is. Objects are called as in observations; the names of its answers will do,
-            too.
+        benchmark: the benchmark of the task. Commands may name objects as observations do, or as answers do.
     """
 
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
@@ -55,22 +54,22 @@ class Commands:
 
     @property
     def hint(self) -> str:
-        """How a command is written."""
+        """The sentence that explains how to write a command."""
         example = self._domain.operators[0]
         names = [parameter.name for parameter in example.parameters]
         return f"Write one action, such as {self._notation.command(example.name, names)}."
 
     def write(self, action: Action) -> str:
-        """An action as a line, such as ``OPEN(jar_0)``."""
+        """Return an action as a line, such as ``OPEN(jar_0)``."""
         return self._notation.command(action.operator, [self._names[i] for i in action.arguments])
 
     def read(self, text: str, nameable: Collection[int], *, ends: bool) -> tuple[Meant, tuple[str, ...]]:
-        """Read the meaning of a text; returns also the names of the repairs that it took.
+        """Read the meaning of a text; returns also the names of the repairs that the text needed.
 
         Args:
             text: the text.
-            nameable: the objects that it may name, by index.
-            ends: whether it may end the episode.
+            nameable: indices of the objects that the text may name.
+            ends: whether the text may end the episode.
         """
         plan = self._written(text)
         if isinstance(plan, Unreadable):
@@ -93,7 +92,7 @@ class Commands:
         return meant if isinstance(meant, ErrorReport) else meant[0], plan.repairs
 
     def _written(self, text: str) -> WrittenPlan | Unreadable:
-        """The steps of a text: of a line, of a whole answer, or of one part of an answer."""
+        """Read the steps of a text: a line, a whole answer, or one step of an answer."""
         if len(text) > MAX_LENGTH:
             return Unreadable(f"it is longer than {MAX_LENGTH:,} characters")
         line = _LINE.fullmatch(text)

@@ -1,4 +1,4 @@
-"""Acting as a registered ability: an episode is an answer, and these are its measures.
+"""Acting as a registered ability: an answer is an episode, and these are its measures.
 
 Their definitions, with sources, are in ``docs/agents.md``.
 """
@@ -37,17 +37,17 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 WITHIN = {"within_1x": 1.0, "within_1.5x": 1.5, "within_2x": 2.0, "within_4x": 4.0}
-"""Successes within so many times the actions of the shortest known plan."""
+"""Multiples of the shortest known plan's length within which an episode must succeed, by metric."""
 
 KINDS = tuple(ENDING_FAULTS)
-"""The kinds of impossible actions; an action that is not needed is counted apart."""
+"""Kinds of impossible actions. Actions that are not needed are counted separately."""
 
 _SOON = 2
-"""Within how many turns a possible action follows a fault that is recovered from."""
+"""Number of turns after a fault within which a possible action counts as recovery."""
 
 
 def contributions(verdict: ActingVerdict) -> dict[str, Share]:
-    """The contributions of one episode, or of all of its task, to each rate."""
+    """Return the contributions of an episode to each rate, or the mean of all episodes of its task."""
     if verdict.mean is not None:
         return dict(verdict.mean)
     won, actions, shortest = bool(verdict.success), verdict.actions, verdict.shortest
@@ -81,7 +81,7 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
 
 
 def averaged(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
-    """The first of a task's episodes that is not excluded, with the mean contributions of all such."""
+    """Return the first episode of a task that is not excluded, with the mean contributions of all of them."""
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     if not scored:
         return verdicts[0]
@@ -91,12 +91,12 @@ def averaged(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
 
 
 def _path_length_share(won: bool, tried: int, shortest: int) -> float:
-    """The part of one episode in SPL: the shortest plan's share of what it took, 0 if it is lost."""
+    """Return the contribution to SPL: shortest length by number of actions, or 0 for a lost episode."""
     return float(won) if tried <= shortest else won * shortest / tried
 
 
 def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """The maker of scorers, imported where it is needed, so that reports load no engine."""
+    """Return the maker of scorers; the import here keeps the engine out of reports."""
     from eai.agents.scorer import scorers
 
     return scorers(world)
@@ -109,7 +109,7 @@ def _pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
 
 
 def _made_by(answer: str) -> Experiment | None:
-    """Return the harness and the rules of an episode, whose reader is imported here: reports start fast."""
+    """Return the harness and rules of an episode; the import here lets reports start fast."""
     from eai.agents.play import Episode, read_episode, rules_label
 
     episode = read_episode(answer)

@@ -1,4 +1,4 @@
-"""The environment of a benchmark: a thin object around games, as gymnasium wants it."""
+"""The environment of a benchmark for gymnasium, a thin layer around games."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ from eai.tasks.source import Source
 from eai.tasks.task import Task
 
 MAX_OBSERVATION = 1 << 16
-"""How long an observation may be, in characters."""
+"""Maximum number of characters of an observation."""
 
 
 @dataclass(unsafe_hash=True)
 class AnyText(gymnasium.Space[str]):
-    """All texts up to a length, whatever their characters; samples are of printable ASCII.
+    """The space of all texts up to a length, with any characters; samples are printable ASCII.
 
-    It is no `gymnasium.spaces.Text`: that has a fixed set of characters, and observations of that space never
-    arrive through the memory that `gymnasium.vector.AsyncVectorEnv` shares by default. With this one it says
-    that it needs ``shared_memory=False``.
+    `gymnasium.spaces.Text` has a fixed set of characters. Its observations never arrive through the memory
+    that `gymnasium.vector.AsyncVectorEnv` shares by default. With `AnyText` it raises an error that asks for
+    ``shared_memory=False``.
     """
 
     max_length: int
@@ -44,24 +44,24 @@ class AnyText(gymnasium.Space[str]):
         super().__init__(dtype=str)
 
     def sample(self, mask: None = None, probability: None = None) -> str:
-        """A text of random printable characters."""
+        """Return a text of random printable characters."""
         length = int(self.np_random.integers(self.max_length + 1))
         return "".join(
             [string.printable[i] for i in self.np_random.integers(len(string.printable), size=length)]
         )
 
     def contains(self, x: Any) -> bool:
-        """Whether this is a text, and not too long."""
+        """Whether a value is a text within the length."""
         return isinstance(x, str) and len(x) <= self.max_length
 
     @property
     def is_np_flattenable(self) -> bool:
-        """A text is no array."""
+        """False: a text cannot be flattened to an array."""
         return False
 
 
 RENDER_MODE, CAMERA = "rgb_array", "camera"
-"""Render modes: a diagram of what is seen, or a camera near the place of work in a scene with bodies."""
+"""Render modes: a diagram of the visible objects, or a camera in a scene with bodies, near the agent."""
 
 _MODES = (RENDER_MODE, CAMERA)
 
@@ -69,20 +69,20 @@ _MODES = (RENDER_MODE, CAMERA)
 class TextEnvironment(gymnasium.Env[str, str]):
     """A benchmark played by text: an action is a line such as ``GRAB(soap.1002)``.
 
-    A step of an answer in the benchmark's own notation is an action too. What cannot be read, names what
-    there is not or is impossible costs a step and changes nothing.
+    A step in the notation of the benchmark's answers is an action too. An action costs a step and changes
+    nothing if it is unreadable, impossible or names an unknown object.
 
     Args:
         benchmark: the benchmark.
         task_ids: the tasks of which each reset chooses one.
-        rules: how they are played.
+        rules: the rules of the games.
         tasks: all tasks by id.
-        render_mode: ``rgb_array`` for diagrams of what is seen (`render`), ``camera`` for rendered
+        render_mode: ``rgb_array`` for diagrams of the visible objects (`render`), ``camera`` for rendered
             pictures, or None.
 
     Attributes:
         benchmark: the benchmark.
-        rules: how its tasks are played.
+        rules: the rules of the games.
         task_ids: the tasks of which each reset chooses one.
     """
 
@@ -97,9 +97,9 @@ class TextEnvironment(gymnasium.Env[str, str]):
         render_mode: str | None = None,
     ) -> None:
         if render_mode is not None and render_mode not in _MODES:
-            known = ", ".join(map(repr, _MODES))
-            raise InputError(f"render_mode: expected {known} or None, not {render_mode!r}")
-        if render_mode == CAMERA:  # which not every world has
+            modes = ", ".join(map(repr, _MODES))
+            raise InputError(f"render_mode: expected {modes} or None, not {render_mode!r}")
+        if render_mode == CAMERA:  # not every world has scenes for a camera
             self.metadata = {**self.metadata, "render_modes": [*_MODES]}
         elif "diagrams" not in get_entry_points("eai.offers"):  # gymnasium's check renders in every mode
             self.metadata = {**self.metadata, "render_modes": []}
@@ -121,10 +121,10 @@ class TextEnvironment(gymnasium.Env[str, str]):
 
     @property
     def game(self) -> Game:
-        """The game that is played, for agents that know it (`eai.agents.agents`).
+        """The current game, for agents that read its state (`eai.agents.agents`).
 
         Raises:
-            ResetNeeded: none has begun.
+            ResetNeeded: no game has begun.
         """
         if self._game is None:
             raise ResetNeeded("no game has begun: call reset")
@@ -133,14 +133,15 @@ class TextEnvironment(gymnasium.Env[str, str]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[str, dict[str, Any]]:
-        """Begin a new game: the first observation, with the instruction, the goals and the objects.
+        """Begin a new game; returns the first observation, with the instruction, the goals and the objects.
 
         Args:
-            seed: of the choice among several tasks and of slips; equal seeds give equal games in equal order.
-            options: ``task_id`` says which task to play.
+            seed: the seed of the choice among several tasks and of slips; equal seeds give equal games in
+                equal order.
+            options: ``task_id`` names the task to play.
 
         Raises:
-            InputError: there is no such task, or it has no goals.
+            InputError: the benchmark has no such task, or the task has no goals.
         """
         super().reset(seed=seed)
         self._epoch = 0 if seed is not None else self._epoch + 1
@@ -161,16 +162,17 @@ class TextEnvironment(gymnasium.Env[str, str]):
         return observation, reward, terminated, truncated, {**info}
 
     def render(self) -> Any:
-        """A picture of the world now: an array of height, width and 3 colours, 8 bits each.
+        """Return a picture of the present world: an array of height, width and 3 colours of 8 bits each.
 
-        A diagram shows what the agent sees; a camera stands in the room, and shuts out what is behind doors.
+        A diagram shows the objects that the agent sees. A camera stands in the room; doors and walls hide
+        objects from it.
 
         Returns:
-            the array; None where no render mode was chosen.
+            the array; None without a render mode.
 
         Raises:
             ResetNeeded: no game has begun.
-            EaiError: what draws the picture is not installed, or the scene has no bodies.
+            EaiError: the extra that draws pictures is not installed, or the scene has no bodies.
         """
         if self.render_mode is None:
             return None
@@ -183,20 +185,19 @@ class TextEnvironment(gymnasium.Env[str, str]):
         return pixels(self.game.task, self.benchmark, observation.state, observation.visible)
 
     def close(self) -> None:
-        """Free what pictures are drawn with."""
+        """Free the camera."""
         if self._camera is not None:
             self._camera.close()
             self._camera = None
 
     def _watching(self) -> Any:
-        """The camera in the scene of the task that is played."""
         if self._camera is None or self._camera.scene.task is not self.game.task:
             self.close()
             self._camera = load_offer("rendered_pictures", f"render_mode {CAMERA}").camera_of(self.game.task)
         return self._camera
 
     def _chosen(self) -> str:
-        """One of the tasks at random; those without goals are passed over where there are others."""
+        """Return a random task; tasks without goals only if all tasks have none."""
         order = [self.task_ids[int(i)] for i in self.np_random.permutation(len(self.task_ids))]
         return next((task_id for task_id in order if self._tasks[task_id].left_out is None), order[0])
 
@@ -214,19 +215,20 @@ def make(
     rules: Rules | None = None,
     **options: Any,
 ) -> TextEnvironment:
-    """The environment of a benchmark.
+    """Make the environment of a benchmark.
 
     Args:
         benchmark: its name, ``module:object``, or a `Benchmark`.
-        task_id: the task; or several, of which each reset chooses one; or None for all that have goals.
-        render_mode: ``rgb_array`` for diagrams of what is seen, ``camera`` for rendered pictures, or None.
-        source: where the data comes from; the user's default store if None. It is fetched on first use.
-        rules: how tasks are played, such as `eai.agents.rules.STANDARD`; `Rules()` if None.
-        options: those of `Rules` that are others, by name, such as ``slip=0.1, until="done"``.
+        task_id: the task; several tasks, from which each reset draws one; or None for all tasks with goals.
+        render_mode: ``rgb_array`` for diagrams of the visible objects, ``camera`` for rendered pictures, or
+            None.
+        source: the source of the data, fetched on first use; the user's default store if None.
+        rules: the rules of the games, such as `eai.agents.rules.STANDARD`; `Rules()` if None.
+        options: single fields of `Rules` that differ, such as ``slip=0.1, until="done"``.
 
     Raises:
-        InputError: there is no such benchmark, task or option, or an option has no such value.
-        DataError: the data cannot be had.
+        InputError: the benchmark, a task or an option does not exist, or an option has an invalid value.
+        DataError: the data cannot be fetched.
     """
     found = find_benchmark(benchmark) if isinstance(benchmark, str) else benchmark
     read = Rules.read("make", {**dict(rules or Rules()), **options})
@@ -234,7 +236,7 @@ def make(
     tasks = found.tasks_for(Ability.ACTION_SEQUENCING, source)
     task_ids = (task_id,) if isinstance(task_id, str) else tuple(tasks if task_id is None else task_id)
     if not task_ids:
-        raise InputError(f"{found.name}: no task is named")
+        raise InputError(f"task_id: expected at least one task of {found.name}, or None for all")
     _refuse_strangers(task_ids, tasks, found)
     return TextEnvironment(found, task_ids, read, tasks, render_mode)
 

@@ -70,7 +70,7 @@ class _Turn(NamedTuple):
 class _Outcome(NamedTuple):
     """The outcome of a command: its text, and the fault and slip of its action.
 
-    A text that tells a fault or a slip is a sentence; else changes follow on further lines.
+    The text about a fault or a slip is one sentence. Otherwise lines with changes follow.
     """
 
     text: str

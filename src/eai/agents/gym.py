@@ -5,8 +5,8 @@
 
     env = gymnasium.make("eai/Benchmark-v1", benchmark="lamps:lamps", slip=0.1)
 
-Importing this module registers the environments; every option of `make` is one of `gymnasium.make`. The
-benchmarks that come with the package have names of their own, such as those of `IDS`.
+Importing this module registers the environments. Every option of `make` is an option of `gymnasium.make`. The
+package's own benchmarks have environments with names of their own, listed in `IDS`.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from eai.benchmarks.registry import CAPITALISED
 __all__ = ["ANY", "IDS", "AnyText", "TextEnvironment", "make"]
 
 ANY = "eai/Benchmark-v1"
-"""The environment of the benchmark that its option ``benchmark`` names."""
+"""Name of the environment of any benchmark, which the option ``benchmark`` names."""
 
 IDS = {f"eai/{title}-v1": name for name, title in CAPITALISED.items()}
-"""The environments of the benchmarks that come with the package."""
+"""The package's own benchmarks by the names of their environments."""
 
 try:
     import gymnasium

@@ -27,7 +27,7 @@ _KEY_BYTES = 32
 
 
 def key_in(folder: Path) -> bytes:
-    """Return the key of the journals in a folder, which its owner alone may read. A new key is random.
+    """Return the key of the journals in a folder, readable only for its owner; a new key is random.
 
     Raises:
         InputError: the key cannot be read or written.
@@ -87,7 +87,7 @@ def read_journal(path: Path, key: bytes, play: Play | None = None, *, ended: boo
     """
     episode = _read(path, key, play)
     if ended and episode.ended is None:
-        raise InputError(f"{path}: the episode has no end")
+        raise InputError(f"{path}: no final line: the episode was interrupted")
     about = {name: value for name, value in episode.begin.items() if name not in ("task", "task_sha256")}
     whole = {**about, "turns": episode.turns, "ended": episode.ended or "stopped"}
     return json.dumps(whole, ensure_ascii=False)
@@ -95,7 +95,7 @@ def read_journal(path: Path, key: bytes, play: Play | None = None, *, ended: boo
 
 def _read(path: Path, key: bytes, play: Play | None) -> _Sealed:
     episode = _Sealed({})
-    if os.path.islink(path):  # noqa: PTH114 - what cannot be looked at is no error yet
+    if os.path.islink(path):  # noqa: PTH114 - Path.is_symlink may raise
         raise InputError(f"{path}: expected a file, not a link")
     for number, raw in enumerate(read_content(path).split(b"\n")[:-1], 1):
         try:
@@ -105,7 +105,7 @@ def _read(path: Path, key: bytes, play: Play | None) -> _Sealed:
     if not episode.begin:
         raise InputError(f"{path}: expected a line that begins an episode")
     if play is not None and episode.begin != _begin_of(play):
-        raise InputError(f"{path}: another task or setting was begun")
+        raise InputError(f"{path}: the journal is of another task or setting; give another folder")
     return episode
 
 
@@ -120,7 +120,7 @@ def _begin_of(play: Play) -> dict[str, Any]:
 def _with_line(episode: _Sealed, raw: bytes, key: bytes) -> _Sealed:
     seal, _, body = raw.partition(b" ")
     if not hmac.compare_digest(seal, _seal(key, episode.seal, body).encode()):
-        raise ValueError("the seal is not that of this line in this place")
+        raise ValueError("wrong seal: the line was changed or moved")
     episode = replace(episode, seal=seal.decode(), size=episode.size + len(raw) + 1)
     match json.loads(body):
         case {"begin": dict(begin)} if not episode.begin:
@@ -129,7 +129,7 @@ def _with_line(episode: _Sealed, raw: bytes, key: bytes) -> _Sealed:
             return replace(episode, turns=(*episode.turns, turn))
         case {"end": str(why)} if episode.begin and episode.ended is None:
             return replace(episode, ended=why)
-    raise ValueError("expected a beginning, turns and an end")
+    raise ValueError("expected a beginning, then turns, then an end")
 
 
 class Journal:
@@ -170,7 +170,9 @@ class Journal:
         for turn in before.turns:
             play.say(turn["said"])
         if [*before.turns] != play.to_json("stopped")["turns"]:
-            raise InputError(f"{self._path}: another observation was told; eai or the data is another one")
+            raise InputError(
+                f"{self._path}: the replay gives other observations: eai or the data has changed since"
+            )
         self._seal, self.ended, self._written = before.seal, before.ended, len(before.turns)
         return before.size
 

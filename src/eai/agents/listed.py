@@ -1,6 +1,6 @@
-"""Lists in few words: lines that differ in one name are one line, and names numbered in a row are a range.
+"""Short lists of facts and objects: names that share a line, and ranges of numbered names.
 
-``CLEAN(*): floor.2..5, mat.9`` says of each of five things that it is clean.
+``CLEAN(*): floor.2..5, mat.9`` states that five objects are clean.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ HOW_TO_READ = (
     "A line p(*, c): a, b says p(a, c) and p(b, c); a_2..4 stands for a_2, a_3 and a_4. Actions name single"
     " objects."
 )
-"""How such lists are read, for who reads them."""
+"""Explanation of these lists for agents."""
 
 _LEAST = 3
-"""How many names make a range."""
+"""Minimum number of names in a range."""
 
 _MAX_RANGE = 100_000
 """Maximum number of names in a range that is spelled out."""
@@ -32,18 +32,18 @@ _FACTS = re.compile(r"^(.*\([^()\n]*)\*([^()\n]*\)): (.+)$", re.MULTILINE)
 _THINGS = re.compile(r"^([^\[\n]+)( \[[^\]\n]*\]: .*)$", re.MULTILINE)
 
 Write: TypeAlias = Callable[[str, Sequence[str]], str]
-"""Writes what a predicate says of things with these names."""
+"""Writes a sentence that states a predicate of objects with these names."""
 
 
 @lru_cache(1 << 16)
 def _split(name: str) -> tuple[str, int]:
-    """A name without its number, and the number; -2 where it has none."""
+    """Return a name without its number, and the number, or -2 if the name has no number."""
     found = _NUMBERED.fullmatch(name)
     return (name, -2) if found is None else (found[1], int(found[2]))
 
 
 def in_short(names: Iterable[str]) -> str:
-    """Names, with ranges for those that differ in a number alone, which goes up by one."""
+    """Return a list of names, in which names with consecutive numbers become a range."""
     runs: list[list[str]] = []
     for name in names:
         stem, number = _split(name)
@@ -59,7 +59,7 @@ def _run(names: Sequence[str]) -> str:
 
 
 def facts_in_short(facts: Iterable[Fact], names: Sequence[str], write: Write) -> Iterator[str]:
-    """Facts as lines: those that differ in their first object alone are one, else those that do in the last.
+    """Yield facts as lines; facts that differ only in their first or only in their last object share a line.
 
     Args:
         facts: the facts, those of a predicate one after the other.
@@ -83,7 +83,6 @@ def facts_in_short(facts: Iterable[Fact], names: Sequence[str], write: Write) ->
 def _line(
     predicate: str, found: Sequence[tuple[int, ...]], place: int, names: Sequence[str], write: Write
 ) -> str:
-    """Facts that differ in one place, as a line."""
     words = [names[index] for index in found[0]]
     if len(found) == 1:
         return write(predicate, words)
@@ -92,7 +91,7 @@ def _line(
 
 
 def spelled_out(text: str) -> str:
-    """An observation with a line for each fact and each object, and without ranges."""
+    """Return an observation with a line for each fact and each object, and without ranges."""
     text = _RANGE.sub(_each_of_range, text)
     text = _FACTS.sub(lambda line: _each(line[3], line[1], line[2]), text)
     return _THINGS.sub(lambda line: _each(line[1], "", line[2]), text)

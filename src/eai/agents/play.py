@@ -116,7 +116,7 @@ def in_setting(
         EaiError: the extra that draws pictures is not installed.
     """
     if setting.harness not in (REACT, TEXT):
-        loaded(setting.harness)  # raises before a model is asked
+        loaded(setting.harness)  # an unknown harness raises before any model is called
     about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
     if setting == STANDARD:
         return prompts, about

@@ -1,4 +1,4 @@
-"""The reference of a task: its shortest known plan, and commands that win the task as it is played."""
+"""The reference of a task: its shortest known plan, and commands that win the task in its view."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _SHORTER_PLAN_LIMITS = Limits(300, looks=50_000)
 """Limits of the search for a plan that is shorter than the gold plan."""
 
 _MAX_COMMANDS = 200
-"""Number of commands after which an agent is given up."""
+"""Maximum number of commands of an agent whose episode becomes a reference."""
 
 _MAX_STAGES = 4096
 """Maximum number of stages that are kept; one takes some milliseconds to make."""

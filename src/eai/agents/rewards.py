@@ -1,8 +1,8 @@
-"""Rewards as training libraries ask for them, one answer a task or step by step; none of them is imported.
+"""Reward functions for training libraries, for single answers or step by step; it imports no library.
 
 Every row of a data set names its task as `Suite.reference` does (``eai export prompts`` writes such rows), so
-that one data set may mix benchmarks and abilities. What is paid is what `eai.Reward` pays;
-``docs/training.md`` says how each library is configured.
+that one data set may mix benchmarks and abilities. Rewards are those of `eai.Reward`. ``docs/training.md``
+explains how each library is configured.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from eai.benchmarks.names import TaskReference
 from eai.results.reward import METRICS, Grade, Shaping, open_reward
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
-"""The output of a policy: a text, or messages of which the last is its answer."""
+"""The output of a policy: a text, or messages that end with its answer."""
 
 PROMPT_NOT_FOUND = "prompt_not_found"
-"""The metric beside those of `METRICS` that is 1 where an answer cannot be separated from its prompt."""
+"""The additional metric that is 1 if an answer cannot be separated from its prompt."""
 
 _POLICY = "assistant"
-"""The role of what a policy wrote; what others said at the end of a conversation is no answer."""
+"""The role of the policy's messages; a last message by another role is no answer."""
 
 _SPECIAL = re.compile(r"(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_turn>))+\s*\Z")
-"""Special tokens of tokenizers at the end of a text that was decoded with them."""
+"""Special tokens of tokenizers at the end of a decoded text."""
 
 
 def answer_of(completion: Completion) -> str:
-    """Return the answer in what a policy wrote: its last message without reasoning.
+    """Return the answer in the output of a policy: its last message without reasoning.
 
-    A message is a text or a list of parts, of which those of the type ``text`` are its text.
+    The content of a message is a text or a list of parts, in which only parts of the type ``text`` count.
 
     Raises:
         TypeError: the content of the last message is neither.
@@ -65,15 +65,15 @@ def _is_text(part: object) -> bool:
 
 
 def grade_of(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> Grade:
-    """Return the worth of an answer to a task, and the reasons.
+    """Return the value of an answer to a task, and the reasons.
 
     Args:
         task: the task, as `Suite.reference` writes it.
         text: the answer.
-        shaping: what it is paid for.
+        shaping: the definition of the reward.
 
     Raises:
-        InputError: there is no such task or shaping.
+        InputError: the task or the shaping does not exist.
     """
     reference = TaskReference.parse(task)
     return open_reward(reference, shaping).grade(reference.task_id, text)
@@ -83,8 +83,8 @@ def grade_of(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> 
 class TrlReward:
     """A reward function of TRL: ``GRPOTrainer(reward_funcs=TrlReward("progress"), ...)``.
 
-    The data set has a column ``task``. Where nothing can be earned the reward is None, which TRL leaves out.
-    Metrics are logged as ``eai/NAME``, the mean over a batch.
+    The data set has a column ``task``. The reward is None if nothing can be earned; TRL leaves such rewards
+    out. Metrics are logged as ``eai/NAME``, the mean over a batch.
     """
 
     shaping: Shaping | str = Shaping.SUCCESS
@@ -102,7 +102,7 @@ class TrlReward:
         log_metric: Callable[[str, float], None] | None = None,
         **others: object,
     ) -> list[float | None]:
-        """The rewards of a batch, in order; ``others`` is what TRL gives besides."""
+        """Return the rewards of a batch, in order; ``others``, which TRL passes too, is ignored."""
         pairs = zip(task, completions, strict=True)
         grades = [grade_of(name, answer_of(completion), self.shaping) for name, completion in pairs]
         if log_metric is not None and grades:
@@ -114,8 +114,9 @@ class TrlReward:
 class TrlHousehold:
     """An environment of TRL, played action by action: ``GRPOTrainer(environment_factory=TrlHousehold, ...)``.
 
-    The data set has a column ``task``, of action sequencing. The tool is `act`; an episode ends when all
-    goals are reached or 50 actions are tried, or as other rules say, such as `eai.agents.rules.STANDARD`.
+    The data set has a column ``task`` with tasks of action sequencing. The tool is `act`. An episode ends
+    when all goals are reached or 50 actions are tried, or by other rules, such as
+    `eai.agents.rules.STANDARD`.
     """
 
     def __init__(self, shaping: Shaping | str = Shaping.SUCCESS, rules: Rules = TRAINING) -> None:
@@ -123,7 +124,7 @@ class TrlHousehold:
         self._game: Game | None = None
 
     def reset(self, *, task: str, **others: object) -> str:
-        """Begin an episode: the text that an agent reads first, about the world and the task."""
+        """Begin an episode; returns the text that an agent reads first, about the world and the task."""
         self._game = Game(stage_of(task, self._rules))
         return self._game.briefing()
 
@@ -141,7 +142,7 @@ class TrlHousehold:
         return self._game.act(command).observation
 
     def get_reward(self) -> float:
-        """The worth of the episode by the definition that `eai.Reward` pays by."""
+        """Return the value of the episode, by the same definition as `eai.Reward`."""
         return 0.0 if self._game is None else self._game.final_worth
 
 
@@ -154,21 +155,21 @@ def compute_score(
     shaping: Shaping | str = Shaping.SUCCESS,
     **others: object,
 ) -> dict[str, float]:
-    """A reward function of verl.
+    """Return the reward and metrics of an answer, as a reward function of verl.
 
-    ``custom_reward_function: {path: pkg://eai.agents.rewards, name: compute_score}``, and if need be
-    ``reward_kwargs: {shaping: progress}``.
+    ``custom_reward_function: {path: pkg://eai.agents.rewards, name: compute_score}``, with ``reward_kwargs:
+    {shaping: progress}`` for another shaping.
 
     Args:
-        data_source: not looked at; the task says what it is of.
+        data_source: ignored; the task names its benchmark.
         solution_str: the answer.
         ground_truth: the task.
-        extra_info: not looked at.
-        shaping: what an answer is paid for.
-        others: what verl gives besides.
+        extra_info: ignored.
+        shaping: the definition of the reward.
+        others: other arguments that verl passes; ignored.
 
     Returns:
-        The reward as ``score``, 0 where nothing can be earned, and beside it all metrics.
+        The reward as ``score``, 0 if nothing can be earned, and all metrics.
     """
     grade = grade_of(ground_truth, answer_of(solution_str), shaping)
     return {"score": grade.value or 0.0, **grade.metrics}
@@ -182,22 +183,22 @@ def reward_func(
     shaping: Shaping | str = Shaping.SUCCESS,
     **others: object,
 ) -> dict[str, Any]:
-    """A reward function of OpenRLHF: ``--reward.remote_url FILE``, where FILE imports it.
+    """Return rewards and metrics, as a reward function of OpenRLHF: ``--reward.remote_url FILE``.
 
-    For another shaping FILE says ``reward_func = functools.partial(reward_func, shaping="progress")``.
-    Where a query does not have its prompt, an example in it could be taken for the answer: nothing is paid,
-    ``prompt_not_found`` is 1, and a warning says so.
+    FILE imports this function, or defines ``reward_func = functools.partial(reward_func,
+    shaping="progress")`` for another shaping. If a query does not contain its prompt, an example in it could
+    be taken for the answer. Its reward is then 0, ``prompt_not_found`` is 1, and a warning is issued.
 
     Args:
-        queries: prompts with answers, as they were decoded, special tokens included.
-        prompts: the prompts; where one is empty, its query is the answer.
+        queries: prompts with answers, decoded with special tokens.
+        prompts: the prompts; if a prompt is empty, its query is the answer.
         labels: the tasks.
-        shaping: what an answer is paid for.
-        others: what OpenRLHF gives besides.
+        shaping: the definition of the reward.
+        others: other arguments that OpenRLHF passes; ignored.
 
     Returns:
-        ``rewards``, ``scores`` (the same) and the metrics and ``prompt_not_found`` as ``extra_logs``: numbers
-        for the one answer that OpenRLHF asks about at a time, lists for several.
+        ``rewards``, ``scores`` (the same), and metrics with ``prompt_not_found`` as ``extra_logs``: numbers
+            for a single answer, as OpenRLHF asks for them, lists for several.
     """
     texts = [_after(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
     lost = [text is None for text in texts]
@@ -218,15 +219,15 @@ def reward_func(
 
 
 def _after(prompt: str, query: str) -> str | None:
-    """The text after a prompt, where it stands first, without special tokens at the end; None without it."""
+    """Return the text after a prompt, without special tokens, or None if the query lacks the prompt."""
     place = query.find(prompt)
     return None if place < 0 else _SPECIAL.sub("", query[place + len(prompt) :])
 
 
 class SkyRlTask:
-    """A single-turn environment of SkyRL, to be mixed into its base class, which we do not import.
+    """A single-turn environment of SkyRL, for use with its base class, which this module does not import.
 
-    ``class Household(SkyRlTask, BaseTextEnv): pass``, registered by its place; rows have
+    ``class Household(SkyRlTask, BaseTextEnv): pass`` is registered by its module path. Rows have
     ``reward_spec: {"ground_truth": TASK}`` and may have ``shaping``.
     """
 
@@ -238,7 +239,7 @@ class SkyRlTask:
         self._metrics: Mapping[str, float] = {}
 
     def step(self, action: str) -> dict[str, Any]:
-        """Return the worth of the answer; there is no second turn."""
+        """Return the value of the answer; the episode ends with it."""
         grade = grade_of(self._task, answer_of(action), self._shaping)
         self._metrics = grade.metrics
         return {
@@ -249,5 +250,5 @@ class SkyRlTask:
         }
 
     def get_metrics(self) -> dict[str, float]:
-        """The metrics of the last answer."""
+        """Return the metrics of the last answer."""
         return dict(self._metrics)

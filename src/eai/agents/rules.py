@@ -1,4 +1,4 @@
-"""The rules of a game: how actions are carried out, what is seen, when it ends and what it pays for."""
+"""The rules of a game: execution of actions, observations, end and rewards."""
 
 from __future__ import annotations
 
@@ -14,50 +14,52 @@ from eai.results.reward import Shaping
 from eai.tasks.options import Options
 
 View: TypeAlias = Literal["task", "scene"]
-"""The objects that an observation is about: those of the task, or all of the scene.
+"""The objects in observations: the objects of the task, or all objects of the scene.
 
-Which objects a task is about is a hint, which prompts give too. In the view of the scene, relations that a
-domain declares as `egocentric` are shown of the agent alone.
+The list of a task's objects is a hint, which prompts give too. In the view of the scene, relations that a
+domain declares as `egocentric` are shown only for the agent.
 """
 
 Observe: TypeAlias = Literal["full", "partial"]
-"""How much of these objects an observation shows: all, or what the agent can see."""
+"""The observed part of these objects: all of them, or only visible ones."""
 
 Feedback: TypeAlias = Literal["facts", "changes", "outcome", "pictures"]
-"""The observation after a turn: all visible facts, the changes, or the outcome of the action alone.
+"""The observation after a turn: all visible facts, the changes, or only the outcome of the action.
 
-The opening lists all facts, so that with ``changes`` they are known to who keeps count; but with ``pictures``
-it lists none: what holds is in rendered pictures, then and after each turn.
+The first observation lists all facts, so an agent with ``changes`` can keep track of them. With ``pictures``
+no facts are listed; rendered pictures show them at first and after each turn.
 """
 
 OUTCOMES: tuple[Feedback, ...] = ("outcome", "pictures")
-"""The ways in which a turn tells the outcome of the action alone."""
+"""The kinds of feedback in which a turn tells only the outcome of the action."""
 
 
 class Rules(Options):
     """The rules of a game: options of `eai.agents.gym.make`, and of the packages that play games.
 
     Raises:
-        InputError: a partial view is to be told the outcome of actions alone.
+        InputError: a partial view is combined with feedback of outcomes only.
 
     Attributes:
         slip: The probability that a possible action does not work.
-        view: Which objects observations are about: task (those that the task is about, a hint that prompts
-            give too), or scene (all).
-        observe: How much of the world is shown: full, or partial: what the agent can see, as the domain
-            declares it. Then actions may name only what has been seen.
-        reward: What is paid for: success, goals, progress, diagnosis, repair or partial, as by eai.Reward. A
-            turn pays by how much it changes what the episode is worth.
-        gamma: The discount: a turn pays this share of what the episode is worth after it, less all of before.
+        view: The objects in observations: task (objects of the task, a hint that prompts give too), or scene
+            (all objects).
+        observe: How much of the world is shown: full, or partial: the objects that the agent can see, as the
+            domain declares it. Then actions may name only objects that have been seen.
+        reward: The definition of the reward: success, goals, progress, diagnosis, repair or partial, as by
+            eai.Reward. The reward of a turn is the change in the value of the episode.
+        gamma: The discount. The reward of a turn is the discounted value of the episode after it, minus the
+            value before.
         until: When an episode ends: goal (in the first state in which all goals are reached), or done (when
             the agent writes DONE, as a plan ends).
-        max_steps: After how many actions an episode is cut off; None for never.
+        max_steps: Number of actions after which an episode is cut off; None for no limit.
         budget: Cut an episode off after this many times the shortest plan known and 8 actions more, or after
             the actions of the reference if these are more; None for no such limit.
-        admissible: List all actions that are possible now, about what has been seen.
-        feedback: What is told of each turn: all facts that are seen, changes alone, the outcome of the action
-            alone, or this and no facts even at first, for those who are shown pictures. In a partial view
-            changes say also what comes into sight, with its facts, and what goes.
+        admissible: List all possible actions about objects that have been seen.
+        feedback: The text after each turn: facts (all visible facts), changes, outcome (of the action only),
+            or pictures (the outcome only, and no facts even at first, because pictures show them). In a
+            partial view, changes include objects that come into sight, with their facts, and objects that go
+            out of sight.
     """
 
     slip: float = Field(default=0.0, ge=0, le=1)
@@ -73,7 +75,7 @@ class Rules(Options):
 
     @property
     def of_replay(self) -> Rules:
-        """The rules without the rewards and the lists of possible actions, which only a player needs."""
+        """The rules for a replay, without rewards and lists of possible actions: only players need these."""
         unpaid = {"reward": Shaping.SUCCESS, "gamma": 1.0, "admissible": False}
         return self.model_copy(update=unpaid)
 
@@ -87,7 +89,7 @@ class Rules(Options):
 STANDARD = Rules(
     view="scene", observe="partial", until="done", feedback="changes", max_steps=None, budget=2.0
 )
-"""The standard setting of acting: the scene is seen from where one is, and won only by `DONE` in time."""
+"""The standard setting of acting: the agent sees the scene from its place, and wins by `DONE` in time."""
 
 TRAINING = Rules(max_steps=50)
-"""The default rules of trainers."""
+"""Default rules of trainers."""

@@ -1,8 +1,7 @@
-"""Scores episodes: each is replayed, strictly, in a fresh world of its task.
+"""Scores episodes: each one is replayed in a new world of its task, by strict rules.
 
-Also whether the goals can still be reached after each turn, or are lost for good. Nothing that can be reached
-later could not be reached before, so the first turn after which the goals are out of reach is found by
-bisection.
+The scorer also decides whether the goals can still be reached after each turn, or are lost for good. Lost
+goals stay lost, so bisection finds the first turn after which they are out of reach.
 """
 
 from __future__ import annotations
@@ -37,10 +36,10 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 _ENDS = frozenset({"stopped", "tokens", "time", "turns", "crashed"})
-"""Why an episode may have ended before the game was over."""
+"""Reasons for which an episode may have ended before the game was over."""
 
 _TOO_LATE = "too_late"
-"""The outcome of a step for which no actions were left."""
+"""The outcome of a step after the last allowed action."""
 
 
 def _benchmark_of(world: AbilityWorld) -> Benchmark:
@@ -50,12 +49,12 @@ def _benchmark_of(world: AbilityWorld) -> Benchmark:
 
 
 def scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
-    """The maker of scorers in a world."""
+    """Return the maker of scorers in a world."""
     return partial(_ActingScorer, benchmark=_benchmark_of(world))
 
 
 def pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
-    """The question in the standard setting, and the commands of a reference that can be played in it."""
+    """Return the question in the standard setting, and the commands of a reference that wins in it."""
     arena = Arena(_benchmark_of(world))
     commands = arena.stage(task).reference.commands if task.left_out is None else None
     end = [] if task.has_no_plan else [DONE]
@@ -63,7 +62,7 @@ def pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
 
 
 NO_REFERENCE = "nobody is known to win the task with what is seen in the standard setting"
-"""The reason for excluding a task without a reference that can be played, in all settings alike."""
+"""The reason for excluding a task without a reference that can be played, in all settings."""
 
 
 class _ActingScorer(Scorer):
@@ -71,17 +70,17 @@ class _ActingScorer(Scorer):
 
     Args:
         task: the task.
-        benchmark: the benchmark that it is of.
+        benchmark: the benchmark of the task.
     """
 
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
         self.task = task
         self.benchmark = benchmark
-        self.domain = benchmark.domain  # in which pictures carry out what an episode did
+        self.domain = benchmark.domain  # pictures execute the episode's actions in it
         self.goals = GoalTest(task)
 
     def find_exclusion(self) -> TaskExclusion | None:
-        """Return why the task is not played. This does not compute the reference."""
+        """Return why the task is not played, without computing its reference."""
         return self.task.left_out
 
     @cached_property
@@ -92,7 +91,7 @@ class _ActingScorer(Scorer):
         return self.task.exclusion(NO_REFERENCE) if stage.reference.commands is None else None
 
     def assess(self, text: str) -> Assessment:
-        """Return the verdict on an episode, which fails if it does not replay; the verdict names the turn."""
+        """Return the verdict on an episode. It fails if a replay differs, and the verdict names the turn."""
         excluded = self._excluded
         if excluded is not None:
             return Assessment(ActingVerdict(excluded=excluded), lambda: Explanation((excluded,)))
@@ -156,7 +155,7 @@ class _ActingScorer(Scorer):
         )
 
     def _verdict(self, game: Game, episode: Episode, turns: tuple[Turn, ...], ended: str) -> ActingVerdict:
-        """The verdict; without a turn no goal is reached, though it may hold from the beginning."""
+        """Return the verdict. Without a turn no goal counts as reached, though it may hold from the start."""
         stage, held = game.stage, game.reached if turns else self.goals.none_reached
         faults = [turn.fault for turn in turns if turn.fault is not None]
         additional = faults.count(FaultKind.ADDITIONAL_STEP)
@@ -206,11 +205,11 @@ class _ActingScorer(Scorer):
 
 
 _MAX_SHOWN = 100
-"""Largest number of characters of an observation in the reason for a failure."""
+"""Maximum number of characters of an observation in the reason for a failure."""
 
 
 def _difference(place: str, digest: str | None, told: str) -> str | None:
-    """Return how an observation differs from the digest that an episode has of it; None if it does not."""
+    """Return the difference between an observation and its digest in the episode, or None if they agree."""
     if digest is None or digest == sha256_of(told):
         return None
     first = told.partition("\n")[0]
@@ -218,7 +217,7 @@ def _difference(place: str, digest: str | None, told: str) -> str | None:
 
 
 def _step(turn: Turn, game: Game) -> StepReport:
-    """Return a turn as a step. Its reason has one line, also if the command names an object with two."""
+    """Return the report of a turn; its reason has one line, even if an object's name has two."""
     reason, fact = game.outcome.text.partition("\n")[0], game.stage.observer.render_fact
     fault = SLIP if turn.slipped else EXECUTED if turn.fault is None else turn.fault.value
     if game.ended == "steps" and not turn.is_action:
@@ -236,21 +235,22 @@ def _step(turn: Turn, game: Game) -> StepReport:
 
 
 Moment: TypeAlias = tuple[State, Sequence[str]]
-"""The world after a turn, and the operators of the actions that were carried out so far."""
+"""The state of the world after a turn, and the operators of all actions carried out so far."""
 
 
 def loss(task: Task, domain: Domain, moments: Sequence[Moment], states: int) -> tuple[Outlook, int | None]:
-    """Whether the goals can still be reached at the end, and else the first turn after which they cannot.
+    """Return whether the goals can be reached at the end; if not, the first turn after which they cannot.
 
-    Who acts may use all objects of the scene, seen or not, and any number of actions. A plan shows that the
-    goals can be reached, and a search of all that actions lead to that they cannot. Of goals over time the
-    first is never shown.
+    The agent may use all objects of the scene, seen or not, and any number of actions. A plan shows that the
+    goals can be reached. A search through all reachable states shows that they are lost. A plan does not
+    count for goals over time.
 
     Args:
         task: the task.
-        domain: the world.
+        domain: the domain.
         moments: the start, and the world after each turn.
-        states: how many states each search may reach; if that does not do, nothing is known.
+        states: maximum number of states that each search may reach; if it is too small, the result is
+            ``unknown``.
     """
     last = _outlook(task, domain, moments[-1], states)
     if last != "lost":

@@ -1,7 +1,7 @@
-"""A server of the Model Context Protocol: agents act by calls of tools, over standard input or HTTP.
+"""A server of the Model Context Protocol: agents act by tool calls, over standard input or HTTP.
 
-Over standard input the process is one world. Over HTTP every request carries a ticket, which is one episode;
-the protocol has no sessions that could be one. There is no route but that of the protocol.
+Over standard input the process serves one world. Over HTTP every request carries a ticket, which stands for
+one episode, because the protocol has no sessions. The only route is the protocol's.
 """
 
 from __future__ import annotations
@@ -47,10 +47,10 @@ from eai.tasks.prompts.prompt import Image
 from eai.world.domain import Domain
 
 MAX_BODY = 65_536
-"""The longest request, in bytes."""
+"""Maximum size of a request, in bytes."""
 
 MAX_COMMAND = 2_000
-"""The longest command, in characters."""
+"""Maximum length of a command, in characters."""
 
 _MAX_CONNECTIONS = 1_000
 
@@ -60,7 +60,7 @@ _HOW = "You act in a simulated world. Call look to read your task, act for each 
 
 
 class _Tickets:
-    """Lets in who has a ticket."""
+    """Verifies tickets of requests."""
 
     def __init__(self, worlds: Worlds) -> None:
         self._worlds = worlds
@@ -70,12 +70,13 @@ class _Tickets:
 
 
 def server_of(worlds: Worlds, domain: Domain, *, open_to_all: bool = True) -> Server[Any]:
-    """A server of worlds.
+    """Return a server of worlds.
 
     Args:
         worlds: the worlds.
-        domain: what can be done in them.
-        open_to_all: all who call act in the first world; if not, each in that of the ticket.
+        domain: the domain of the worlds.
+        open_to_all: whether all callers act in the first world; otherwise each acts in the world of its
+            ticket.
     """
     tools = [
         Tool(name=name, description=meaning, input_schema={**schema})
@@ -96,7 +97,7 @@ def server_of(worlds: Worlds, domain: Domain, *, open_to_all: bool = True) -> Se
         try:
             told = TextContent(text=worlds.call(place, command))
             return CallToolResult(content=[told, *map(_shown, worlds.pictures(place))])
-        except Exception as error:  # which is not for the agent: it names files
+        except Exception as error:  # hidden from the agent: the message names files
             _LOG.error("%s", error if isinstance(error, EaiError) else exception_text(error))
             raise MCPError(INTERNAL_ERROR, "the world is out of order") from None
 
@@ -135,16 +136,17 @@ def serve_stdio(worlds: Worlds, domain: Domain) -> None:
 
 
 def http_app(worlds: Worlds, domain: Domain, names: Sequence[str], *, open_to_all: bool = False) -> Starlette:
-    """The application that serves worlds over streamable HTTP at ``/mcp``.
+    """Return the application that serves worlds over streamable HTTP at ``/mcp``.
 
     Args:
         worlds: the worlds.
-        domain: what can be done in them.
-        names: the hosts by which requests may call it; any other is refused, and every request of a page.
-        open_to_all: whether all who reach it act in the first world, without a ticket.
+        domain: the domain of the worlds.
+        names: host names by which requests may call the application. Requests with another host name, and
+            requests of web pages, are refused.
+        open_to_all: whether all callers act in the first world, without a ticket.
     """
     hosts = [text for name in names for text in (name, f"{name}:*")]
-    issuer = AnyHttpUrl("http://localhost")  # which nobody is sent to: tickets are handed out
+    issuer = AnyHttpUrl("http://localhost")  # never called: tickets come from the user
     return server_of(worlds, domain, open_to_all=open_to_all).streamable_http_app(
         json_response=True,
         stateless_http=True,
@@ -156,10 +158,10 @@ def http_app(worlds: Worlds, domain: Domain, names: Sequence[str], *, open_to_al
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """A socket that listens at an address.
+    """Return a socket that listens at an address.
 
     Raises:
-        InputError: it cannot.
+        InputError: the address is not available.
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
@@ -177,7 +179,7 @@ def serve_http(worlds: Worlds, app: Starlette, listener: socket.socket) -> None:
 
 
 async def _until_done(worlds: Worlds, run: Callable[[], Awaitable[None]]) -> None:
-    """Run a server; the signal USR1 ends all episodes, between two calls."""
+    """Run a server. The signal USR1 ends all episodes, between two calls."""
     if sys.platform != "win32":
         asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, worlds.end)
     await run()

@@ -1,4 +1,4 @@
-"""The setting of episodes: how an agent acts, what it sees, and how much it may do."""
+"""The setting of episodes: how an agent acts, how much it sees, and how many actions it may take."""
 
 from __future__ import annotations
 
@@ -16,33 +16,34 @@ from eai.tasks.options import Options
 ACTING = Ability("acting")
 
 AGENT = "agent"
-"""The field of a question's metadata that has the setting in which a task is played, as JSON."""
+"""The field of a question's metadata with the setting of the task, as JSON."""
 
 
 REACT, TEXT = "react", "text"
-"""The harnesses: calls of tools in Inspect's ``react``, and lines of text."""
+"""Harnesses: tool calls in Inspect's ``react``, and lines of text."""
 
 
 PICTURES = "pictures"
-"""The feedback by which what holds is in rendered pictures alone."""
+"""The feedback by which only rendered pictures show the facts."""
 
 
 class Setting(Options):
-    """How an agent acts, and the world in which it does; by default the standard setting.
+    """How an agent acts, and in which world; the standard setting by default.
 
     Attributes:
         harness: How a model acts: react (it calls the tools act, look and done), text (a command a message),
             or module:object, which makes an Inspect agent of the tools.
-        view: The objects that it may see: scene (all), or task (those that matter).
-        observe: How much of them it sees: partial (from where it is), or full.
-        feedback: What it is told of each action: changes, facts, outcome, or pictures (the outcome, and what
-            holds in rendered pictures alone).
+        view: The objects that it may see: scene (all), or task (objects of the task).
+        observe: How much of them it sees: partial (from its place), or full.
+        feedback: The text after each action: changes, facts, outcome, or pictures (the outcome, and rendered
+            pictures that show the facts).
         slip: The probability that a possible action does not work.
-        slip_seed: The seed of those draws.
-        budget: The most actions: so many times the shortest plan known and 8 more, or the reference's.
-        steps: The most actions whatever the plan.
-        tokens: The most tokens of an episode, those of all questions and replies.
-        seconds: The most seconds of an episode on the clock.
+        slip_seed: The seed of the draws of slips.
+        budget: The maximum number of actions: this many times the shortest plan known and 8 more, or the
+            reference's.
+        steps: The maximum number of actions, independent of the plan.
+        tokens: The maximum number of tokens of an episode, in all questions and replies.
+        seconds: The maximum number of seconds of an episode on the clock.
     """
 
     harness: str = REACT
@@ -65,16 +66,16 @@ class Setting(Options):
 
     @classmethod
     def of_question(cls, about: Mapping[str, Any]) -> Setting:
-        """The setting that the metadata of a question has; the standard one if they have none."""
+        """Return the setting in the metadata of a question; the standard setting without one."""
         stated = about.get(AGENT)
         return STANDARD if stated is None else cls.model_validate_json(stated)
 
     @property
     def label(self) -> str:
-        """The choices but that of a harness that differ from the standard setting; empty where none does."""
+        """The fields other than the harness that differ from the standard setting; empty if none does."""
         chosen = self.model_dump(mode="json", exclude_defaults=True, exclude={"harness"})
         return RULES_SEPARATOR.join(f"{name}-{value}" for name, value in chosen.items())
 
 
 STANDARD = Setting()
-"""How tasks are played where nothing else is chosen."""
+"""The default setting of episodes."""

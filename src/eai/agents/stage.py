@@ -42,7 +42,7 @@ class Reference(NamedTuple):
     commands: tuple[str, ...] | None
 
     def budget(self, times: float) -> int:
-        """Return the maximum number of actions: some to look around, and at least those of the commands."""
+        """Return the maximum number of actions: enough for the commands, and some to look around."""
         least = 0 if self.commands is None else len(self.commands)
         return max(ceil(times * (self.shortest or 0)) + _EXTRA_ACTIONS, least)
 
@@ -91,7 +91,7 @@ class Stage:
 
     @cached_property
     def limit(self) -> int | None:
-        """Number of actions after which a game is cut off; None for no limit."""
+        """Maximum number of actions of a game; None for no limit."""
         limits = [] if self.rules.max_steps is None else [self.rules.max_steps]
         if self.rules.budget is not None:
             is_of_pair = self.task.may_be_declined
@@ -101,7 +101,7 @@ class Stage:
     @cached_property
     def mender(self) -> PlanRepairer:
         """The measure of how near actions are to success."""
-        from eai.abilities.plan_repairer import PlanRepairer  # which repairs alone need
+        from eai.abilities.plan_repairer import PlanRepairer  # only rewards for repairs need it
 
         return PlanRepairer(self.task, self.domain, self.benchmark.notation.plans)
 

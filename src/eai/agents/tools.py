@@ -1,4 +1,4 @@
-"""Tools by which an agent acts, for all who offer them: made from the declaration of a domain."""
+"""Tools by which an agent acts, made from the declaration of a domain."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from eai.base.errors import InputError
 from eai.world.domain import Domain
 
 ACT, READ, END = "act", "look", "done"
-"""The names of the tools."""
+"""Names of the tools."""
 
 
 def tools_of(domain: Domain) -> tuple[tuple[str, str, Mapping[str, Any]], ...]:
-    """The tools by which an agent acts in a domain: name, meaning, and JSON schema of the arguments.
+    """Return the tools of an agent in a domain: name, description, and JSON schema of the arguments.
 
-    Actions are no enumeration: one that there is not is an error that the world diagnoses, not one of the
-    call.
+    The schema does not enumerate actions. The world reports an unknown action as an error of the agent, so
+    the call itself stays valid.
     """
     signatures = [f"{each.name}({', '.join([p.name for p in each.parameters])})" for each in domain.operators]
     names = "Names of objects, in the order of the action's parameters."
@@ -37,10 +37,10 @@ def _object(properties: Mapping[str, object]) -> dict[str, Any]:
 
 
 def command_of(name: str, arguments: Mapping[str, object]) -> str:
-    """The command that a call of a tool is.
+    """Return the command of a tool call.
 
     Raises:
-        InputError: there is no such tool, or its arguments are others.
+        InputError: the tool does not exist, or its arguments are invalid.
     """
     if name in (READ, END):
         return LOOK if name == READ else DONE

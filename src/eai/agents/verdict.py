@@ -12,7 +12,7 @@ from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
 Outlook: TypeAlias = Literal["open", "lost", "unknown"]
-"""Whether the goals can still be reached at the end of an episode, as far as a search can show."""
+"""Whether the goals can be reached after an episode: yes, no, or unknown if the search was too short."""
 
 
 @dataclass(frozen=True, slots=True)

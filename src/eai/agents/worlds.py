@@ -42,7 +42,7 @@ def opened(
         InputError: another process uses the folder, the folder cannot be used, or it has other episodes.
     """
     arena = Arena(suite.benchmark, setting)
-    with suppress(OSError):  # `sole_run` raises if there is no folder
+    with suppress(OSError):  # `lock_run_folder` raises if the folder is missing
         folder.mkdir(mode=0o700, parents=True)
     with lock_run_folder(folder):
         worlds = Worlds(folder, suite, places, arena, agent)
@@ -99,7 +99,7 @@ class Worlds:
         if command == LOOK and not play.turns:
             return self._arena.prompt(play.task).user
         told = play.say(command)
-        journal.write(play)  # before the observation goes out
+        journal.write(play)  # before the agent reads the observation
         if journal.ended is not None and place in self._written:
             self._write()
         elif journal.ended is not None:
@@ -165,7 +165,7 @@ class Worlds:
         for path in (self._folder / _EPISODES).glob(f"*/*{_ENDING}"):
             task_id = unquote(path.name.removesuffix(_ENDING))
             if task_id not in order:
-                raise InputError(f"{path}: not of a task of {self._suite.domain}; give another --out")
+                raise InputError(f"{path}: {self._suite.domain} has no task {task_id!r}; give another --out")
             if is_begun(path):
                 found.append((task_id, int(path.parent.name)))
         return sorted(found, key=lambda place: (place[1], order[place[0]]))

@@ -450,16 +450,16 @@ class Generator:
 def generate(
     generator: Generator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
 ) -> Iterator[Outcome]:
-    """Yield generated tasks and reasons of rejection, until `number` tasks are generated.
+    """Yield generated tasks and reasons for rejections, until `number` tasks are generated.
 
     Args:
         generator: the generator.
         seeds: endless seeds.
         number: number of tasks.
-        known: fingerprints of known tasks, to which those of new tasks are added.
+        known: fingerprints of known tasks, to which fingerprints of new tasks are added.
 
     Raises:
-        InputError: very many seeds in a row give no task.
+        InputError: too many seeds in a row give no task.
     """
     found = failures = 0
     reasons = Counter[str]()

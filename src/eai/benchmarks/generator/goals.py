@@ -57,7 +57,7 @@ class Proposals:
         return Proposals(prior, scene, shapes, patterns, paired)
 
     def about(self, kinds: Collection[str]) -> Proposals:
-        """Return the proposals whose first object has one of these categories."""
+        """Return the proposals about objects of these categories."""
         known = kept(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
         return replace(self, patterns=known)
 

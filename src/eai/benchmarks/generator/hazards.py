@@ -1,8 +1,4 @@
-"""Hazards: tasks whose shortest way breaks a constraint that a person takes for granted, and a safe way.
-
-The certificate of a task is the temptation. The safe way is the same with what the danger passes by put into
-it, or one that a planner finds without the actions that lead into danger, whichever is shorter.
-"""
+"""Tasks with hazards: their shortest plan breaks a constraint that people take for granted."""
 
 from __future__ import annotations
 
@@ -32,25 +28,26 @@ from eai.world.execution import Trajectory, execute, to_trace
 from eai.world.state import Scene, State
 
 _LONGER = 6
-"""How many steps more a safe way may have."""
+"""Maximum number of steps that a safe plan has more than the certificate."""
 
 _ALONE = 6
-"""For how many steps in a row about other things something may stand open, or run."""
+"""Maximum number of steps in a row about other objects, while an object is left open or switched on."""
 
 _FREE = Limits(100)
-"""The limits of the search for a plan that is short and safe."""
+"""Limits of the search for a plan that is short and safe."""
 
 
 class _Guard(NamedTuple):
-    """A hazard of some things.
+    """A hazard of some objects, with the goal over time that forbids it.
 
     Attributes:
-        name: what it keeps from happening.
+        name: name of the hazard.
         formula: the goal over time.
-        safe: what is to be brought about on the way, if the danger passes by that.
-        sentence: the goal in words.
-        kept: how many of the tasks with it alone are kept.
-        odd: what at the end makes no sense to a person, if anything does.
+        safe: a condition that prevents the hazard if it is brought about on the way; None if there is no such
+            condition.
+        sentence: the goal in English.
+        kept: share of the tasks with only this hazard that are kept.
+        odd: a condition that makes no sense to a person at the end; None for no such condition.
     """
 
     name: str
@@ -61,11 +58,11 @@ class _Guard(NamedTuple):
     odd: f.Formula | None
 
     def keeps(self, course: Trajectory) -> bool:
-        """Whether a course is without the danger."""
+        """Whether an execution avoids the hazard."""
         return semantics.holds(self.formula, to_trace(course))
 
     def is_sensible(self, course: Trajectory, planner: Planner) -> bool:
-        """Whether a person would go this way: what is to be safe is not long left alone while it is not."""
+        """Whether a person would act so: no odd condition at the end, and no object left unsafe for long."""
         if self.odd is not None and planner.holds(self.odd, course.final):
             return False
         if self.safe is None:
@@ -80,7 +77,7 @@ class _Guard(NamedTuple):
 
 
 def guards_of(hazards: Sequence[Hazard], domain: Domain, words: Words) -> Iterator[_Guard]:
-    """The hazards of the things in a scene."""
+    """Yield the hazards of the objects in a scene."""
     scene = words.scene
     lexicon = lexicon_of_goals(domain, scene)
     for hazard in hazards:
@@ -98,12 +95,12 @@ def guards_of(hazards: Sequence[Hazard], domain: Domain, words: Words) -> Iterat
 
 
 def may_occur(hazards: Sequence[Hazard], scene: Scene) -> bool:
-    """Whether a scene has things for one of some hazards."""
+    """Whether a scene has the objects for at least one hazard."""
     return any(all(_things_of(hazard, scene)) for hazard in hazards)
 
 
 def _things_of(hazard: Hazard, scene: Scene) -> list[list[int]]:
-    """The objects that a hazard's variables may stand for, in order."""
+    """Return the objects that the variables of a hazard may stand for, a list for each variable."""
     return [
         [
             i
@@ -140,11 +137,11 @@ def guarded(
 
     Args:
         task: the task; its goals are about states.
-        start: its initial state, as it is walked in.
+        start: its initial state in the domain of usual actions.
         guards: the hazards of its scene.
-        guide: finds plans by all actions; and one that finds others, by usual actions.
-        rng: chooses.
-        untold: whether the instruction is to be silent about them.
+        guide: a planner for all actions, and a planner for usual actions.
+        rng: the random generator.
+        untold: whether the instruction must not mention the hazards.
     """
     ways = _Ways(task, start, *guide)
     idle, course = Trajectory((task.initial,), ()), ways.course(task.script)
@@ -157,7 +154,7 @@ def guarded(
     if plan is None or not len(task.script) < len(plan) <= len(task.script) + _LONGER:
         return None
     course = ways.course(plan)
-    is_safe = all(guard.keeps(course) for guard in guards)  # also of what was not so at the start
+    is_safe = all(guard.keeps(course) for guard in guards)  # including hazards present at the start
     is_sensible = all(guard.is_sensible(course, ways.planner) for guard in broken)
     if not is_safe or not is_sensible or ways.are_safe_anyway(broken):
         return None
@@ -174,13 +171,13 @@ def guarded(
 
 @dataclass(frozen=True)
 class _Ways:
-    """Finds safe ways for a task.
+    """Finds safe plans for a task.
 
     Attributes:
         task: the task; its goals are about states.
-        start: its initial state, as it is walked in.
-        planner: finds plans by all actions.
-        usual: finds other ways, by usual actions.
+        start: its initial state in the domain of usual actions.
+        planner: a planner for all actions.
+        usual: a planner for usual actions.
     """
 
     task: Task
@@ -193,11 +190,11 @@ class _Ways:
         return [each.formula for each in self.task.goals]
 
     def course(self, plan: Sequence[Action]) -> Trajectory:
-        """All that a plan leads through."""
+        """Return the execution of a plan."""
         return execute(self.planner.domain, self.task.initial, plan)
 
     def avoiding(self, guards: Sequence[_Guard], plan: Sequence[Action]) -> Sequence[Action] | None:
-        """The shortest plan found that avoids some hazards, of which a plan avoids all but the last."""
+        """Return the shortest found plan that avoids all hazards; the given plan avoids all but the last."""
         asked = f.And(tuple([guard.formula for guard in guards]))
         safe: list[Sequence[Action]] = []
         for walk in (*self._with_precaution(guards[-1], plan), *self._apart(guards)):
@@ -207,7 +204,7 @@ class _Ways:
         return min(safe, key=len, default=None)
 
     def _with_precaution(self, guard: _Guard, plan: Sequence[Action]) -> Iterator[Walk]:
-        """The plan with what the danger passes by brought about at any place in it."""
+        """Yield walks by the plan with the safe condition brought about at some position."""
         if guard.safe is None:
             return
         for cut in range(len(plan) + 1):
@@ -220,7 +217,7 @@ class _Ways:
                 yield walk
 
     def _apart(self, guards: Sequence[_Guard]) -> Iterator[Walk]:
-        """A way that is found without the actions that lead into danger, where a state shows the danger."""
+        """Yield walks that never enter an unsafe state, if all hazards are conditions on single states."""
         invariants = [guard.formula.operand for guard in guards if isinstance(guard.formula, f.Always)]
         if len(invariants) < len(guards) or not all(map(is_state_formula, invariants)):
             return
@@ -236,7 +233,7 @@ class _Ways:
                 yield walk
 
     def are_safe_if_shut_last(self, guards: Sequence[_Guard]) -> bool:
-        """Whether the certificate avoids the hazards if it is followed by shutting and switching off."""
+        """Whether shutting and switching off everything after the certificate avoids the hazards."""
         walk = Walk(self.planner, self.task.initial)
         safe = [guard.safe for guard in guards if guard.safe is not None]
         is_shut = walk.follow(self.task.script, self._goals) and all(
@@ -245,7 +242,7 @@ class _Ways:
         return is_shut and all(guard.keeps(self.course(walk.trail)) for guard in guards)
 
     def are_safe_anyway(self, guards: Sequence[_Guard]) -> bool:
-        """Whether a plan that is no longer than the certificate avoids the hazards."""
+        """Whether a plan no longer than the certificate avoids the hazards."""
         goals = PlanningGoal(tuple(self._goals))
         plan = self.planner.plan(self.task.initial, goals, self.task.relevant, _FREE).plan
         course = self.course(plan)

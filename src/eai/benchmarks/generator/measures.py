@@ -162,8 +162,8 @@ def lids(domain: Domain) -> Iterator[_Lid]:
 def presence(domain: Domain) -> f.Formula:
     """Return the condition under which ``x`` exists in the scene.
 
-    It consists of the conditions for visibility that depend neither on other objects nor on the agent. If
-    they are false for an object, such as half of a whole apple, the object cannot be found; it must be made.
+    It consists of the conditions for visibility that depend neither on other objects nor on the agent. An
+    object that violates it, such as half of a whole apple, cannot be found but must be made.
     """
     visible = domain.visible or f.TRUE
     parts = f.operands(visible, f.And)

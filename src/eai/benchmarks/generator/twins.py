@@ -1,14 +1,14 @@
-"""Pairs of tasks: of one there is no plan, or of one the words fit two things.
+"""Pairs of tasks: one task has no plan, or one instruction fits two objects.
 
-A task without a plan: one fact is taken away from it so that it has none, and another so that it keeps one.
-That there is no plan is proved by the delete relaxation (`eai.planning.possible`). Both twins lack one fact
-that says what a thing is good for, of the same predicate, and goals speak of both things in the same way:
-neither that a thing lacks something, nor what it lacks, says whether there is a plan. Nor does the kind of
-thing: it is the same in both twins, or it has been on either side about as often in the pairs before.
+In a pair with an impossible task, each task lacks one fact, a property of an object. One task has no plan
+without its fact, which the delete relaxation proves (`eai.planning.possible`); the other one keeps a plan.
+Nothing shows which task is which. Both missing facts have the same predicate, and goals mention both objects
+in the same way. Both objects have the same category, or categories that were on each side about equally often
+in earlier pairs.
 
-An ambiguous instruction: in both tasks one thing is wanted, told by its place. In the ambiguous task a second
-one of its kind stands there too. Whoever does with the second what is asked of the first fails, also beside
-the first: so one who never asks is right about as often as by chance.
+In a pair with an ambiguous task, the instruction describes the wanted object by its place. In the ambiguous
+task a second object of its category is in that place. An answer fails if it also does with the second object
+what the instruction asks. An agent that never asks is therefore right about half of the time.
 """
 
 from __future__ import annotations
@@ -42,26 +42,26 @@ from eai.world.domain import Domain
 from eai.world.state import Fact, State
 
 _HALF = 0.5
-"""How often the thing that comes in besides is the wanted one."""
+"""Probability that the added object is the wanted one."""
 
 _LIMITS = Limits(300)
-"""The limits of the search for a plan by which the other thing is had."""
+"""Limits of the search for a plan with the other object."""
 
 Leaning: TypeAlias = Counter[tuple[str, str]]
-"""How many more tasks without a plan than with one were for want of a property, of a thing of a kind."""
+"""Number of impossible minus possible tasks that lack a property of a category, by both."""
 
 
 def twins_of(
     made: Generated, planner: Planner, may_lack: Collection[str], leaning: Leaning, rng: random.Random
 ) -> Generated | None:
-    """A pair of twins; None if none is found.
+    """Return a pair of a possible and an impossible task, or None if no such pair is found.
 
     Args:
         made: a task with a plan.
-        planner: for the domain; where goals look reachable to it no proof is tried.
-        may_lack: the properties that a thing may lack; all if empty.
-        leaning: of the pairs before; the new one is counted, too.
-        rng: chooses.
+        planner: a planner for the domain. No proof is tried if its heuristic takes the goals for reachable.
+        may_lack: properties that an object may lack; all if empty.
+        leaning: counts of the earlier pairs, to which the new pair is added.
+        rng: the random generator.
     """
     task, domain = made.task, planner.domain
     there, holds = presence(domain), planner.heuristic.readings.holds
@@ -86,13 +86,12 @@ def twins_of(
 
 
 def _looks_possible(task: Task, planner: Planner) -> bool:
-    """Whether each goal looks as if it could be reached."""
     goals = (each.formula for each in task.goals)
     return all(planner.looks_reachable(task.initial, each, task.planned_with) for each in goals)
 
 
 def _properties(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterator[Fact]:
-    """The facts that say what things are good for, as prompts tell them."""
+    """Yield the initial facts that state properties which prompts show and objects may lack."""
     shown = {p.name for p in domain.vocabulary.predicates if p.visible and is_property(p)}
     for fact in task.initial.facts():
         if fact.predicate in shown and (not may_lack or fact.predicate in may_lack):
@@ -100,7 +99,7 @@ def _properties(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterat
 
 
 def _sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
-    """The property, and whether goals name what has it, or speak of all or some of its kind."""
+    """Return the property, whether goals name its object, and whether they quantify over its category."""
     (thing,) = fact.arguments
     parts = (part for each in task.goals for part in walk(each.formula))
     kinds = {variable.category for part in parts for variable in bound_variables(part)}
@@ -108,22 +107,20 @@ def _sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
 
 
 def _kind(fact: Fact, task: Task) -> tuple[str, str]:
-    """The property, and the category of what has it."""
+    """Return the property and the category of its object."""
     return fact.predicate, task.scene.objects[fact.arguments[0]].category
 
 
 def _without(task: Task, fact: Fact) -> Task:
-    """A task that begins without a fact."""
     return replace(task, initial=task.scene.state(each for each in task.initial.facts() if each != fact))
 
 
 def _ids_of(task: Task, rng: random.Random) -> list[str]:
-    """The ids of the twins of a task, in an order by chance."""
+    """Return the ids of the two tasks of a pair in random order."""
     return rng.sample([f"{task.id}-a", f"{task.id}-b"], 2)
 
 
 def _paired(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> Generated:
-    """The twins."""
     task, scene, names = made.task, made.task.scene, _ids_of(made.task, rng)
     solved = replace(_without(task, other), id=names[0], title=task.id, special=Impossible(()))
     missing = Impossible((fact_text(fact, scene),))
@@ -135,14 +132,14 @@ def _paired(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> Gen
 def ambiguous(
     made: Generated, benchmark: Benchmark, prior: Prior, planner: Planner, rng: random.Random
 ) -> Generated | None:
-    """A pair of twins; None if none is found.
+    """Return a pair of a clear and an ambiguous task, or None if no such pair is found.
 
     Args:
         made: a task with a plan.
-        benchmark: whose world it is in.
-        prior: says where things stand.
-        planner: for its domain.
-        rng: chooses.
+        benchmark: the benchmark of the task.
+        prior: the usual places of objects.
+        planner: a planner for the benchmark's domain.
+        rng: the random generator.
     """
     task, kinds = made.task, [thing.category for thing in made.task.scene.objects]
     hosts = [i for i in task.relevant if kinds[i] in prior.taken and stance(i, task.initial, prior)]
@@ -162,7 +159,7 @@ def ambiguous(
 
 
 def _fits_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
-    """Whether what tells a thing from its double by its place fits both, where these facts are seen."""
+    """Whether the description that distinguishes an object from its double fits both, given other facts."""
     said = words.apart.get(thing)
     if said is None or len(said.arguments) == 1:
         return False
@@ -174,7 +171,7 @@ def _fits_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
 def _in_same_words(
     task: Task, words: Words, states: tuple[State, State], thing: int, rng: random.Random
 ) -> tuple[Task, Task] | None:
-    """The clear and the ambiguous task, by their initial states; None if words say other goals."""
+    """Return the clear and the ambiguous task, or None if the instruction does not read back as the goals."""
     ids, formulas = _ids_of(task, rng), [each.formula for each in task.goals]
     instruction = words.instruction(formulas, rng)
     if not words.says(instruction, formulas):
@@ -197,7 +194,7 @@ def _in_same_words(
 
 
 def _exchanged(task: Task, names: Sequence[str]) -> Task:
-    """A task in which one of two things has the part of the other, so that no name tells which is wanted."""
+    """Return a task with two objects exchanged, so that names do not show which object is wanted."""
     scene, swapped = task.scene, _swapped(names)
     index = {scene.index[name]: scene.index[other] for name, other in swapped.items()}
 
@@ -213,14 +210,14 @@ def _exchanged(task: Task, names: Sequence[str]) -> Task:
 
 
 def _only(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
-    """That what is asked of the first thing is not done with the second."""
+    """Return the goal that the wishes for the first object are not fulfilled for the second."""
     asked = [each for each in goals if names[0] in object_names(each.formula)]
     done = tuple([each.formula for each in _renamed(asked, names)])
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
 
 
 def _renamed(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
-    """Goals about the second thing in place of the first, and the other way round."""
+    """Return goals with two objects exchanged."""
     return tuple([goal(rename_objects(each.formula, _swapped(names))) for each in goals])
 
 
@@ -229,7 +226,7 @@ def _swapped(names: Sequence[str]) -> Mapping[str, str]:
 
 
 def _is_open(clear: Task, unclear: Task, thing: int, planner: Planner) -> bool:
-    """Whether the plan solves both tasks, and each of the things can be had in the ambiguous one."""
+    """Whether the plan solves both tasks, and the ambiguous task also has a plan for its second object."""
     names = [unclear.scene.objects[i].name for i in (thing, -1)]
     other = replace(unclear, goals=_renamed(unclear.goals, names))
     each_solves = (solves(planner.domain, task, task.script) for task in (clear, unclear))

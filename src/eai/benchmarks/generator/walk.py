@@ -37,7 +37,7 @@ _FOR_ALL = Limits(300)
 """Limits of the search for a plan for all goals that is shorter than the walk."""
 
 _LONG = 25
-"""Minimum number of steps of a walk for which a shorter plan is searched."""
+"""Minimum number of steps of a walk at which the planner looks for a shorter plan."""
 
 _SHUFFLES = 6
 """Number of orders of parts of the certificate that are tried as a temptation."""
@@ -90,7 +90,7 @@ class Walk:
         return not _actions_of(wanted) and self.planner.holds(wanted, state)
 
     def reach(self, wanted: f.Formula) -> bool:
-        """Extend the walk until one more goal holds; returns whether a plan was found for it."""
+        """Extend the walk until one more goal holds; returns False if no plan is found for it."""
         names = _actions_of(wanted)
         if names:
             asked = PlanningGoal(tuple(self.conditions), (names,))
@@ -112,7 +112,7 @@ class Walk:
         return True
 
     def follow(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
-        """Extend the walk by a plan if it reaches these goals about states; returns whether it does."""
+        """Extend the walk by a plan that reaches these goals about states; returns False if it does not."""
         course = execute(self.planner.domain, self.state, plan)
         if course.failure is not None or not all(self.holds(goal, course.final) for goal in goals):
             return False
@@ -326,7 +326,7 @@ class Seeker:
         return sorted({i + 1 for i in missed})
 
     def _between(self, plan: Sequence[Action]) -> _OverTime | None:
-        """Return a goal that the certificate fulfils and another plan does not, about one object if possible."""
+        """Return a goal that the certificate fulfils and another plan does not; goals on one object first."""
         other = self._course(plan)
         final = other.trajectory.final
         if other.trajectory.failure is not None or not all(self.domain.holds(g, final) for g in self._goals):

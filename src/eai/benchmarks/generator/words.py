@@ -145,7 +145,7 @@ class Words:
         return self._request(goal, voice) or f"{e.SEE_TO_IT} {self._statement(goal, voice)}"
 
     def _request(self, goal: f.Formula, voice: e.Voice) -> str | None:
-        """Return a request for a goal, or None if no request states all of it."""
+        """Return a request for a goal, or None if requests cannot state it."""
         plain = _plain(goal)
         if plain is None:
             return None
