@@ -35,7 +35,7 @@ class Usage:
         return self.input_tokens + self.output_tokens
 
     def __add__(self, other: Usage) -> Usage:
-        """Return the sum. A number that both lack stays None."""
+        """Return the sum of two usages. A number that neither usage knows stays None."""
         sums: dict[str, Any] = {}
         for name in self.__slots__:
             numbers = [number for number in (getattr(self, name), getattr(other, name)) if number is not None]

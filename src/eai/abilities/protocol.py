@@ -39,12 +39,12 @@ class _RegisteredName(str):
 
     @classmethod
     def list_names(cls) -> Collection[Self]:
-        """Return the known names."""
+        """Return the known names of this class."""
         raise NotImplementedError
 
     @classmethod
     def from_name(cls, name: str) -> Self:
-        """Return a known name.
+        """Return the known ability or protocol with a name.
 
         Raises:
             InputError: the name is not known.

@@ -26,7 +26,7 @@ _OPENING = "|".join(
         rf"◁{_NAMES}▷",
         r"<unused94>(?:thought\b)?",
         r"<\|channel\|?>\s*(?:analysis|commentary|thought)\b(?:[^<\n]*<\|message\|>)?",
-        r"\Aanalysis(?=[A-Z])",  # the same channel after a tokenizer has removed its special tokens
+        r"\Aanalysis(?=[A-Z])",  # the analysis channel after a tokenizer has removed its special tokens
     ]
 )
 _CLOSING = "|".join(

@@ -103,7 +103,10 @@ Instruction: TypeAlias = Perform | Require | Fork | None
 """The next instruction; None if all subgoals were executed."""
 
 Program: TypeAlias = Sequence[Instruction]
-"""Instructions that lead only to earlier ones. The last instruction runs first; number 0 is None."""
+"""A sequence of instructions.
+
+Each leads only to instructions before it. The last one runs first; number 0 is None.
+"""
 
 
 @dataclass(frozen=True, slots=True)

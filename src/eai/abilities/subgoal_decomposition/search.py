@@ -198,7 +198,7 @@ def _rank_success(branch: Branch) -> int:
 
 
 def _rank_failure(branch: Branch) -> tuple[int, int]:
-    """Return the rank of a branch that fails: the number of errors, then the longest plan."""
+    """Return the sort key of a failed branch: fewest errors first, then most executed actions."""
     return branch.errors, -branch.past.number
 
 
@@ -208,7 +208,8 @@ def _merge_branches(branches: list[Branch], subgoal: int, *, with_pasts: bool) -
     Args:
         branches: the branches.
         subgoal: number of the subgoal that they continue with.
-        with_pasts: whether the executed actions matter to the goal, so that branches with others stay apart.
+        with_pasts: whether branches with different executed actions stay apart, since the actions matter to
+            the goal.
     """
     if len(branches) < _MIN_BRANCHES_TO_MERGE:
         return branches
@@ -306,7 +307,7 @@ def search(
 
 
 class _Exploration:
-    """The state of one search."""
+    """The state of one search over all ways to execute a program."""
 
     def __init__(
         self, domain: Domain, program: Program, goal: GoalProgress, limits: ExplorationLimits
@@ -326,7 +327,7 @@ class _Exploration:
         self._ended: list[Branch] = []
 
     def run(self, start: Branch) -> ExplorationResult:
-        """Explore all branches."""
+        """Explore all branches from a start, and return the result."""
         self._waiting[-1].append(start)
         for number in reversed(range(len(self._program))):
             instruction, waiting = self._program[number], self._waiting[number]

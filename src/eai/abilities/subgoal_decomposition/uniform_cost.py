@@ -36,7 +36,7 @@ MovementPath: TypeAlias = PlanNode
 
 
 class Permitted(NamedTuple):
-    """The permitted actions of a search.
+    """The permitted actions of a search. A part is a literal of the subgoal; masks have a bit for each part.
 
     Attributes:
         achievers: actions that may reach the subgoal.
@@ -274,10 +274,13 @@ class _UniformCostSearch:
 
 
 _MAX_FAILURE_STATES = 16
-"""Maximum number of states in which failing actions are searched: the start, then those with most met."""
+"""Maximum number of states in which a failed search tests actions, the start and the best ones first."""
 
 _MAX_FAILURE_TESTS = 200_000
-"""Maximum number of parts that are tested in these states. A goal with very many parts gets fewer states."""
+"""Maximum number of tests of goal parts when a failed search is explained.
+
+With very many parts fewer states are tested.
+"""
 
 
 _AttemptRank: TypeAlias = tuple[int, int, int]
@@ -303,12 +306,12 @@ _NearestAttempt: TypeAlias = tuple[_AttemptRank, _TriedAction | None]
 
 
 def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
-    """Return the failed plan that comes nearest to the goal of searches without a plan.
+    """Return the failed plan nearest to the goal, if no search found a plan.
 
-    The plan ends with the failing action. It would meet most parts, with the fewest failing checks and then
-    the shortest plan. An action that would establish the failing checks may replace it. If no action fails
-    but the plan is too long, there is no plan. If all parts can be reached, but not together, the plan is the
-    shortest one that meets most parts.
+    The plan ends with a failing action. This action would meet most parts of the goal; of several it has the
+    fewest failing checks, then the shortest plan. An action that would establish its failing checks may
+    replace it. If no action fails but the plan is too long, there is no plan. If all parts can be reached,
+    but not together, the plan is the shortest one that meets most parts.
     """
     failing = [_FailedSearch(search) for search in searches]
     most_met = max([failed_search.most_met for failed_search in failing])

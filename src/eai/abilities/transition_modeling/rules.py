@@ -143,10 +143,10 @@ class MatchingRules(ABC):
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Return the result of planning with each operator of the task among gold operators, by name.
+        """Return by name the planner's result for each operator of the answer, with gold ones otherwise.
 
         The result is None for an operator that the answer lacks. The mapping is empty for an answer that the
-        rules leave out.
+        rules exclude.
         """
 
     @property
@@ -240,7 +240,10 @@ class PaperRules(MatchingRules):
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Return the result of planning with each operator of the task among gold operators, by name."""
+        """Return by name the planner's result for each operator of the answer, with gold ones otherwise.
+
+        The result is None for an operator that the answer lacks.
+        """
         written = extract(text, self.readings)
         by_name = {} if isinstance(written, Unreadable) else written.value
         return {

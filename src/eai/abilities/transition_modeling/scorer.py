@@ -76,7 +76,7 @@ class TransitionModeling(Scorer):
     def plan_one_at_a_time(
         self, text: str, replaced: ReplacedPart = "operator"
     ) -> Mapping[str, PlannerResult | None]:
-        """Return the result of planning with each operator of the task among gold operators, by name.
+        """Return by name the planner's result for each operator of the answer, with gold ones otherwise.
 
         The result is None for an operator that the answer lacks. The mapping is empty for an excluded answer.
         """
@@ -199,6 +199,6 @@ def _describe_unbound(report: OperatorReport, side: str) -> str:
 
 
 def _list_clauses(clauses: tuple[str, ...], *, are_any: bool) -> str:
-    """Return clauses as a list in words. Another clause of the answer may imply one of them."""
+    """Return clauses in words, such as ``clauses (open ?x), (near ?y)``."""
     noun = "alternative" if are_any else "clause"
     return f"{noun}{'s' if len(clauses) > 1 else ''} {', '.join(clauses)}"

@@ -52,7 +52,7 @@ class Trial(TidyLine):
     """One operator of one answer, tried among gold ones.
 
     Attributes:
-        replaced: what of the gold operator gave way (`Replaced`).
+        replaced: what of the gold operator gave way (`ReplacedPart`).
         operator: its name.
         outcome: how the planner ended (`PlannerOutcome`), or `NOT_WRITTEN`.
         categories: those of the task, with blanks between.
