@@ -17,7 +17,7 @@ def tool() -> ModuleType:
     return module_at("tools/mutants.py")
 
 
-def test_what_says_nothing_of_what_is_done_is_left_alone(
+def test_code_without_effect_on_results_is_never_changed(
     tool: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     module = tmp_path / "src" / "eai" / "sample.py"
@@ -53,27 +53,27 @@ def test_the_tests_of_a_module_are_those_that_may_meet_it_nearest_first(tool: Mo
     assert (own, package) == ([], ["abilities/subgoal_decomposition"])
 
 
-def test_what_is_listed_as_meaning_the_same_can_still_be_made(tool: ModuleType) -> None:
+def test_every_listed_equivalent_mutant_can_still_be_made(tool: ModuleType) -> None:
     paths = {Path(name.partition(":")[0]) for name in tool.EQUIVALENT}
     assert tool.EQUIVALENT.keys() <= {mutant.name for path in paths for mutant in tool.mutants(path)}
 
 
-def test_quick_tests_come_first_and_before_them_what_has_failed(tmp_path: Path) -> None:
+def test_tests_that_failed_before_and_quick_tests_come_first(tmp_path: Path) -> None:
     module = module_at("tools/quick_first.py")
     file = tmp_path / "known.json"
     file.write_text(
         '{"took": {"slow": 9, "quick": 0.1, "near/quick": 0.1, "failed": 8}, "failed": {"failed": 9}}'
     )
     names = ["slow", "failed", "new", "quick", "near/quick"]
-    assert module.QuickFirst(file, math.inf, ("near/",)).chosen(names) == [
+    assert module.QuickFirst(file, math.inf, ("near/",)).choose(names) == [
         "failed",
         "near/quick",
         "quick",
         "new",
         "slow",
     ]
-    assert module.QuickFirst(file, 8.7, ()).chosen(names) == ["failed", "quick", "near/quick", "new"]
-    assert module.QuickFirst(file, 1, ()).chosen(["slow"]) == ["slow"]
+    assert module.QuickFirst(file, 8.7, ()).choose(names) == ["failed", "quick", "near/quick", "new"]
+    assert module.QuickFirst(file, 1, ()).choose(["slow"]) == ["slow"]
 
 
 def test_a_mutant_is_noticed_where_a_test_fails(

@@ -46,7 +46,7 @@ def printed_by(folder: Path, *arguments: str) -> str:
 
 
 def test_all_modules_that_are_left_are_imported(folder: Path) -> None:
-    finished = TOOL.imports_of(folder / "eai")
+    finished = TOOL.import_all(folder / "eai")
     assert (finished.returncode, finished.stderr) == (0, "")
     assert finished.stdout.strip() == str(folder / "eai")
 

@@ -1,20 +1,21 @@
-"""Do the tests notice when the core is wrong? A seeded sample of mutants, each tested by its module's tests.
+"""Measure how many small errors in the code the tests notice.
 
     python tools/mutants.py --number 50 --seed 3
-    python tools/mutants.py --only world/past --only extensions/questions/
+    python tools/mutants.py --only world/history --only extensions/questions/
 
-A mutant is a module with one small change: a comparison, an operator or a connective is another one, a number
-is one more, a condition is negated. Left alone are annotations, decorators, which say whether instances have
-slots, what is imported for types alone, ``strict`` of `zip`, which says what holds already, and what a random
-float is compared with, as it is never just that. The mutant lies in a copy of the sources, in which run,
-until one notices something, the tests of its package, its own file's first, then tests elsewhere that import
-the module and those of the households, where its callers meet real data: quick ones before slow ones, and
-first what noticed other mutants (``tools/quick_first.py``), as many as fit into
-``--seconds`` each time. It is the default set of
-tests, or with ``--whole`` all. The tests of every package run once on the sources as they are before, which
-says how long each takes, unless a file given with ``--known`` has that from another time. Prints what becomes
-of each mutant, and how many are noticed; exits with status 1 if those are fewer than nine in ten. Survivors
-that no test can notice, since they mean the same, are listed in `EQUIVALENT`, with the reason.
+A mutant is a module with one small change: another comparison, operator or connective, a number plus one, or
+a negated condition. Code without effect on results is never changed: annotations, decorators, imports for
+types, ``strict`` of `zip`, and a comparison with a random float. The mutants are a random sample by a seed.
+
+Each mutant is tested in a copy of the sources until a test fails. The tests of its own file come first, then
+the tests of its package, then other tests that import the module, then the tests of benchmarks. Among these,
+tests run first that are quick or that noticed other mutants (``tools/quick_first.py``), within ``--seconds``
+of CPU time. ``--whole`` adds the tests that the default set leaves out. Before the first mutant, the tests of
+each package run once on the unchanged sources to measure their times, unless ``--known`` names a file of
+times.
+
+The program prints whether each mutant is noticed. Its exit status is 1 if fewer than nine in ten are noticed.
+`EQUIVALENT` lists mutants that behave like the original code, with the reason.
 """
 
 from __future__ import annotations
@@ -44,15 +45,16 @@ PACKAGES = (
     "logic",
     "abilities",
     "results",
-    "scoring",
-    "envs",
-    "questions",
-    "generator",
+    "agents",
+    "extensions/questions",
+    "benchmarks/generator",
 )
-WANTED = 0.9
-SECONDS, WAITS = 300, 10
-"""CPU seconds that one run of tests may take, and how often that on the clock; a mutant that takes longer
-is noticed."""
+MIN_NOTICED_RATE = 0.9
+MAX_CPU_SECONDS = 300
+"""CPU seconds that one run of tests may take. A mutant whose tests take longer counts as noticed."""
+
+MAX_WALL_FACTOR = 10
+"""Maximum time on the clock, in multiples of the CPU seconds."""
 
 _SWAPPED = (
     (ast.Eq, ast.NotEq),
@@ -65,8 +67,8 @@ _SWAPPED = (
     (ast.BitAnd, ast.BitOr),
     (ast.LShift, ast.RShift),
 )
-OTHER: dict[type[ast.AST], type[ast.AST]] = {**dict(_SWAPPED), **{b: a for a, b in _SWAPPED}}
-"""What stands in the place of what."""
+REPLACEMENTS: dict[type[ast.AST], type[ast.AST]] = {**dict(_SWAPPED), **{b: a for a, b in _SWAPPED}}
+"""The syntax node that a mutant has instead of another one."""
 
 
 EQUIVALENT: dict[str, str] = {
@@ -89,11 +91,20 @@ EQUIVALENT: dict[str, str] = {
     "if isinstance(each, Add | Delete)]`": "a run is of one type, and the condition says so to the type "
     "checker",
 }
-"""A mutant, as it is printed but for the number of its line -> why it means the same."""
+"""Reasons why mutants behave like the original code, by the name of the mutant (`Mutant.name`)."""
 
 
 class Mutant(NamedTuple):
-    """A module in which one node is changed: of those in a line that change so, the one at this place."""
+    """A module with one changed node of its syntax tree.
+
+    Attributes:
+        path: Path of the module below `src/eai`.
+        node: Number of the node in the order of `ast.walk`.
+        line: Line number of the node.
+        change: Description of the change, such as `Lt is LtE`.
+        source: Source text of the line.
+        place: Number of this change among equal changes in its line, from 1.
+    """
 
     path: Path
     node: int
@@ -103,40 +114,40 @@ class Mutant(NamedTuple):
     place: int = 1
 
     def __str__(self) -> str:
-        return f"{self.path.as_posix()}:{self.line}: {self._what}"
+        return f"{self.path.as_posix()}:{self.line}: {self._description}"
 
     @property
     def name(self) -> str:
-        """What it is called, wherever in its module its line has come to stand."""
-        return f"{self.path.as_posix()}: {self._what}"
+        """The description of the mutant without its line number, which other edits would change."""
+        return f"{self.path.as_posix()}: {self._description}"
 
     @property
-    def _what(self) -> str:
+    def _description(self) -> str:
         return f"{self.change} in `{self.source}`" + (f", place {self.place}" if self.place > 1 else "")
 
     def text(self) -> str:
-        """The module."""
+        """Return the source of the changed module."""
         tree = _parsed(self.path)
         _change(next(node for number, node in enumerate(ast.walk(tree)) if number == self.node))
         return ast.unparse(ast.fix_missing_locations(tree))
 
 
 def mutants(path: Path) -> Iterator[Mutant]:
-    """All mutants of a module."""
+    """Yield all mutants of a module."""
     tree, lines = _parsed(path), _text(path).splitlines()
     before: Counter[tuple[int, str]] = Counter()
-    idle = {id(part) for node in ast.walk(tree) for each in _idle(node) for part in ast.walk(each)}
+    kept = {id(node) for parent in ast.walk(tree) for root in _kept_nodes(parent) for node in ast.walk(root)}
     for number, node in enumerate(ast.walk(tree)):
-        # A change comes when the node's parts are in line to be visited.
-        if id(node) not in idle and (change := _change(node)) is not None:
-            place = node.target if isinstance(node, ast.comprehension) else node
-            line = getattr(place, "lineno", 0)
+        # `ast.walk` has already queued the parts of this node, so changing the node here is safe.
+        if id(node) not in kept and (change := _change(node)) is not None:
+            located = node.target if isinstance(node, ast.comprehension) else node
+            line = getattr(located, "lineno", 0)
             before[line, change] += 1
             yield Mutant(path, number, line, change, lines[line - 1].strip(), before[line, change])
 
 
-def _idle(node: ast.AST) -> Iterator[ast.AST]:
-    """The parts of a node that say nothing of what is done."""
+def _kept_nodes(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the parts of a node that have no effect on results."""
     match node:
         case ast.arg(annotation=ast.AST() as annotation) | ast.AnnAssign(annotation=annotation):
             yield annotation
@@ -159,15 +170,15 @@ def _text(path: Path) -> str:
 
 
 def _change(node: ast.AST) -> str | None:
-    """Change a node, and say how; None where there is nothing to change."""
+    """Change a node and return a description of the change, or None if the node has no change."""
     match node:
         case ast.Compare(left=ast.Call(func=ast.Attribute(attr="random")), ops=[ast.Lt()]):
             return None
-        case ast.Compare(ops=[op, *rest]) if type(op) in OTHER:
-            node.ops = [OTHER[type(op)](), *rest]  # type: ignore[list-item]
+        case ast.Compare(ops=[op, *rest]) if type(op) in REPLACEMENTS:
+            node.ops = [REPLACEMENTS[type(op)](), *rest]  # type: ignore[list-item]
             return f"{type(op).__name__} is {type(node.ops[0]).__name__}"
-        case ast.BoolOp(op=op) | ast.BinOp(op=op) if type(op) in OTHER:
-            node.op = OTHER[type(op)]()  # type: ignore[assignment]
+        case ast.BoolOp(op=op) | ast.BinOp(op=op) if type(op) in REPLACEMENTS:
+            node.op = REPLACEMENTS[type(op)]()  # type: ignore[assignment]
             return f"{type(op).__name__} is {type(node.op).__name__}"
         case ast.Constant(value=bool(value)):
             node.value = not value
@@ -186,12 +197,12 @@ def _change(node: ast.AST) -> str | None:
 
 @dataclass(frozen=True)
 class Trial:
-    """How mutants are tested.
+    """A way to test mutants.
 
     Attributes:
-        folder: where the copy of the sources lies, and what is known of tests.
-        seconds: CPU seconds for the tests nearby, and again for those elsewhere.
-        whole: whether with sweeps and all examples of properties, which the default set of tests leaves out.
+        folder: Folder of the copied sources and of the file with times and failures of tests.
+        seconds: CPU seconds for the tests of the module's package, and again for all other tests.
+        whole: Whether sweeps and all examples of properties run, which the default set leaves out.
     """
 
     folder: Path
@@ -199,55 +210,57 @@ class Trial:
     whole: bool
 
     @property
-    def known(self) -> Path:
-        """What is known of tests."""
+    def history(self) -> Path:
+        """The file with times and failures of tests."""
         return self.folder / "known.json"
 
     def is_noticed(self, mutant: Mutant) -> bool:
-        """Whether a test fails on a mutant, put into the copy of the sources for that time."""
-        place = self.folder / "src" / "eai" / mutant.path
-        original = place.read_text(encoding="utf-8")
-        place.write_text(mutant.text(), encoding="utf-8")
+        """Whether a test fails on a mutant. The copied sources contain the mutant meanwhile."""
+        module = self.folder / "src" / "eai" / mutant.path
+        original = module.read_text(encoding="utf-8")
+        module.write_text(mutant.text(), encoding="utf-8")
         try:
             own, near, *elsewhere = _tests_of(mutant.path)
-            return not (self.passes(near, first=own) and self.passes([p for some in elsewhere for p in some]))
+            return not (
+                self.passes(near, first=own) and self.passes([p for files in elsewhere for p in files])
+            )
         finally:
-            place.write_text(original, encoding="utf-8")
+            module.write_text(original, encoding="utf-8")
 
-    def passes(self, tests: Sequence[Path], first: Sequence[Path] = (), limit: int = SECONDS) -> bool:
-        """Whether tests pass, as many as there is time for; those of some files come first."""
-        names = [each.relative_to(ROOT).as_posix() for each in tests]
+    def passes(self, tests: Sequence[Path], first: Sequence[Path] = (), limit: int = MAX_CPU_SECONDS) -> bool:
+        """Whether tests pass. Tests of the files in `first` run first; the time limit can leave tests out."""
+        names = [path.relative_to(ROOT).as_posix() for path in tests]
         options = ["-q", "-x", "-p", "no:cacheprovider", "-p", "quick_first"]
-        chosen = ["--hypothesis-profile=thorough"] if self.whole else ["-m", "not sweep"]
+        selection = ["--hypothesis-profile=thorough"] if self.whole else ["-m", "not sweep"]
         python = [self.folder / "src", ROOT / "tests", ROOT / "tools"]
-        given = {
+        variables = {
             "PYTHONPATH": os.pathsep.join(map(str, python)),
-            "PYTHONDONTWRITEBYTECODE": "1",  # which is taken for that of a mutant written in the same second
-            "QUICK_FIRST": str(self.known),
+            "PYTHONDONTWRITEBYTECODE": "1",  # Python reuses bytecode of a mutant of the same second
+            "QUICK_FIRST": str(self.history),
             "QUICK_SECONDS": str(self.seconds),
-            "QUICK_NEAR": os.pathsep.join(each.relative_to(ROOT).as_posix() for each in first),
+            "QUICK_NEAR": os.pathsep.join(path.relative_to(ROOT).as_posix() for path in first),
         }
         process = subprocess.Popen(
-            [sys.executable, "-m", "pytest", *options, *chosen, *names],
+            [sys.executable, "-m", "pytest", *options, *selection, *names],
             cwd=ROOT,
-            env={**os.environ, **given},
+            env={**os.environ, **variables},
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             start_new_session=True,
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit)),
         )
         try:
-            return process.wait(WAITS * limit) in (0, 5)  # 5: there are no tests
+            return process.wait(MAX_WALL_FACTOR * limit) in (0, 5)  # 5: no test exists
         except subprocess.TimeoutExpired:
             return False
         finally:
             with suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)  # with all that it started
+                os.killpg(process.pid, signal.SIGKILL)  # and its child processes
             process.wait()
 
 
 def _tests_of(path: Path) -> Iterator[list[Path]]:
-    """The tests that may meet a module, nearest first: of some, none are there."""
+    """Yield test files and folders by distance: of the module, its package, its importers, benchmarks."""
     tests = ROOT / "tests"
     folder = tests / path.parent
     near = folder if folder.is_dir() else tests / path.parts[0]
@@ -263,7 +276,7 @@ def _tests_of(path: Path) -> Iterator[list[Path]]:
 
 
 def main() -> int:
-    """Make mutants and test them."""
+    """Test a sample of mutants and print the results."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -271,44 +284,46 @@ def main() -> int:
         "--only",
         action="append",
         default=[],
-        help="a part of the path of a module, such as world/past; repeat it for several",
+        help="text in the paths of modules, such as world/history; repeat it for several",
     )
     parser.add_argument("--number", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument(
-        "--seconds", type=float, default=20, help="CPU seconds for the tests nearby, and again for others"
+        "--seconds", type=float, default=20, help="CPU seconds for tests of the package, and again for others"
     )
     parser.add_argument(
-        "--whole", action="store_true", help="with sweeps and all examples, as make test-all has them"
+        "--whole", action="store_true", help="also run sweeps and all examples, as make test-all does"
     )
-    parser.add_argument("--known", type=Path, help="a file that keeps what is known of tests from run to run")
+    parser.add_argument("--known", type=Path, help="file that keeps times and failures of tests between runs")
     arguments = parser.parse_args()
     folder = ROOT / "src" / "eai"
     paths = [p.relative_to(folder) for name in PACKAGES for p in sorted((folder / name).rglob("*.py"))]
-    wanted = [p for p in paths if not arguments.only or any(part in p.as_posix() for part in arguments.only)]
-    made = [mutant for path in wanted for mutant in mutants(path)]
+    selected = [
+        p for p in paths if not arguments.only or any(text in p.as_posix() for text in arguments.only)
+    ]
+    made = [mutant for path in selected for mutant in mutants(path)]
     made = [mutant for mutant in made if mutant.name not in EQUIVALENT]
     sample = random.Random(arguments.seed).sample(made, min(arguments.number, len(made)))  # noqa: S311
     survivors = 0
     with tempfile.TemporaryDirectory() as temporary:
         shutil.copytree(ROOT / "src", Path(temporary, "src"))
         trial = Trial(Path(temporary), arguments.seconds, arguments.whole)
-        known = arguments.known
-        if known is not None and known.exists():
-            shutil.copy(known, trial.known)
+        history = arguments.known
+        if history is not None and history.exists():
+            shutil.copy(history, trial.history)
         else:
             for package in sorted({mutant.path.parts[0] for mutant in sample}):
                 unbounded = replace(trial, seconds=math.inf)
-                if not unbounded.passes([ROOT / "tests" / package], limit=10 * SECONDS):
-                    sys.exit(f"tests/{package} does not pass as it is")
+                if not unbounded.passes([ROOT / "tests" / package], limit=10 * MAX_CPU_SECONDS):
+                    sys.exit(f"tests/{package} fails on the unchanged sources: mend it first")
         for mutant in sample:
             noticed = trial.is_noticed(mutant)
             survivors += not noticed
             print(f"{'noticed' if noticed else 'survives'}: {mutant}", flush=True)
-            if known is not None and trial.known.exists():
-                shutil.copy(trial.known, known)
+            if history is not None and trial.history.exists():
+                shutil.copy(trial.history, history)
     print(f"{len(sample) - survivors} of {len(sample)} mutants are noticed ({len(made)} can be made)")
-    return int(survivors > (1 - WANTED) * len(sample))
+    return int(survivors > (1 - MIN_NOTICED_RATE) * len(sample))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""A pytest plugin that comes to a failure soon: quick tests first, and first of all what has failed before.
+"""A pytest plugin that finds a failure soon: tests that failed before and quick tests run first.
 
-What tests have taken and how often they failed is kept in the file that ``QUICK_FIRST`` names. Of all tests
-so many run as fit into the CPU seconds of ``QUICK_SECONDS``, where that is set.
+The environment variable ``QUICK_FIRST`` names the file that keeps times and failures of tests. If
+``QUICK_SECONDS`` is set, only tests that fit into this number of CPU seconds run.
 """
 
 from __future__ import annotations
@@ -14,56 +14,60 @@ from typing import Any
 
 import pytest
 
-UNKNOWN, LEAST = 0.5, 0.02
-"""CPU seconds that are expected of a test that never ran, and added to those of each."""
+DEFAULT_SECONDS = 0.5
+"""Expected CPU seconds of a test that never ran."""
 
-FAILURE = 20
-"""How much earlier a test comes for every time that it failed."""
+OVERHEAD_SECONDS = 0.02
+"""CPU seconds that are added to the time of each test."""
+
+FAILURE_WEIGHT = 20
+"""Weight of one former failure in the order of tests."""
 
 
 class QuickFirst:
-    """The order of tests, and what becomes of them.
+    """Orders tests, and records their times and failures.
 
     Attributes:
-        file: where it is kept.
-        seconds: CPU seconds for all.
-        first: the beginnings of the names of tests that come first where others are as quick.
+        file: File that keeps times and failures.
+        seconds: CPU seconds for all tests; None for no limit.
+        first: Beginnings of test names. Such tests run before other tests that are as quick.
     """
 
     def __init__(self, file: Path, seconds: float | None, first: tuple[str, ...]) -> None:
         self.file, self.seconds, self.first = file, seconds, first
-        kept = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-        self.took: dict[str, float] = kept.get("took", {})
-        self.failed: dict[str, int] = kept.get("failed", {})
+        history = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+        self.took: dict[str, float] = history.get("took", {})
+        self.failed: dict[str, int] = history.get("failed", {})
 
-    def expected(self, name: str) -> float:
-        """The CPU seconds that a test takes, as far as is known."""
-        return self.took.get(name, UNKNOWN)
+    def expect_seconds(self, name: str) -> float:
+        """Return the CPU seconds that a test took, or the default if it never ran."""
+        return self.took.get(name, DEFAULT_SECONDS)
 
     def price(self, name: str) -> float:
-        """What decides the order: a test's time, less where it is likely to fail."""
-        near = 2 if name.startswith(self.first) else 1
-        return (self.expected(name) + LEAST) / (near * (1 + FAILURE * self.failed.get(name, 0)))
+        """Return the sort key of a test: its time, divided by its weight if it failed before."""
+        weight = 2 if name.startswith(self.first) else 1
+        weight *= 1 + FAILURE_WEIGHT * self.failed.get(name, 0)
+        return (self.expect_seconds(name) + OVERHEAD_SECONDS) / weight
 
-    def chosen(self, names: list[str]) -> list[str]:
-        """The tests that run, in order."""
-        total, found = 0.0, []
+    def choose(self, names: list[str]) -> list[str]:
+        """Return the tests that run, in order: at least one, and the rest within the time limit."""
+        total, tests = 0.0, list[str]()
         for name in sorted(names, key=self.price):
-            total += self.expected(name)
-            if self.seconds is None or not found or total <= self.seconds:
-                found.append(name)
-        return found
+            total += self.expect_seconds(name)
+            if self.seconds is None or not tests or total <= self.seconds:
+                tests.append(name)
+        return tests
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         by_name = {item.nodeid: item for item in items}
-        items[:] = [by_name[name] for name in self.chosen(list(by_name))]
+        items[:] = [by_name[name] for name in self.choose(list(by_name))]
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[Any]:
-        before, failures = _spent(), self.failed.get(item.nodeid)
+        before, failures = _cpu_seconds(), self.failed.get(item.nodeid)
         done = yield
-        if self.failed.get(item.nodeid) == failures:  # the first one to run pays for what all share
-            took = round(_spent() - before, 3)
+        if self.failed.get(item.nodeid) == failures:  # the first test also pays for shared fixtures
+            took = round(_cpu_seconds() - before, 3)
             self.took[item.nodeid] = min(took, self.took.get(item.nodeid, took))
         return done
 
@@ -75,14 +79,13 @@ class QuickFirst:
         self.file.write_text(json.dumps({"took": self.took, "failed": self.failed}), encoding="utf-8")
 
 
-def _spent() -> float:
-    """CPU seconds of this process and of those that it waited for."""
-    spent = os.times()
-    return spent.user + spent.system + spent.children_user + spent.children_system
+def _cpu_seconds() -> float:
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Take part where the environment says how."""
+    """Register the plugin if the environment variable QUICK_FIRST is set."""
     if "QUICK_FIRST" in os.environ:
         seconds = os.environ.get("QUICK_SECONDS")
         first = tuple(filter(None, os.environ.get("QUICK_NEAR", "").split(os.pathsep)))

@@ -1,14 +1,14 @@
-"""Writes short tests and difficulties from records of many models: `python tools/short_tests.py RECORDS...`.
+"""Write short tests and difficulties from records of many models: `python tools/short_tests.py RECORDS...`.
 
-Prints for each suite how many percent of the pairs of models that had no part in choosing are in the order
-of the whole suite, and how many points their scores are from those of the whole suite: for the chosen tasks,
-and for as many that are drawn at random. Difficulties are those of
-suites whose answers are right or wrong without a planner. What other suites have stays as it is.
-
-Tasks are sorted by their difficulty in the Rasch model, and every so many-th is taken, so that the short test
-has easy and difficult ones in the same proportion as the suite. Tasks of most information about the models at
-hand are no better a choice: they order these models well, and others no better than tasks drawn at random
+A short test is a choice of tasks from a suite. The tasks are sorted by their difficulty in the Rasch model,
+and taken at equal distances, so easy and difficult tasks have the same proportion as in the suite. A choice
+by information about some models orders other models no better than a random choice
 (``docs/extensions/adaptive``).
+
+For each suite the program prints two figures about models that had no part in the choice: the percentage of
+pairs of models in the order of the full suite, and the distance of scores from the full suite in percentage
+points. Both are also printed for random tasks. Difficulties are written only for suites without a planner;
+other suites keep their difficulties.
 """
 
 from __future__ import annotations
@@ -43,12 +43,13 @@ DIFFICULTIES = SOURCE / "extensions" / "adaptive" / adaptive.FILE
 Matrix: TypeAlias = NDArray[np.float64]
 
 TASKS = 40
-"""How many tasks a short test has."""
+"""Number of tasks in a short test."""
 
 HELD_OUT = 4
-"""How many models at a time do not choose, but are ordered."""
+"""Number of models that are left out of a choice in cross-validation."""
 
-_DRAWS = 10
+_RANDOM_TESTS = 10
+"""Number of random short tests for each set of held-out models."""
 
 
 def main() -> None:
@@ -57,18 +58,19 @@ def main() -> None:
     answers = Records(tuple(map(Path, sys.argv[1:]))).tables().answers
     tests: dict[str, list[str]] = _read(TESTS)
     difficulties: dict[str, dict[str, Any]] = _read(DIFFICULTIES)
-    for suite, of_suite in group_by_suite(answers).items():
+    for suite, suite_answers in group_by_suite(answers).items():
         if suite.protocol != DEFAULT_PROTOCOL.value:
             sys.exit(f"expected records under {DEFAULT_PROTOCOL.value}, not {suite.protocol}")
-        scores = scores_of(of_suite)
-        found = cross_validate(scores)
+        scores = scores_of(suite_answers)
+        validity = cross_validate(scores)
         name = f"{suite.domain}/{Ability(suite.ability).value}"
         tests[name] = list(choose(scores))
         if declaration_of(Ability(suite.ability)).has_plans:
-            difficulties[name] = difficulties_of(scores)
+            difficulties[name] = fit_difficulties(scores)
         models = f"{len(scores.models)} models"
         chosen, drawn = (
-            f"{each.ordered.percent:.1f} {each.distance:.1f}" for each in (found.chosen, found.drawn)
+            f"{fidelity.ordered.percent:.1f} {fidelity.distance:.1f}"
+            for fidelity in (validity.chosen, validity.drawn)
         )
         print(f"{name:40} {models}  chosen {chosen}  drawn {drawn}", flush=True)
     for file, content in ((TESTS, tests), (DIFFICULTIES, difficulties)):
@@ -76,8 +78,8 @@ def main() -> None:
         file.write_text(text + "\n", encoding="utf-8")
 
 
-def difficulties_of(scores: Scores) -> dict[str, Any]:
-    """Each task's difficulty, from the mean ability of the models, and how these vary between names."""
+def fit_difficulties(scores: Scores) -> dict[str, Any]:
+    """Return each task's difficulty relative to the models' mean ability, and the variance between titles."""
     fitted = fit_rasch(scores.matrix)
     shifted = fitted.difficulties - fitted.abilities.mean()
     return {
@@ -93,14 +95,14 @@ def _read(path: Path) -> Any:
 
 
 def choose(scores: Scores, number: int = TASKS) -> tuple[str, ...]:
-    """The tasks of a short test, in the order of the suite; all if it has no more."""
-    chosen = set(_chosen(scores.matrix, number))
-    return tuple(task for place, task in enumerate(scores.tasks) if place in chosen)
+    """Return the tasks of a short test in the order of the suite, or all tasks of a smaller suite."""
+    chosen = set(_choose_columns(scores.matrix, number))
+    return tuple(task for column, task in enumerate(scores.tasks) if column in chosen)
 
 
-def _chosen(matrix: Matrix, number: int) -> list[int]:
+def _choose_columns(matrix: Matrix, number: int) -> list[int]:
     difficulties = fit_rasch(matrix).difficulties
-    order = sorted(range(len(difficulties)), key=lambda place: (round(float(difficulties[place]), 9), place))
+    order = sorted(range(len(difficulties)), key=lambda task: (round(float(difficulties[task]), 9), task))
     if len(order) <= number:
         return order
     return [order[(2 * step + 1) * len(order) // (2 * number)] for step in range(number)]
@@ -108,12 +110,12 @@ def _chosen(matrix: Matrix, number: int) -> list[int]:
 
 @dataclass(frozen=True, slots=True)
 class Fidelity:
-    """How like the whole suite short tests are.
+    """Agreement of short tests with the full suite.
 
     Attributes:
-        ordered: pairs of models that are in the order of the whole suite, a tie being half of one.
-        distance: the root of the mean squared difference between a model's score in the short test and in the
-            whole suite, in points of percent.
+        ordered: Rate of pairs of models in the order of the full suite; a tie counts one half.
+        distance: Root mean squared difference of a model's scores in short test and full suite, in
+            percentage points.
     """
 
     ordered: Rate
@@ -122,11 +124,11 @@ class Fidelity:
 
 @dataclass(frozen=True, slots=True)
 class Validity:
-    """How well short tests do for models that had no part in choosing them.
+    """Agreement of short tests with the full suite for models that had no part in the choice of tasks.
 
     Attributes:
-        chosen: with the tasks that the other models choose.
-        drawn: with as many that are drawn at random.
+        chosen: Agreement of the tasks that the other models chose.
+        drawn: Agreement of random tasks, the same number.
     """
 
     chosen: Fidelity
@@ -134,34 +136,33 @@ class Validity:
 
 
 def cross_validate(scores: Scores, number: int = TASKS) -> Validity:
-    """Choose with some models, look at the others; all ways to hold out `HELD_OUT` of them."""
+    """Return the validity of short tests over all ways to hold out `HELD_OUT` models."""
     matrix, generator = scores.matrix, np.random.default_rng(0)
-    whole = matrix.mean(axis=1)
+    full = matrix.mean(axis=1)
     chosen: list[tuple[Matrix, Matrix]] = []
     drawn: list[tuple[Matrix, Matrix]] = []
     for held in combinations(range(len(matrix)), min(HELD_OUT, len(matrix) - 1)):
         out = list(held)
-        tasks = _chosen(np.delete(matrix, out, axis=0), number)
-        chosen.append((matrix[np.ix_(out, tasks)].mean(axis=1), whole[out]))
-        for _ in range(_DRAWS):
-            some = generator.choice(matrix.shape[1], min(number, matrix.shape[1]), replace=False)
-            drawn.append((matrix[np.ix_(out, some)].mean(axis=1), whole[out]))
+        tasks = _choose_columns(np.delete(matrix, out, axis=0), number)
+        chosen.append((matrix[np.ix_(out, tasks)].mean(axis=1), full[out]))
+        for _ in range(_RANDOM_TESTS):
+            columns = generator.choice(matrix.shape[1], min(number, matrix.shape[1]), replace=False)
+            drawn.append((matrix[np.ix_(out, columns)].mean(axis=1), full[out]))
     return Validity(_fidelity(chosen), _fidelity(drawn))
 
 
 def _fidelity(tests: Sequence[tuple[Matrix, Matrix]]) -> Fidelity:
-    """Of scores in short tests and in the whole suite."""
-    ordered = [each for short, whole in tests for each in _ordered(short, whole)]
-    squares = [float(each) ** 2 for short, whole in tests for each in short - whole]
+    ordered = [credit for short, full in tests for credit in _compare_order(short, full)]
+    squares = [float(difference) ** 2 for short, full in tests for difference in short - full]
     return Fidelity(Rate(sum(ordered), len(ordered)), 100 * math.sqrt(fmean(squares)))
 
 
-def _ordered(short: Matrix, whole: Matrix) -> Iterator[float]:
-    """For each pair of models that differ in the whole suite whether they are in the same order."""
-    for one, other in combinations(range(len(whole)), 2):
-        if whole[one] != whole[other]:
-            ahead = short[one] - short[other]
-            yield 0.5 if ahead == 0 else float((ahead > 0) == (whole[one] > whole[other]))
+def _compare_order(short: Matrix, full: Matrix) -> Iterator[float]:
+    """Yield 1, 0.5 for a tie or 0 for each pair of models that differ in the full suite."""
+    for one, other in combinations(range(len(full)), 2):
+        if full[one] != full[other]:
+            difference = short[one] - short[other]
+            yield 0.5 if difference == 0 else float((difference > 0) == (full[one] > full[other]))
 
 
 if __name__ == "__main__":

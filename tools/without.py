@@ -1,11 +1,11 @@
-"""Tests the package without extensions, as if nobody had written them.
+"""Test the package without extensions, as if nobody had written them.
 
     python tools/without.py                             each extension in turn, then all of them
     python tools/without.py reference -- -m "not sweep"  one of them, with options of pytest
     python tools/without.py all                         all of them
 
-The repository is copied without the folders of the extension: its code, its tests, its page. All modules of
-the copy are imported, and all its tests are run but those of pages that tell of all extensions.
+The program copies the repository without the folders of the extension: code, tests and page. It imports all
+modules of the copy and runs its tests, except tests of pages that list all extensions.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NAMES = tuple(sorted(path.parent.name for path in ROOT.joinpath(EXTENSIONS).glob
 ALL = "all"
 
 COPIED = (".ci", ".github", "bench", "board", "docs", "examples", "packages", "src", "tests", "tools")
-OF_ALL = (
+TESTS_OF_ALL = (
     "tests/test_commands_page.py",
     "tests/test_gallery.py",
     "tests/test_glossary.py",
@@ -34,7 +34,7 @@ OF_ALL = (
     "tests/test_tutorials.py",
     "tests/test_without.py",
 )
-"""Tests of pages that tell of all extensions, and of this program."""
+"""Tests of this program, and tests of pages that list all extensions."""
 
 IMPORT_ALL = """
 import importlib, pathlib, sys
@@ -51,7 +51,7 @@ for path in sorted(root.rglob("*.py")):
             raise
 print(root)
 """
-"""Imports all modules but those that run at once; a library that is not installed is no failure."""
+"""Program that imports all modules, except modules that run at import. A missing library is no failure."""
 
 
 def copy_without(names: Sequence[str], target: Path) -> None:
@@ -63,12 +63,12 @@ def copy_without(names: Sequence[str], target: Path) -> None:
         elif path.is_file():
             shutil.copy(path, target / path.name)
     for name in names:
-        for above in (EXTENSIONS, Path("tests", "extensions"), Path("docs", "extensions")):
-            shutil.rmtree(target / above / name, ignore_errors=True)
+        for parent in (EXTENSIONS, Path("tests", "extensions"), Path("docs", "extensions")):
+            shutil.rmtree(target / parent / name, ignore_errors=True)
 
 
 def package_without(names: Sequence[str], target: Path) -> Path:
-    """Copy the package alone without some extensions; returns its folder."""
+    """Copy the package without some extensions and return the folder of the copy."""
     package = target / "eai"
     shutil.copytree(ROOT / "src" / "eai", package, ignore=shutil.ignore_patterns("__pycache__"))
     for name in names:
@@ -76,8 +76,8 @@ def package_without(names: Sequence[str], target: Path) -> Path:
     return package
 
 
-def imports_of(package: Path) -> subprocess.CompletedProcess[str]:
-    """Import all modules in a copy of the package."""
+def import_all(package: Path) -> subprocess.CompletedProcess[str]:
+    """Import all modules of a copied package in a process of its own and return the finished process."""
     environment = {**os.environ, "PYTHONPATH": str(package.parent), "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-c", IMPORT_ALL]
     return subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
@@ -87,9 +87,9 @@ def _works_without(names: Sequence[str], options: Sequence[str]) -> bool:
     with TemporaryDirectory() as folder:
         target = Path(folder)
         copy_without(names, target)
-        imports = imports_of(target / "src" / "eai")
-        print(f"without {', '.join(names)}: {imports.stderr or 'all is imported'}", flush=True)
-        ignored = [f"--ignore={path}" for path in OF_ALL]
+        imports = import_all(target / "src" / "eai")
+        print(f"without {', '.join(names)}: {imports.stderr or 'all modules can be imported'}", flush=True)
+        ignored = [f"--ignore={path}" for path in TESTS_OF_ALL]
         command = [sys.executable, "-m", "pytest", "-q", *ignored, *options]
         environment = {**os.environ, "PYTHONPATH": str(target / "src")}
         tests = subprocess.run(command, cwd=target, check=False, env=environment)
@@ -97,9 +97,11 @@ def _works_without(names: Sequence[str], options: Sequence[str]) -> bool:
 
 
 def main(names: Sequence[str], options: Sequence[str]) -> int:
-    """Return exit status 1 if anything that is left fails without one of the extensions."""
+    """Return 1 if an import or a test fails without one of the extensions, else 0."""
     failed = [name for name in names if not _works_without(NAMES if name == ALL else (name,), options)]
-    print(f"without {', '.join(failed)} something fails" if failed else "all that is left works")
+    print(
+        f"an import or a test fails without {', '.join(failed)}" if failed else "all imports and tests pass"
+    )
     return bool(failed)
 
 
