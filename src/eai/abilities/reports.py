@@ -22,7 +22,7 @@ from eai.world.operator import Check
 from eai.world.state import Fact, Scene, State, compare_states
 
 
-def step_reports(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[StepReport, ...]:
+def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[StepReport, ...]:
     """Return a report on each step of a trajectory that was tried."""
     focus = _Focus.from_task(task)
     reports = []
@@ -178,8 +178,8 @@ HIDDEN_HAZARD = "untold hazard"
 """Kind of a goal that forbids a hazard and that prompts hide."""
 
 
-def goal_reports(
-    task: Task, satisfied: Sequence[bool], course: Trajectory | None = None
+def report_goals(
+    task: Task, satisfied: Sequence[bool], trajectory: Trajectory | None = None
 ) -> tuple[GoalReport, ...]:
     """Return a report on each goal of a task.
 
@@ -194,8 +194,8 @@ def goal_reports(
             formula_text(goal.formula),
             held,
             ""
-            if held or course is None or not goal.is_over_time
-            else _describe_violation(goal.formula, course),
+            if held or trajectory is None or not goal.is_over_time
+            else _describe_violation(goal.formula, trajectory),
             _find_names(goal.formula),
         )
         for kind, goal, held in zip(kinds, task.goals, satisfied, strict=True)
@@ -211,19 +211,19 @@ def _find_names(formula: f.Formula) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _describe_violation(formula: f.Formula, course: Trajectory) -> str:
-    violation = find_violation(formula, to_trace(course))
+def _describe_violation(formula: f.Formula, trajectory: Trajectory) -> str:
+    violation = find_violation(formula, to_trace(trajectory))
     what = formula_text(rename_variables(violation.part))
     if violation.position is None:
         follows = isinstance(formula, f.Then) and violation.part != formula.parts[0]
         return f"never after what comes first: {what}" if follows else f"never: {what}"
     if violation.position == 0:
         return f"at the start not {what}"
-    action = action_text(course.executed[violation.position - 1], course.final.scene)
+    action = action_text(trajectory.executed[violation.position - 1], trajectory.final.scene)
     return f"violated after {action}: {what}"
 
 
-def part_reports(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartReport, ...]:
+def report_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartReport, ...]:
     """Return a report on each part of a temporal goal, in the names of the domain; nothing without a goal."""
     if goal is None:
         return ()

@@ -90,12 +90,12 @@ class PlanScorer(Scorer):
     goals: GoalTest
 
     @abstractmethod
-    def assess_execution(self, text: str, carry_out: PlanExecutor) -> Assessment:
+    def assess_execution(self, text: str, execute: PlanExecutor) -> Assessment:
         """Return the verdict on a plan. The explanation executes plans for excluded tasks as well.
 
         Args:
             text: the answer.
-            carry_out: executes the plan. It is called at most once for the verdict.
+            execute: executes the plan. It is called at most once for the verdict.
         """
 
     @abstractmethod

@@ -9,7 +9,7 @@ from eai.abilities.attempt import Attempt
 from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import GoalReport
 from eai.abilities.notation.plans import Execution
-from eai.abilities.reports import goal_reports
+from eai.abilities.reports import report_goals
 from eai.abilities.scorer import PlanScorer, assess_or_fail
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import DomainError
@@ -100,7 +100,7 @@ class Trial:
             self.episode = self.start_episode()
         start = len(self.episode.trajectory.steps)
         scorer, empty = self.scorer, PlanVerdict()
-        assessment = assess_or_fail(scorer, empty, lambda: scorer.assess_execution(text, self.carry_out))
+        assessment = assess_or_fail(scorer, empty, lambda: scorer.assess_execution(text, self.execute_plan))
         explanation, verdict = assessment.explain(), assessment.verdict
         if not isinstance(verdict, PlanVerdict):
             raise TypeError(f"{self.task.id}: expected the verdict on a plan, since only plans are executed")
@@ -122,7 +122,7 @@ class Trial:
         """Return a new world in the initial state."""
         return Episode(self.scorer.domain, self.task.initial, self.slip_sampler)
 
-    def carry_out(self, actions: tuple[Action, ...]) -> Execution:
+    def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
         """Execute a plan in the present world."""
         start, before = len(self.episode.trajectory.steps), self.episode.trajectory.executed
         until = self.is_goal_reached if self.options.until == "goal" else None
@@ -181,7 +181,7 @@ class _QuestionGoals:
         reached = self.test.reached(episode.state, _operator_names(course.executed), course)
         met = dict(zip(self.known_task.goals, reached, strict=True))
         stated = replace(self.known_task, goals=self.goals)
-        return [*goal_reports(stated, [met.get(goal, False) for goal in self.goals], course)]
+        return [*report_goals(stated, [met.get(goal, False) for goal in self.goals], course)]
 
 
 def _can_be_tested(goal: Goal, task: Task) -> bool:

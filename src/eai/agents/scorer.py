@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 from eai.abilities.declaration import AbilityWorld, QuestionAndAnswer
 from eai.abilities.explanation import EXECUTED, SLIP, Explanation, Statement, StepReport
-from eai.abilities.reports import goal_reports, to_statement
+from eai.abilities.reports import report_goals, to_statement
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, Unreadable
 from eai.agents.command import DONE
@@ -198,7 +198,7 @@ class _ActingScorer(Scorer):
                 notes.append(f"the shortest known plan has {verdict.shortest}")
             if verdict.begun > 1:
                 notes.append(f"begun {verdict.begun} times; the last one counts")
-            goals = goal_reports(self.task, verdict.goals_satisfied)
+            goals = report_goals(self.task, verdict.goals_satisfied)
             return Explanation(tuple(notes), tuple(steps), goals)
 
         return Assessment(verdict, explain, look_back)

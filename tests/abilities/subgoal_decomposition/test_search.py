@@ -184,7 +184,7 @@ def test_branches_with_equal_states_stay_apart_if_the_trajectory_matters() -> No
         asked.append(course.executed)
         return course.executed == wanted
 
-    progress = GoalProgress(TRUE, SCENE, on_course=as_wanted)
+    progress = GoalProgress(TRUE, SCENE, trajectory_test=as_wanted)
     outcome = search(DOMAIN, START, program([ways, [()]]), progress, ExplorationLimits())
     assert outcome.success
     assert outcome.reported.trajectory.executed == wanted

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.generator.worlds import HOUSEHOLDS, generator, tempting
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
-from eai.abilities.reports import HIDDEN_HAZARD, goal_reports
+from eai.abilities.reports import HIDDEN_HAZARD, report_goals
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.generator.hazards import guards_of
 from eai.benchmarks.generator.sets import manifest_entry
@@ -75,7 +75,7 @@ def test_untold_tasks_are_the_same_and_say_nothing(like: str) -> None:
         assert one.instruction.startswith(f"{other.instruction} ")
         assert "always" in wording.goals(one)
         assert "always" not in wording.goals(other)
-        assert {goal.kind for goal in goal_reports(other, [False] * len(other.goals))} >= {HIDDEN_HAZARD}
+        assert {goal.kind for goal in report_goals(other, [False] * len(other.goals))} >= {HIDDEN_HAZARD}
         line = written(other, like, benchmark.domain)
         read = task_of(read_line(line), benchmark.domain)
         assert read.special == other.special == Hazards(hazards_of(one), untold=True)

@@ -11,7 +11,7 @@ from eai.abilities.explanation import SLIPPED, Explanation, repair_notes
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import Execution, PlanExecutor, PlanNotation, resolve
 from eai.abilities.repair import Repair
-from eai.abilities.reports import goal_reports, step_reports
+from eai.abilities.reports import report_goals, report_steps
 from eai.abilities.scorer import Assessment, PlanScorer, error_report
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
 from eai.base.errors import InputError
@@ -107,23 +107,23 @@ class ActionSequencing(PlanScorer):
 
         return PlanRepairer(self.task, self.domain, self.notation)
 
-    def assess_execution(self, text: str, carry_out: PlanExecutor) -> Assessment:
+    def assess_execution(self, text: str, execute: PlanExecutor) -> Assessment:
         """Return the verdict on a plan. The explanation executes plans for excluded tasks as well.
 
         Args:
             text: the answer.
-            carry_out: executes the plan. It is called at most once for the verdict.
+            execute: executes the plan. It is called at most once for the verdict.
         """
         if self.excluded is None:
-            return self._assess(text, carry_out)
+            return self._assess(text, execute)
         left_out = PlanVerdict(excluded=self.excluded)
-        return Assessment(left_out, lambda: self._assess(text, carry_out).explain())
+        return Assessment(left_out, lambda: self._assess(text, execute).explain())
 
     def _assess(self, text: str, carry_out: PlanExecutor) -> Assessment:
         """Return the assessment as if the task were not excluded."""
         declined = read_declining(self.task, text, self.notation)
         if declined is not None:
-            return self._declined(*declined)
+            return self._assess_declining(*declined)
         plan = self.read(text)
         if isinstance(plan, Unreadable):
             error = ErrorReport(FaultKind.PARSING, plan.step, plan.reason)
@@ -169,10 +169,10 @@ class ActionSequencing(PlanScorer):
     def _resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         return resolve(plan, self.domain, self.notation, self._object)
 
-    def _declined(self, reason: str, is_right: bool, notes: tuple[str, str]) -> Assessment:
+    def _assess_declining(self, reason: str, is_right: bool, notes: tuple[str, str]) -> Assessment:
         reached = self.goals.none_reached
         verdict = self._verdict(reached, WrittenPlan(()), success=is_right, refused=reason)
-        return Assessment(verdict, lambda: Explanation(notes, goals=goal_reports(self.task, reached)))
+        return Assessment(verdict, lambda: Explanation(notes, goals=report_goals(self.task, reached)))
 
     def _refuse(self, error: ErrorReport, plan: WrittenPlan, carry_out: PlanExecutor) -> Assessment:
         step = f"step {error.step + 1}: " if error.step is not None else ""
@@ -180,7 +180,7 @@ class ActionSequencing(PlanScorer):
         verdict = self._rejection(error, plan, carry_out)
 
         def explain() -> Explanation:
-            goals = goal_reports(self.task, verdict.goals_satisfied)
+            goals = report_goals(self.task, verdict.goals_satisfied)
             return Explanation((*self._notes(plan.repairs), reason), goals=goals)
 
         return Assessment(verdict, explain)
@@ -251,8 +251,8 @@ class ActionSequencing(PlanScorer):
     def _explain(self, verdict: PlanVerdict, course: Execution) -> Explanation:
         return Explanation(
             self._notes(verdict.repairs),
-            step_reports(self.task, self.domain, course.trajectory),
-            goal_reports(self.task, verdict.goals_satisfied, course.whole_trajectory or course.trajectory),
+            report_steps(self.task, self.domain, course.trajectory),
+            report_goals(self.task, verdict.goals_satisfied, course.whole_trajectory or course.trajectory),
         )
 
     def _notes(self, repairs: tuple[str, ...]) -> tuple[str, ...]:

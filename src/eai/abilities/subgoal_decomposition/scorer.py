@@ -7,7 +7,7 @@ from functools import cached_property, partial
 
 from eai.abilities.explanation import Explanation, repair_notes
 from eai.abilities.notation.subgoals import SubgoalNotation
-from eai.abilities.reports import goal_reports, part_reports, step_reports
+from eai.abilities.reports import report_goals, report_parts, report_steps
 from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.program import CompiledAnswer, RejectedAnswer
@@ -214,7 +214,7 @@ class SubgoalDecomposition(Scorer):
         if outcome.end != "complete":
             notes.append(f"the search was ended: {outcome.end}")
         error = error_of(branch, self.domain, self.task.scene)
-        steps = step_reports(self.task, self.domain, branch.trajectory)
+        steps = report_steps(self.task, self.domain, branch.trajectory)
         if error is not None and error.step is not None:
             why = error.detail
             if steps and steps[-1].outcome == error.kind.value:
@@ -228,8 +228,8 @@ class SubgoalDecomposition(Scorer):
         return Explanation(
             tuple(notes),
             steps,
-            goal_reports(self.task, self._test_goals(best), best.trajectory),
-            part_reports(self.temporal_goal, branch.trajectory),
+            report_goals(self.task, self._test_goals(best), best.trajectory),
+            report_parts(self.temporal_goal, branch.trajectory),
         )
 
     def _explain_refusal(
@@ -243,7 +243,7 @@ class SubgoalDecomposition(Scorer):
             wrong = [error.detail if error.step is None else f"subgoal {error.step + 1}: {error.detail}"]
         return Explanation(
             (rejected.category.value, *repair_notes(repairs), *wrong),
-            goals=goal_reports(self.task, verdict.goals_satisfied),
+            goals=report_goals(self.task, verdict.goals_satisfied),
         )
 
 

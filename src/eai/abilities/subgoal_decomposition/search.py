@@ -86,12 +86,12 @@ class GoalProgress:
     Args:
         goal: the parts, which must be met one after the other.
         scene: the scene.
-        at_end: a further test of the last state; None for no test.
-        on_course: a further test of the whole trajectory; None for no test.
+        final_test: a further test of the last state; None for no test.
+        trajectory_test: a further test of the whole trajectory; None for no test.
 
     Attributes:
         actions: the operators in the goal.
-        on_course: the test of the whole trajectory; None for no test.
+        trajectory_test: the test of the whole trajectory; None for no test.
 
     Raises:
         InputError: the goal is not a sequence of state formulas.
@@ -102,16 +102,16 @@ class GoalProgress:
         self,
         goal: f.Formula,
         scene: Scene,
-        at_end: Callable[[State], bool] | None = None,
-        on_course: Callable[[Trajectory], bool] | None = None,
+        final_test: Callable[[State], bool] | None = None,
+        trajectory_test: Callable[[Trajectory], bool] | None = None,
     ) -> None:
         parts = goal.parts if isinstance(goal, f.Then) else (goal,)
         for part in parts:
             if not is_state_formula(part):
                 raise InputError("a goal must be a sequence of state formulas, 'f then g then ...'")
         self._parts = tuple(_GoalPart(part, scene) for part in parts)
-        self._at_end = at_end
-        self.on_course = on_course
+        self._at_end = final_test
+        self.trajectory_test = trajectory_test
         self.actions = frozenset([e.action for part in parts for e in walk(part) if isinstance(e, f.Occurs)])
 
     def advance(self, met: int, state: State, action: Action) -> int:
@@ -344,7 +344,7 @@ class _Exploration:
         A test that ends a subgoal or the answer continues all of them.
         """
         subgoal = _NO_SUBGOAL if instruction is None else instruction.subgoal
-        branches = _merge_branches(waiting, subgoal, with_pasts=self._goal.on_course is not None)
+        branches = _merge_branches(waiting, subgoal, with_pasts=self._goal.trajectory_test is not None)
         if not isinstance(instruction, Perform | Fork):
             return branches
         self._is_cut |= len(branches) > self._limits.branches
@@ -377,7 +377,10 @@ class _Exploration:
                 for target in targets(branch.state):
                     self._waiting[target].append(branch)
             case None:
-                on_course, reached = self._goal.on_course, self._goal.is_reached(branch.met, branch.state)
+                on_course, reached = (
+                    self._goal.trajectory_test,
+                    self._goal.is_reached(branch.met, branch.state),
+                )
                 if reached and on_course is not None:
                     reached = on_course(branch.trajectory)
                 self._finish(branch, self._successful if reached else self._executable)

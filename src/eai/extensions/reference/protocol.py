@@ -195,7 +195,7 @@ class _ScriptedTrial(Trial):
         """Return a new world in the initial state. It draws no slips by itself."""
         return Episode(self.scorer.domain, self.task.initial)
 
-    def carry_out(self, actions: tuple[Action, ...]) -> Execution:
+    def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
         """The course of a plan up to the first slip, failed action or state in which all goals hold."""
         episode = self.episode
         start, before = len(episode.trajectory.steps), episode.trajectory.executed
