@@ -1,4 +1,4 @@
-"""Goals as formulas or text in the syntax of subgoals, checked in their scene, and tasks with such goals."""
+"""Goals as formulas or as text in the syntax of subgoals, checked in their scene; tasks with goals."""
 
 from __future__ import annotations
 
@@ -19,17 +19,18 @@ from eai.world.state import Scene, State
 
 
 def lexicon_of_goals(domain: Domain, scene: Scene) -> FormulaLexicon:
-    """Return the lexicon of goals: as declared, and actions may stand there without objects."""
+    """Return the lexicon of goals: the declared names. Actions in goals may lack their objects."""
     lexicon = declared_lexicon(domain, scene)
     signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), parsed={})
     return replace(lexicon, signature=signature)
 
 
 def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
-    """The goal that a text states.
+    """Return the goal that a text states.
 
     Raises:
-        InputError: it does not parse, or is no goal in this scene; says what was expected.
+        InputError: the text does not parse, or is not a goal in this scene. The message says what was
+            expected.
     """
     lexicon = lexicon_of_goals(domain, scene)
     signature = lexicon.signature
@@ -52,10 +53,10 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
 
 
 def check_goal(formula: f.Formula, scene: Scene) -> None:
-    """Check that a goal speaks of what a scene has and its vocabulary declares.
+    """Check that a goal uses only objects of a scene and predicates of its vocabulary.
 
     Raises:
-        InputError: it does not; names what is unknown, and what may be meant.
+        InputError: a name is unknown. The message suggests a similar name.
     """
     kinds = {thing.category for thing in scene.objects}
     for part in walk(formula):
@@ -73,7 +74,7 @@ def check_goal(formula: f.Formula, scene: Scene) -> None:
 
 
 def _is_choice(formula: f.Formula) -> bool:
-    """Whether a formula is an action, or several of which one will do, with whatever objects."""
+    """Whether a formula is one action, or a disjunction of actions, without objects."""
     parts = f.operands(formula, f.Or)
     return all(isinstance(part, f.Occurs) and not part.arguments for part in parts)
 
@@ -86,18 +87,18 @@ def make_task(
     title: str = "",
     domain: Domain | None = None,
 ) -> Task:
-    """A task about all objects of its scene; one without a title of its own is called by its id.
+    """Return a task about all objects of its scene.
 
     Args:
-        task_id: known by this in answers and records.
+        task_id: the id in answers and records.
         instruction: the task in natural language.
         initial: the state in which a plan starts.
         goals: formulas, or text in the syntax of subgoals: ``forall l: lamp. (lit(l))``.
-        title: what tasks of a kind share.
-        domain: needed where a text names actions.
+        title: the name that tasks of a kind share; the id if empty.
+        domain: the domain; needed if a text names actions.
 
     Raises:
-        InputError: a goal does not parse, or speaks of what the scene has not; says what was expected.
+        InputError: a goal does not parse, or names something unknown. The message says what was expected.
     """
     scene = initial.scene
     formulas = []
@@ -113,7 +114,7 @@ def make_task(
 
 
 def formula_text(formula: f.Formula) -> str:
-    """Return the text of a goal, which `read_goal` can read; an action on any objects is its name alone."""
+    """Return the text of a goal, as `read_goal` reads it. An action on any objects is its name alone."""
     match formula:
         case f.Occurs(action, ()):
             return action

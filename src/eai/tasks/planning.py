@@ -1,4 +1,4 @@
-"""Plans for tasks, found by search on the declared domain: what the built-in model `eai/planner` answers."""
+"""Find plans for tasks by search on the declared domain, as the built-in model `eai/planner` does."""
 
 from __future__ import annotations
 
@@ -14,11 +14,14 @@ from eai.world.action import Action
 from eai.world.domain import Domain
 
 FindPlan: TypeAlias = "Callable[[Task, Planner, Limits | None], SearchResult[Action]]"
-"""How a plan is looked for: `find_plan`, or what remembers what that found."""
+"""Searches for a plan: `find_plan`, or a function that caches its results."""
 
 
 def planning_goal(task: Task) -> PlanningGoal:
-    """The goals of a task: states and relations at the end, and its actions in order; none over time."""
+    """Return the goals of a task for the planner: conditions on the final state, and actions in order.
+
+    Goals over time are left out.
+    """
     task = task.at_the_end
     return PlanningGoal(
         conditions=tuple(goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION),
@@ -27,12 +30,12 @@ def planning_goal(task: Task) -> PlanningGoal:
 
 
 def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
-    """Look for a plan that reaches all goals of a task with the objects that an answer may name."""
+    """Search for a plan that reaches all goals of a task with the objects that an answer may name."""
     return planner.plan(task.initial, planning_goal(task), task.planned_with, limits)
 
 
 def why_no_plan(end: SearchEnd) -> str:
-    """Return why a search that ended so found no plan, or an empty text if it found one."""
+    """Return why a search found no plan, or an empty text if it found a plan."""
     match end:
         case SearchEnd.SOLVED:
             return ""
@@ -43,6 +46,6 @@ def why_no_plan(end: SearchEnd) -> str:
 
 
 def is_impossible(task: Task, domain: Domain) -> bool:
-    """Whether it is proved that no plan reaches the goals of a task that are about states at its end."""
+    """Whether it is proved that no plan reaches the task's goals on the final state."""
     conditions = planning_goal(task).conditions
     return bool(find_unreachable_goals(domain, task.initial, task.planned_with, conditions))

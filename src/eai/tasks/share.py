@@ -1,4 +1,4 @@
-"""Shares: a part and a whole, such as the satisfied goals of all goals."""
+"""Shares, such as the share of a task's goals that a plan satisfies."""
 
 from __future__ import annotations
 
@@ -6,14 +6,17 @@ from typing import NamedTuple
 
 
 class Share(NamedTuple):
-    """A part and a whole: satisfied goals of all goals, say, or the contribution of an answer to a rate."""
+    """A share as a numerator and a denominator.
+
+    For example, the satisfied goals among all goals, or the contribution of an answer to a rate.
+    """
 
     numerator: int | float
     denominator: int | float
 
 
 class GoalTallies(NamedTuple):
-    """Number of satisfied goals, and of all goals, for each of the three kinds."""
+    """The satisfied goals among all goals, for each of the three kinds of goal."""
 
     state: Share
     relation: Share

@@ -20,11 +20,11 @@ from eai.world.vocabulary import require_tuple
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that is not as it should be.
+    """A mistake in a task file or in the data of a benchmark.
 
     Attributes:
-        place: the file or pack that it is about; the whole where it is about all of it.
-        problem: what is wrong, with the identifier where there is one.
+        place: the file or pack with the mistake; the whole benchmark if the mistake is in no single file.
+        problem: the mistake, with the identifier of the task if there is one.
     """
 
     place: str
@@ -36,33 +36,41 @@ T_co = TypeVar("T_co", covariant=True)
 
 
 class ErrataChoice(str, Enum):
-    """Whether what is wrong in the data of a benchmark is corrected."""
+    """Whether known errors in the data of a benchmark are corrected."""
 
     CURRENT = "current"
     NONE = "none"
 
 
 def errata_choice(name: ErrataChoice | str) -> ErrataChoice:
-    """The choice of this name.
+    """Return the choice of errata with a name.
 
     Raises:
-        InputError: there is none.
+        InputError: no choice has this name.
     """
     return find_member(ErrataChoice, name, "choice of errata")
 
 
 def planner_choice(name: PlannerChoice | str) -> PlannerChoice:
-    """The choice of this name.
+    """Return the choice of a planner with a name.
 
     Raises:
-        InputError: there is none.
+        InputError: no choice has this name.
     """
     return find_member(PlannerChoice, name, "planner")
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """The source of tasks: a store (the user's if None), who hears of a download, planner, errata."""
+    """The settings with which the tasks of a benchmark are opened.
+
+    Attributes:
+        store: the store of downloaded data; the user's store if None.
+        report: receives the progress of a download.
+        planner: the planner that judges operators.
+        errata: whether known errors in the data are corrected.
+        terms: the limits of planners.
+    """
 
     store: Store | None = None
     report: ReportProgress = ignore_progress
@@ -72,15 +80,15 @@ class Source:
 
 
 USUAL = Source()
-"""The user's store, errata, and any planner."""
+"""The default settings: the user's store, current errata, and any planner."""
 
 
 class TaskSet(Mapping[str, T_co]):
-    """Tasks by id, in the order of the data set; each is built once, on first use.
+    """Tasks by id, in the order of the data set. Each task is built once, on first use.
 
     Args:
         task_ids: the ids, in order.
-        build: builds the task of an id; its KeyError says that there is none.
+        build: builds the task with an id. It raises KeyError for an unknown id.
         sha256: digest of the data that the tasks are made from.
     """
 
@@ -100,14 +108,14 @@ class TaskSet(Mapping[str, T_co]):
 
 
 OpenTasks: TypeAlias = Callable[[Source], TaskSet[T]]
-"""Opens the tasks of a benchmark; the data set is fetched first if it is not there."""
+"""Opens the tasks of a benchmark, and downloads the data set if it is missing."""
 
 
 def given(*tasks: Task) -> OpenTasks[Task]:
-    """The opener of tasks that are written down in a program.
+    """Return a function that opens tasks defined in a program.
 
     Raises:
-        InputError: two have one id, or one is no task.
+        InputError: two tasks have the same id, or an argument is not a task.
     """
     require_tuple("eai.given", tasks, Task)
     if twice := [name for name, n in Counter(task.id for task in tasks).items() if n > 1]:
@@ -119,7 +127,10 @@ def given(*tasks: Task) -> OpenTasks[Task]:
 
 
 def task_sha256(task: Task) -> str:
-    """The digest of all that a task says, seen by an agent or not; the same on every machine."""
+    """Return the digest of a task's content. It is equal on every machine.
+
+    The content includes parts that no agent sees.
+    """
     return _digest(_content(task))
 
 
@@ -128,13 +139,13 @@ def _digest(content: object) -> str:
 
 
 def _content(task: Task) -> tuple[object, ...]:
-    """All that a task says, as values with the same text on every machine."""
+    """Return the content of a task as values whose text is equal on every machine."""
     scene = (task.scene.objects, task.scene.agent, tuple(task.initial.facts()), task.relevant)
     return (task.id, task.title, task.instruction, scene, task.goals, task.script)
 
 
 def once_per_store(opener: OpenTasks[T]) -> OpenTasks[T]:
-    """The opener that opens the tasks of a store once in a process; building them takes long."""
+    """Return an opener that opens the tasks of each store once in a process, as building them takes long."""
     opened: dict[Path, TaskSet[T]] = {}
 
     @wraps(opener)

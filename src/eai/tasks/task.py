@@ -1,4 +1,4 @@
-"""A task: an initial state, a goal, and what the data set says besides, ready to be scored."""
+"""A task: an initial state, goals, and further data of its data set."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ CATEGORIES = tuple([each.value for each in Category if each is not Category.OBJE
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """One part of a task's goal: a formula on the final state, on the actions taken, or on the whole course.
+    """One part of a task's goal: a formula on the final state, the executed actions, or the whole execution.
 
     An action goal is a disjunction of `Occurs` without arguments, in the order of the data set's
-    alternatives. A formula with temporal operators is a goal over time, of the kind of what it speaks of:
-    what has to come first, say, and what must never be (`eai.logic.semantics`).
+    alternatives. A formula with temporal operators is a goal over time (`eai.logic.semantics`), for example
+    an event that must come first or must never happen. Its kind is that of its atoms.
     """
 
     kind: GoalKind
@@ -60,7 +60,7 @@ class Goal:
 
     @property
     def is_over_time(self) -> bool:
-        """Whether it speaks of more than the end and the names of the actions."""
+        """Whether the goal depends on more than the final state and the names of the actions."""
         return not is_state_formula(self.formula)
 
 
@@ -77,9 +77,9 @@ class Task:
         relevant: the objects that the task is about, by index, in the order of the data set.
         script: the data set's own plan; empty if it has none.
         temporal_goal: the goal as a text in temporal logic, or None if the task has none.
-        annotated_final: the state that the data set's own annotation ends in, or None if it has none.
-        unsolvable: why no plan reaches its goals, where that is known; else None.
-        unnamed: objects of which operators speak but no answer: recipes, say.
+        annotated_final: the final state in the data set's own annotation, or None if it has none.
+        unsolvable: the reason why no plan reaches the goals; None if no such reason is known.
+        unnamed: objects that operators use but no answer names, such as recipes.
         special: whether the task may be impossible or ambiguous, or has hazards (`eai.tasks.special`); None
             for other tasks.
     """
@@ -99,7 +99,7 @@ class Task:
 
     @property
     def has_no_plan(self) -> bool:
-        """Whether no plan reaches the goals, so that it is right to call the task impossible."""
+        """Whether no plan reaches the goals, so that calling the task impossible is right."""
         return isinstance(self.special, Impossible) and bool(self.special.missing)
 
     @property
@@ -109,7 +109,7 @@ class Task:
 
     @property
     def planned_with(self) -> tuple[int, ...]:
-        """The objects that a search for a plan needs: those of the task, and what no answer names."""
+        """The objects that a search for a plan needs: the task's objects, and those that no answer names."""
         return self.relevant + self.unnamed
 
     @property
@@ -125,12 +125,12 @@ class Task:
 
     @property
     def is_told_by_goals(self) -> bool:
-        """Whether questions tell its goals, and not its instruction alone, which may fit several objects."""
+        """Whether prompts state the goals. Prompts of ambiguous tasks only give the instruction."""
         return not isinstance(self.special, Ambiguous)
 
     @property
     def told(self) -> Task:
-        """The task as who is asked is told it."""
+        """The task with only those goals that prompts state."""
         if not self.is_told_by_goals:
             return replace(self, goals=())
         is_untold = isinstance(self.special, Hazards) and self.special.untold
@@ -153,23 +153,24 @@ class Task:
 
     @property
     def left_out(self) -> TaskExclusion | None:
-        """Why no statistics of plans count the task, since every plan would be right or none; else None."""
+        """Why statistics of plans exclude the task: it has no goals or no plan. Otherwise None."""
         reason = self.unsolvable if self.goals else NO_GOALS
         return None if reason is None else self.exclusion(reason)
 
     def named_by(self, goals: Iterable[Goal]) -> set[int]:
-        """The objects that some of its goals name, by index."""
+        """Return the objects that some goals of the task name, by index."""
         return {self.scene.index[name] for goal in goals for name in object_names(goal.formula)}
 
     def goals_of(self, kind: GoalKind) -> tuple[Goal, ...]:
-        """The goals of one kind, in order."""
+        """Return the goals of one kind, in order."""
         return tuple(goal for goal in self.goals if goal.kind is kind)
 
 
 def goal(formula: Formula) -> Goal:
-    """The goal that a formula be true: of actions, of relations if it speaks of any, else of states.
+    """Return a formula as a goal of the right kind.
 
-    One over time is of no actions: those that it may name have objects and a place in it.
+    A formula with actions is an action goal, and a formula with relations is a relation goal. Any other
+    formula is a state goal. A goal over time is never an action goal.
     """
     parts = tuple(walk(formula))
     if is_state_formula(formula) and any(isinstance(part, Occurs) for part in parts):
