@@ -1,6 +1,6 @@
-"""Write the repository's address wherever it belongs: package pages, their links, the citation.
+"""Write the repository's address into package pages, their links and the citation.
 
-Until it has one, none of these has a link to it. tools/site.py reads it from pyproject.toml.
+Before that, none of these files links to the repository. tools/site.py reads the address from pyproject.toml.
 
     python tools/address.py https://HOST/OWNER/NAME
 """
@@ -18,12 +18,12 @@ _LINK = re.compile(r"(pattern = '(?P<picture>!?)\\\[.*?replacement = )'.*'")
 
 
 def with_address(text: str, address: str, below: str = "") -> str:
-    """The text of a ``pyproject.toml`` with the address of the repository.
+    """Return the text of a ``pyproject.toml`` with the address of the repository.
 
     Args:
-        text: the text.
-        address: the address.
-        below: the folder of the file in the repository, with a slash at its end.
+        text: Text of the file.
+        address: Web address of the repository.
+        below: Folder of the file in the repository, with a slash at its end; empty for the root.
     """
     text = _SET.sub("", text).replace(URLS, f'{URLS}Repository = "{address}"\n', 1)
     return _LINK.sub(lambda match: f"{match[1]}'{_replacement(match['picture'], address, below)}'", text)
@@ -35,7 +35,7 @@ def _replacement(picture: str, address: str, below: str) -> str:
 
 
 def write(root: Path, address: str) -> None:
-    """Write the address into the files below a root."""
+    """Write the address into all files below the root folder that link to the repository."""
     for file in [root / "pyproject.toml", *sorted(root.glob("packages/*/pyproject.toml"))]:
         below = "" if file.parent == root else f"{file.parent.relative_to(root).as_posix()}/"
         file.write_text(with_address(file.read_text(encoding="utf-8"), address, below), encoding="utf-8")

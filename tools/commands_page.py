@@ -1,7 +1,7 @@
 """Write docs/commands.md from the help of all commands: `python tools/commands_page.py`.
 
 No plugin of MkDocs does this: with Typer 0.29, mkdocs-typer2 0.4.1 and mkdocs-click 0.9.0 show no option of
-a command that an entry point loads. With a plugin, the page would also be empty in the repository.
+a command that an entry point loads. With a plugin, the page in the repository would also be empty.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ those that `eai run` takes by `--with`. `python tools/commands_page.py` writes t
 """
 EXAMPLE = re.compile(r"(Example|Start): (eai .*?)(?: +(\(.*\)))?$")
 MARKDOWN = re.compile(r"([<>*_|])")
-"""The characters of help that Markdown would take for its own."""
+"""Characters of help texts that have a meaning in Markdown."""
 
 
 def page() -> str:
-    """The whole page."""
+    """Return the page."""
     return HEAD + "".join(_sections(typer.main.get_command(app), "eai"))
 
 
 def _sections(command: Any, name: str) -> Iterator[str]:
-    """A section on a command, then those on the commands below it."""
+    """Yield the section of a command, then the sections of its subcommands."""
     context = command.context_class(command, info_name=name)
-    parameters = [each for each in command.params if not each.hidden]
-    arguments = [each.metavar for each in parameters if each.param_type_name == "argument"]
+    parameters = [parameter for parameter in command.params if not parameter.hidden]
+    arguments = [parameter.metavar for parameter in parameters if parameter.param_type_name == "argument"]
     yield f"\n## {name}\n\n`{' '.join([name, *arguments, '[OPTIONS]'])}`\n"
-    yield from (f"\n{_paragraph(each)}\n" for each in command.help.split("\n\n"))
+    yield from (f"\n{_paragraph(text)}\n" for text in command.help.split("\n\n"))
     if parameters:
         yield "\n| option | meaning |\n|---|---|\n"
-        yield from (_row(*each.get_help_record(context)) for each in parameters)
+        yield from (_row(*parameter.get_help_record(context)) for parameter in parameters)
     for below in getattr(command, "commands", ()):
         yield from _sections(command.commands[below], f"{name} {below}")
 
@@ -52,7 +52,7 @@ def _row(option: str, meaning: str) -> str:
 
 
 def _paragraph(text: str) -> str:
-    """A paragraph of help as Markdown; an example is code."""
+    """Return a paragraph of help as Markdown, with examples as code."""
     example = EXAMPLE.match(text)
     if example is None:
         return MARKDOWN.sub(r"\\\1", text)

@@ -1,4 +1,4 @@
-"""Writes the table of docs/errata.md from the errata of the package: `python tools/errata_page.py`."""
+"""Write the table of docs/errata.md from the errata of the package: `python tools/errata_page.py`."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from eai.benchmarks.registry import title_of
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "errata.md"
 BEGIN, END = "<!-- errata: tools/errata_page.py -->\n", "<!-- end -->\n"
-SHOWN = 3
-"""How many tasks are named where there are more."""
+MAX_NAMED_TASKS = 3
+"""Maximum number of tasks that a row names; more tasks are counted."""
 
-DONE = {
+CORRECTIONS = {
     "exclude": "left out of all rates",
     "renamed": "the operator has the name that was asked for",
     "problem": "the problem declares it",
@@ -23,7 +23,7 @@ DONE = {
 
 
 def page() -> str:
-    """The whole page, with the table as it is now."""
+    """Return the page with a new table."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     errata = published_errata()
     head = (
@@ -36,14 +36,16 @@ def page() -> str:
 def _row(entry: _Erratum) -> str:
     abilities = ", ".join(ability.value.replace("_", " ") for ability in entry.abilities)
     names = [task_id.split("_0_")[0] for task_id in entry.tasks]
-    named = ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
+    named = ", ".join(names[:MAX_NAMED_TASKS]) + (
+        f" and {len(names) - MAX_NAMED_TASKS} more" if len(names) > MAX_NAMED_TASKS else ""
+    )
     (correction,) = entry.corrections
     cells = (
         f"`{entry.id}`",
         f"{title_of(entry.domain)}, {abilities}: {named}",
         " ".join(entry.wrong.split()),
         " ".join(entry.evidence.split()),
-        DONE[correction],
+        CORRECTIONS[correction],
     )
     return f"| {' | '.join(cells)} |\n"
 

@@ -2,8 +2,8 @@
 
     python tools/gallery.py RECORDS [NAME...]
 
-RECORDS has a folder a domain, an ability and a model, as `eai score answers --out RECORDS` writes them; with
-names only those pictures are drawn anew.
+RECORDS has a folder for each domain, ability and model, as `eai score answers --out RECORDS` writes it. If
+names are given, only these pictures are drawn.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from eai.extensions.scenes.rendered import photographs_of
 ROOT = Path(__file__).parent.parent
 PICTURES = ROOT / "docs/images/gallery"
 COLORS = 128
-"""So many colours are enough for a figure, and make a small file."""
+"""Number of colours in a picture; a small palette makes a small file."""
 
 
 class Figure(NamedTuple):
     """A figure of the gallery.
 
     Attributes:
-        name: that of its picture.
-        command: what writes it, among others.
-        records: which records it is of, as patterns below their folder; none for photographs.
-        file: its file among those that are written, without ending.
+        name: Name of the picture.
+        command: Command that draws the figure; it may draw others too.
+        records: Patterns of the records that the figure shows, below their folder; empty for photographs.
+        file: Path of the drawn file below the command's output folder, without ending.
     """
 
     name: str
@@ -147,23 +147,24 @@ PHOTOGRAPHS = {
     "boxing_books_up_for_storage": "head",
     "filling_a_Christmas_stocking": "near",
 }
-"""The activities that are shown, and from where."""
+"""Names of the cameras by the activity that they show."""
 
-SMALL = (272, 204)
-"""The size of a photograph, in pixels."""
+PHOTOGRAPH_SIZE = (272, 204)
+"""Width and height of a photograph in pixels."""
 
 
 def main() -> None:
-    """Draw the pictures."""
+    """Draw the figures that the arguments name, or all."""
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     records, names = Path(sys.argv[1]), sys.argv[2:]
     PICTURES.mkdir(parents=True, exist_ok=True)
-    drawn = sorted((each for each in FIGURES if each.name in names or not names), key=_source)
+    chosen = [figure for figure in FIGURES if figure.name in names or not names]
+    drawn = sorted(chosen, key=_source)
     for (command, patterns), figures in groupby(drawn, key=_source):
         with tempfile.TemporaryDirectory(prefix="eai-gallery-") as folder:
             if not patterns:
-                photograph(Path(folder))
+                write_photographs(Path(folder))
                 shrink(Path(folder) / "photographs.png", PICTURES / "rendered.png", 224)
                 continue
             run(command, [path for pattern in patterns for path in sorted(records.glob(pattern))], folder)
@@ -176,29 +177,29 @@ def _source(figure: Figure) -> tuple[str, tuple[str, ...]]:
 
 
 def run(command: str, records: Sequence[Path], out: str) -> None:
-    """Run a command of `eai` on some records instead of those that it names."""
+    """Run a command of `eai` on other records than it names, with another output folder."""
     _, *words = command.split()
-    place, folder = words.index("scores"), words.index("--out") + 1
-    words[folder] = out
-    result = CliRunner().invoke(app, [*words[:place], *map(str, records), *words[place + 1 :]])
+    words[words.index("--out") + 1] = out
+    scores = words.index("scores")
+    result = CliRunner().invoke(app, [*words[:scores], *map(str, records), *words[scores + 1 :]])
     if result.exit_code:
         sys.exit(result.output)
 
 
-def photograph(folder: Path) -> None:
-    """Write photographs side by side, in two rows."""
+def write_photographs(folder: Path) -> None:
+    """Write all photographs into one picture with two rows."""
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
     ids = {suite.tasks[task_id].title: task_id for task_id in suite.task_ids}
-    sheet = Image.new("RGB", (4 * SMALL[0], 2 * SMALL[1]))
+    sheet = Image.new("RGB", (4 * PHOTOGRAPH_SIZE[0], 2 * PHOTOGRAPH_SIZE[1]))
     for number, (title, view) in enumerate(PHOTOGRAPHS.items()):
-        (taken,) = photographs_of(suite.tasks[ids[title]], (view,))
-        picture = Image.open(io.BytesIO(taken.data)).resize(SMALL, Image.Resampling.LANCZOS)
-        sheet.paste(picture, (number % 4 * SMALL[0], number // 4 * SMALL[1]))
+        (photograph,) = photographs_of(suite.tasks[ids[title]], (view,))
+        picture = Image.open(io.BytesIO(photograph.data)).resize(PHOTOGRAPH_SIZE, Image.Resampling.LANCZOS)
+        sheet.paste(picture, (number % 4 * PHOTOGRAPH_SIZE[0], number // 4 * PHOTOGRAPH_SIZE[1]))
     sheet.save(folder / "photographs.png")
 
 
 def shrink(source: Path, target: Path, colors: int = COLORS) -> None:
-    """Copy a picture with few colours."""
+    """Copy a picture with a small palette of colours."""
     with Image.open(source) as picture:
         picture.convert("RGB").quantize(colors).save(target, optimize=True)
 

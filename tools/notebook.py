@@ -1,4 +1,4 @@
-"""Write docs/tutorials/train.ipynb: the tutorial as a notebook, its Python blocks as cells.
+"""Write docs/tutorials/train.ipynb: the tutorial as a notebook with its Python blocks as cells.
 
 python tools/notebook.py
 """
@@ -17,7 +17,7 @@ BLOCK = re.compile(
 
 
 def notebook(page: str) -> str:
-    """A page as a notebook: text between blocks as it is, commands with a leading ``!``, outputs left out."""
+    """Return a page as the JSON of a notebook, without outputs. Commands get a leading ``!``."""
     cells, end = list[dict[str, object]](), 0
     for match in BLOCK.finditer(page):
         cells.append(_cell("markdown", page[end : match.start()], len(cells)))

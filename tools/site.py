@@ -1,7 +1,7 @@
-"""Lay the documentation out as a site and build it: a link or an anchor that leads nowhere is an error.
+"""Build the site of the documentation; a broken link or anchor is an error.
 
-The pages are the repository's own, at their own places, with each file that they link to. What leads to
-them, by role, is what docs/README.md lists: a page that it leaves out is an error too.
+The site contains the repository's pages at the same paths, with each file that they link to. Its navigation
+is the list of pages in docs/README.md. A page that is missing in this list is an error too.
 
     python tools/site.py    # writes build/site/html
 """
@@ -28,12 +28,12 @@ ROW = re.compile(r"^\| \[(?P<title>[^\]]+)\]\((?P<page>[^)]+)\) \|", re.MULTILIN
 
 def main() -> int:
     shutil.rmtree(BUILD, ignore_errors=True)
-    lay_out(ROOT, BUILD / "pages")
+    copy_pages(ROOT, BUILD / "pages")
     config = BUILD / "mkdocs.yml"
     paths = {"docs_dir": "pages", "site_dir": "html"}
-    # JSON is YAML; the rest of the settings is what mkdocs.yml says.
+    # JSON is also YAML. The new file inherits all other settings from mkdocs.yml.
     config.write_text(
-        json.dumps({"INHERIT": "../../mkdocs.yml", **paths, **facts(ROOT), "nav": navigation(ROOT)}),
+        json.dumps({"INHERIT": "../../mkdocs.yml", **paths, **site_settings(ROOT), "nav": navigation(ROOT)}),
         encoding="utf-8",
     )
     return subprocess.run(
@@ -41,17 +41,17 @@ def main() -> int:
     ).returncode
 
 
-def facts(root: Path) -> dict[str, str]:
-    """The version, and the link to the repository once tools/address.py has written where it is."""
+def site_settings(root: Path) -> dict[str, str]:
+    """Return the version, and the address of the repository if tools/address.py has written it."""
     (version,) = VERSION.findall((root / "src/eai/__init__.py").read_text(encoding="utf-8"))
-    found = ADDRESS.search((root / "pyproject.toml").read_text(encoding="utf-8"))
-    return {"copyright": f"eai {version}"} | ({} if found is None else {"repo_url": found["address"]})
+    address = ADDRESS.search((root / "pyproject.toml").read_text(encoding="utf-8"))
+    return {"copyright": f"eai {version}"} | ({} if address is None else {"repo_url": address["address"]})
 
 
-def lay_out(root: Path, pages: Path) -> None:
-    """Copy the pages, and what they link to."""
-    looks = sorted((root / "docs/site").glob("*"))
-    linked = [root / "README.md", *sorted((root / "docs").rglob("*.md")), *looks]
+def copy_pages(root: Path, pages: Path) -> None:
+    """Copy the pages, the site's style files, and each file that the pages link to."""
+    styles = sorted((root / "docs/site").glob("*"))
+    linked = [root / "README.md", *sorted((root / "docs").rglob("*.md")), *styles]
     copied = set()
     while linked:
         file = linked.pop()
@@ -75,7 +75,7 @@ def for_site(text: str, folder: Path) -> str:
 
 
 def navigation(root: Path) -> list[dict[str, object]]:
-    """The pages by role, as mkdocs takes them: what docs/README.md lists below its headings."""
+    """Return the navigation of the site in mkdocs's form: the pages below each heading of docs/README.md."""
     index = root / "docs/README.md"
     sections: list[dict[str, object]] = [{"Start": "README.md"}, {"Documentation": "docs/README.md"}]
     _, *parts = HEADING.split(index.read_text(encoding="utf-8"))

@@ -1,8 +1,8 @@
-"""Draw what a command prints in a terminal of 80 columns, as SVG.
+"""Draw the output of a command in a terminal of 80 columns as SVG.
 
     python tools/terminal_picture.py PICTURE.svg eai score answers --out scores
 
-The command runs where this is called. The picture of README is of the public answers of three models.
+The command runs in the current folder. The picture in README shows the public answers of three models.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from rich.terminal_theme import SVG_EXPORT_THEME
 from rich.text import Text
 
 COLUMNS = 80
-FETCHED = re.compile(r"@font-face \{\{.*?\}\}\n", re.DOTALL)
-"""Fonts that a picture would fetch from elsewhere; any of fixed width will do."""
+FONT_DOWNLOADS = re.compile(r"@font-face \{\{.*?\}\}\n", re.DOTALL)
+"""Style rules that would download fonts. Any font of fixed width will do."""
 
 
 def main() -> None:
     picture, command = Path(sys.argv[1]), sys.argv[2:]
     terminal = {"COLUMNS": str(COLUMNS), "FORCE_COLOR": "1", "TERM": "xterm-256color"}
-    done = subprocess.run(
+    finished = subprocess.run(
         command, env={**os.environ, **terminal}, stdout=subprocess.PIPE, text=True, check=True
     )
     screen = Console(record=True, width=COLUMNS, file=io.StringIO(), force_terminal=True)
-    screen.print(Text(f"$ {shlex.join(command)}\n"), Text.from_ansi(done.stdout.rstrip()), sep="\n")
-    form = FETCHED.sub("", CONSOLE_SVG_FORMAT)
+    screen.print(Text(f"$ {shlex.join(command)}\n"), Text.from_ansi(finished.stdout.rstrip()), sep="\n")
+    form = FONT_DOWNLOADS.sub("", CONSOLE_SVG_FORMAT)
     drawn = screen.export_svg(title="", theme=SVG_EXPORT_THEME, code_format=form, unique_id="terminal")
     picture.write_text(drawn, encoding="utf-8")
 

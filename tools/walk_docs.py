@@ -1,14 +1,14 @@
-"""Every command of README and docs, run as written: in a fresh home, with a fresh install.
+"""Run every command of README and docs as written, in a fresh home with a fresh install.
 
     python tools/walk_docs.py --python python3.10 --python python3.13 --installer pip --installer uv README.md
-    python tools/walk_docs.py --work walk --log walk.log                  # again: what is left of it
+    python tools/walk_docs.py --work walk --log walk.log                  # again: only changed pages
 
-Every interpreter is walked with every installer. With ``--work`` environments and fixtures are kept, and a
-page that ran through is walked again only if it changed.
+Each pair of interpreter and installer is tried. With ``--work`` environments and fixtures are kept, and a
+page runs again only if it changed or failed.
 
-Commands to hosted models go to a server on this machine that always answers ``{}``, so that they run as
-written and cost nothing. What the pages speak of as being there (answers, runs, tasks) is made first. The
-exit status is 1 if a command fails; the log has a line for each: status, seconds, page, command.
+Commands to hosted models go to a server on this machine that always answers ``{}``, so they run as written
+and cost nothing. The program first makes the answers, runs and tasks that the pages assume. The exit status
+is 1 if a command fails. The log has a line for each command: status, seconds, page, command.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ SKIPPED = {
     "eai serve": "it serves until it is interrupted, and the tests start it",
     "cd examples": "the walk puts the example into the folder",
 }
-FINDING = ("eai data info --annotations --errata none",)
-"""Commands whose exit status says that there are findings, as their page does."""
+FINDING_COMMANDS = ("eai data info --annotations --errata none",)
+"""Commands that report faults by design, so exit status 2 is right."""
 
-SECONDS = 900
+TIMEOUT_SECONDS = 900
 
 PRELUDE = r"""
 eai run --model eai/noisy --domain behavior --out made \
@@ -61,7 +61,7 @@ eai run --model eai/noisy --model eai/random --model eai/lookup --domain behavio
   --ability action_sequencing --out made
 eai generate --like behavior --n 5 --seed 1 --out tasks
 """
-"""Makes what the commands speak of."""
+"""Commands that make the runs and tasks of all pages."""
 
 FIXTURES = {
     "analyses": r"""
@@ -104,7 +104,7 @@ for shard in 2 3 4 5 6 7 8; do eai score answers --domain virtualhome --ability 
   --shard $shard/8 --out scores; done
 """,
 }
-"""What single pages take for granted."""
+"""Commands that make the files of one page, by the page's name."""
 
 RATINGS = """\
 task,rater,attribute,score
@@ -113,11 +113,11 @@ task,rater,attribute,score
 11_1,one,clear,3
 11_1,two,clear,3
 """
-"""What people may say of tasks."""
+"""Made-up ratings of tasks by people."""
 
 
-class Silent(BaseHTTPRequestHandler):
-    """A model that has nothing to say."""
+class EmptyAnswers(BaseHTTPRequestHandler):
+    """A model server that always answers `{}`."""
 
     def do_POST(self) -> None:
         self.rfile.read(int(self.headers["Content-Length"]))
@@ -136,8 +136,8 @@ class Silent(BaseHTTPRequestHandler):
         pass
 
 
-class Fate(Enum):
-    """What became of a command."""
+class CommandStatus(Enum):
+    """The result of a command on a page."""
 
     RUN = "run"
     SKIPPED = "skipped"
@@ -145,45 +145,47 @@ class Fate(Enum):
 
 
 @dataclass(frozen=True)
-class Walk:
-    """Where commands run, and where it is written down what became of them."""
+class CommandRunner:
+    """Runs commands with some environment variables, and writes their results to a log."""
 
     environment: dict[str, str]
     log: TextIO
 
-    def run(self, command: str, folder: Path, page: str) -> Fate:
-        skipped = next((why for start, why in SKIPPED.items() if command.startswith(start)), None)
+    def run(self, command: str, folder: Path, page: str) -> CommandStatus:
+        skipped = next((reason for start, reason in SKIPPED.items() if command.startswith(start)), None)
         if skipped is not None:
-            self.tell(f"skipped  ({skipped})  {page}: {command}")
-            return Fate.SKIPPED
+            self.log_line(f"skipped  ({skipped})  {page}: {command}")
+            return CommandStatus.SKIPPED
         start = time.monotonic()
         try:
-            done = subprocess.run(
+            finished = subprocess.run(
                 ["bash", "-c", command],
                 cwd=folder,
                 env=self.environment,
                 stdin=subprocess.DEVNULL,
                 capture_output=True,
                 text=True,
-                timeout=SECONDS,
+                timeout=TIMEOUT_SECONDS,
             )
-            status, said = str(done.returncode), done.stderr or done.stdout
+            code, output = str(finished.returncode), finished.stderr or finished.stdout
         except subprocess.TimeoutExpired:
-            status, said = "timeout", ""
-        self.tell(f"{status:>7}  {time.monotonic() - start:6.1f} s  {page}: {command}")
-        if status == "2" and command.startswith(FINDING):
-            return Fate.RUN
-        if status != "0":
-            self.tell("".join(f"         | {line}\n" for line in said.strip().splitlines()[-4:]).rstrip())
-        return Fate.RUN if status == "0" else Fate.FAILED
+            code, output = "timeout", ""
+        self.log_line(f"{code:>7}  {time.monotonic() - start:6.1f} s  {page}: {command}")
+        if code == "2" and command.startswith(FINDING_COMMANDS):
+            return CommandStatus.RUN
+        if code != "0":
+            self.log_line(
+                "".join(f"         | {line}\n" for line in output.strip().splitlines()[-4:]).rstrip()
+            )
+        return CommandStatus.RUN if code == "0" else CommandStatus.FAILED
 
-    def tell(self, text: str) -> None:
+    def log_line(self, text: str) -> None:
         print(text, flush=True)
         print(text, file=self.log, flush=True)
 
 
 def commands(page: str) -> Iterator[str]:
-    """The commands on a page, in order; one that goes on on the next line is one."""
+    """Yield the commands on a page in order. A backslash continues a command on the next line."""
     for block in FENCE.finditer(page):
         text = block["text"].replace("\\\n", " ")
         if block["language"] == "console":
@@ -195,17 +197,17 @@ def commands(page: str) -> Iterator[str]:
                 yield from (line for line in text.splitlines() if line.strip() and not line.startswith("#"))
 
 
-def lines(text: str) -> list[str]:
-    """The commands of a text, one a line; a backslash carries one over to the next."""
+def split_commands(text: str) -> list[str]:
+    """Return the commands of a text. A backslash continues a command on the next line."""
     return text.replace("\\\n", " ").strip().splitlines()
 
 
-def install(python: str, installer: str, place: Path) -> Path:
-    """Install the checkout with its extras into an environment; the folder of its programs."""
+def install(python: str, installer: str, target_folder: Path) -> Path:
+    """Install the checkout with its extras into a new environment, and return the folder of its programs."""
     target = f"{ROOT}[{EXTRAS}]"
-    programs = place / "bin"
+    programs = target_folder / "bin"
     if not programs.exists():
-        subprocess.run([python, "-m", "venv", place], check=True)
+        subprocess.run([python, "-m", "venv", target_folder], check=True)
     if installer == "uv":
         command = ["uv", "pip", "install", "--quiet", "--python", programs / "python"]
         command += ["--reinstall-package", "eai-bench", target]
@@ -215,10 +217,10 @@ def install(python: str, installer: str, place: Path) -> Path:
     return programs
 
 
-def prepare(walk: Walk, ground: Path) -> None:
-    """What pages take for granted: answers, runs, tasks, the example of a domain."""
-    for command in lines(PRELUDE):
-        if walk.run(command, ground, "(prelude)") is not Fate.RUN:
+def prepare(runner: CommandRunner, ground: Path) -> None:
+    """Make the files that pages assume in a folder: answers, runs, tasks and the example of a domain."""
+    for command in split_commands(PRELUDE):
+        if runner.run(command, ground, "(prelude)") is not CommandStatus.RUN:
             raise SystemExit("the prelude failed")
     copies = {
         "mine": "virtualhome/action_sequencing/eai_noisy",
@@ -242,27 +244,27 @@ def short_name(page: Path) -> str:
     return page.parent.name if page.parent.parent == EXTENSIONS else page.stem
 
 
-def walk_page(page: Path, walk: Walk, folder: Path) -> Counter[Fate]:
-    """Run the commands of a page in a folder; how many ran, were skipped, failed."""
+def run_page(page: Path, runner: CommandRunner, folder: Path) -> Counter[CommandStatus]:
+    """Run the commands of a page in a folder and return the number of each status."""
     name = page.relative_to(ROOT).as_posix()
     text = page.read_text("utf-8")
-    count = Counter[Fate]()
-    for command in [*lines(FIXTURES.get(short_name(page), "")), *dict.fromkeys(commands(text))]:
+    count = Counter[CommandStatus]()
+    for command in [*split_commands(FIXTURES.get(short_name(page), "")), *dict.fromkeys(commands(text))]:
         if command.startswith("cd ") and (folder / command[3:]).is_dir():
             folder /= command[3:]
         else:
-            count[walk.run(command, folder, name)] += 1
+            count[runner.run(command, folder, name)] += 1
     return count
 
 
-def walk_through(pages: Sequence[Path], walk: Walk, work: Path) -> dict[str, Counter[Fate]]:
-    """Walk the pages, each in a folder of its own, but for those that ran through as they are now."""
+def run_pages(pages: Sequence[Path], runner: CommandRunner, work: Path) -> dict[str, Counter[CommandStatus]]:
+    """Run each page in a folder of its own, except unchanged pages without a failure in the last run."""
     ground, passed = work.parent / "ground", work / "passed"
     if not ground.exists():
-        half = ground.with_suffix(".half")  # so that an interrupted one is not taken for the whole
+        half = ground.with_suffix(".half")  # an interrupted preparation must not look complete
         shutil.rmtree(half, ignore_errors=True)
         half.mkdir()
-        prepare(walk, half)
+        prepare(runner, half)
         half.rename(ground)
     passed.mkdir(exist_ok=True)
     counts = {}
@@ -274,25 +276,31 @@ def walk_through(pages: Sequence[Path], walk: Walk, work: Path) -> dict[str, Cou
         folder = work / short_name(page)
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(ground, folder)
-        counts[name] = walk_page(page, walk, folder)
-        if not counts[name][Fate.FAILED]:
+        counts[name] = run_page(page, runner, folder)
+        if not counts[name][CommandStatus.FAILED]:
             mark.write_text(text, encoding="utf-8")
             shutil.rmtree(folder)
     return counts
 
 
 def environment(programs: Path, home: Path, port: int) -> dict[str, str]:
-    """The variables of somebody who has this environment and nothing else; models answer at the port."""
+    """Return environment variables of a user who has installed nothing else.
+
+    Args:
+        programs: Folder of the programs of the installed environment.
+        home: The user's home folder.
+        port: Port of the server that answers as a model.
+    """
     home.mkdir(exist_ok=True)
-    kept = {
+    variables = {
         name: value
         for name, value in os.environ.items()
         if not name.startswith(("EAI_", "PYTHON", "VIRTUAL_ENV"))
     }
-    settings = Path.home() / ".config/pip/pip.conf"  # where packages come from is the machine's to say
-    kept |= {"PIP_CONFIG_FILE": str(settings)} if settings.exists() else {}
+    settings = Path.home() / ".config/pip/pip.conf"  # the machine decides which package index is used
+    variables |= {"PIP_CONFIG_FILE": str(settings)} if settings.exists() else {}
     return {
-        **kept,
+        **variables,
         "HOME": str(home),
         "PATH": f"{programs}:{os.environ['PATH']}",
         "OPENAI_BASE_URL": f"http://127.0.0.1:{port}/v1",
@@ -303,7 +311,7 @@ def environment(programs: Path, home: Path, port: int) -> dict[str, str]:
 
 
 def main() -> int:
-    every = [
+    all_pages = [
         ROOT / "README.md",
         *sorted((ROOT / "docs").glob("*.md")),
         *sorted(EXTENSIONS.glob("*/README.md")),
@@ -312,27 +320,29 @@ def main() -> int:
     parser.add_argument(
         "pages", nargs="*", type=Path, help="pages; README, docs and extensions if none is given"
     )
-    parser.add_argument("--python", action="append", help="a Python to install for; more than one will do")
+    parser.add_argument("--python", action="append", help="a Python interpreter; can be given several times")
     parser.add_argument("--installer", action="append", choices=("pip", "uv"), help="pip if none is given")
     parser.add_argument("--log", type=Path, default=Path("walk.log"))
-    parser.add_argument("--work", type=Path, help="a folder to keep, so that the next call goes on")
+    parser.add_argument("--work", type=Path, help="a folder that is kept for the next call")
     options = parser.parse_args()
-    pages = [page.resolve() for page in options.pages] or every
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Silent)
+    pages = [page.resolve() for page in options.pages] or all_pages
+    server = ThreadingHTTPServer(("127.0.0.1", 0), EmptyAnswers)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     failed = 0
-    with tempfile.TemporaryDirectory() as place, options.log.open("a", encoding="utf-8") as log:
+    with tempfile.TemporaryDirectory() as temporary, options.log.open("a", encoding="utf-8") as log:
         for python, installer in product(options.python or [sys.executable], options.installer or ["pip"]):
-            work = (options.work or Path(place)).resolve() / f"{Path(python).name}-{installer}"
+            work = (options.work or Path(temporary)).resolve() / f"{Path(python).name}-{installer}"
             work.mkdir(parents=True, exist_ok=True)
             programs = install(python, installer, work / "venv")
-            walk = Walk(environment(programs, work / "home", server.server_address[1]), log)
-            walk.tell(f"# {python}, {installer}")
-            counts = walk_through(pages, walk, work)
+            runner = CommandRunner(environment(programs, work / "home", server.server_address[1]), log)
+            runner.log_line(f"# {python}, {installer}")
+            counts = run_pages(pages, runner, work)
             for page, count in counts.items():
-                walk.tell(f"# {page:29} " + ", ".join(f"{count[fate]} {fate.value}" for fate in Fate))
-            failed += sum(count[Fate.FAILED] for count in counts.values())
-        walk.tell(f"# {failed} failed")
+                runner.log_line(
+                    f"# {page:29} " + ", ".join(f"{count[status]} {status.value}" for status in CommandStatus)
+                )
+            failed += sum(count[CommandStatus.FAILED] for count in counts.values())
+        runner.log_line(f"# {failed} failed")
     return min(failed, 1)
 
 

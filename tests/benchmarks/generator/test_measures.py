@@ -128,7 +128,7 @@ def test_the_coefficients_are_those_of_the_public_tasks(like: str) -> None:
     pytest.importorskip("scipy")
     tool = module_at("tools/task_difficulty.py")
     known = json.loads((resources.files("eai.benchmarks.generator") / FILE).read_text(encoding="utf-8"))[like]
-    fitted = tool.fitted(like)
+    fitted = tool.fit(like)
     assert fitted["weights"] == pytest.approx(known["weights"], abs=0.002)
     assert {**fitted, "weights": 0} == pytest.approx({**known, "weights": 0}, abs=0.011)
 
