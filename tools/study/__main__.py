@@ -8,6 +8,7 @@ eai-1.0.5` (folders or files) statements and claims are checked with these.
     python tools/study --answers FOLDER          the same with the public answers of a folder
     python tools/study --no-planner              the same without the claims on single operators
     python tools/study --check                   writes nothing; exit status 1 if the page would be another
+    python tools/study --only Sensitivity        prints the rows with a word, in two minutes; writes nothing
     python tools/study scores --out study.md     from other records
 """
 
@@ -25,7 +26,7 @@ import errors
 import printed
 from claim import Claim
 from evidence import Evidence
-from page import page_of
+from page import page_of, rows_with
 from published_scores import ANSWERS, find_answers
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
@@ -50,11 +51,15 @@ def main() -> None:
     parser.add_argument("--answers", type=Path, default=ANSWERS, help="the folder of the public answers")
     parser.add_argument("--out", type=Path, default=PAGE)
     parser.add_argument("--check", action="store_true", help="compare, write nothing")
+    parser.add_argument("--only", default="", metavar="WORDS", help="print the rows with these words")
     parser.add_argument("--no-planner", action="store_true", help="leave out what takes one, for minutes")
     chosen = parser.parse_args()
     if chosen.records and chosen.out == PAGE:
         sys.exit("--out: other records make another page; name its file")
     evidence = from_records(chosen.records) if chosen.records else from_answers(chosen.answers)
+    if chosen.only:
+        print(rows_with(chosen.only, CLAIMS, evidence, planner=not chosen.no_planner))
+        return
     text = page_of(CLAIMS, evidence, planner=not chosen.no_planner)
     if chosen.check:
         sys.exit(0 if chosen.out.read_text(encoding="utf-8") == text else f"{chosen.out} is not current")

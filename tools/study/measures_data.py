@@ -352,14 +352,6 @@ def example_of_the_rag(evidence: Evidence) -> Finding:
     return if_so(bool(verdict.executable), f"in cleaning_up_refrigerator the plan {stop}")
 
 
-def arguments_of_examples(evidence: Evidence) -> Finding:
-    grab = find_benchmark(V).domain.operator("GRAB").arity
-    predicates = {each.name: len(each.parameters) for each in _library(evidence, B).header.predicates}
-    return if_so(
-        (grab, predicates["nextto"]) == (1, 2), f"GRAB takes {grab} object, nextto {predicates['nextto']}"
-    )
-
-
 def relations_of_three(evidence: Evidence) -> Finding:
     most = {
         domain: max((len(p.parameters), p.name) for p in _library(evidence, domain).header.predicates)

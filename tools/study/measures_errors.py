@@ -7,11 +7,11 @@ from collections import Counter
 from collections.abc import Iterable
 
 from claim import Finding, Status, by_degree
-from errors import CLOSED, overlooked, stating
+from errors import stating
 from evidence import AS, GI, GPT_4O, NAMED, PLANS, SD, TM, B, Evidence, Suite, V, below_zero, told
 from measures_answers import RESULTS
 from measures_rates import STRONG
-from rates import all_of, if_so, most_of, rates_of
+from rates import all_of, if_so, most_of
 
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.benchmarks.registry import find_benchmark
@@ -77,11 +77,6 @@ def search_limits(evidence: Evidence) -> Finding:
         (ends["complete"], ends.total()),
         text=f"{ends['complete']:,} of {ends.total():,} searches for the models' subgoals are complete",
     )
-
-
-def closed_in_virtualhome(evidence: Evidence) -> Finding:
-    found = overlooked(evidence, V, CLOSED, ("missing_step",), "something closed")
-    return Finding(found.status, "; ".join(f"{row.what} {row.ours}" for row in found.rows))
 
 
 def goals_already_reached(evidence: Evidence) -> Finding:
@@ -182,18 +177,6 @@ def hallucinated_in_subgoals(evidence: Evidence) -> Finding:
         text.append(f"{what} or predicates {hits}" if what == "actions" else f"{what} {hits}")
     return most_of(
         *right, text=f"of {len(STRONG)} strong models with names that do not exist: {', '.join(text)}"
-    )
-
-
-def action_goals_by_strength(evidence: Evidence) -> Finding:
-    goals, success = (rates_of(evidence, "V", "SD", metric) for metric in ("action_goal", "task_success"))
-    names = sorted(goals)
-    found = rank_correlation([success[name] for name in names], [goals[name] for name in names], names)
-    return if_so(
-        found.low is not None and found.low > 0,
-        f"rank correlation of action goals met with success over {len(names)} models {told(found)}; "
-        f"o1-preview {goals['o1-preview']:.1f} %, Llama 3 8B {goals['Llama 3 8B']:.1f} %, "
-        f"Cohere Command R {goals['Cohere Command R']:.1f} %",
     )
 
 

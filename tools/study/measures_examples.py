@@ -49,8 +49,6 @@ CABINET = "open(bottom_cabinet_no_top.80)"
 NAMED = ("fridge_97", "tray_1", "bowl_1", "rag_0", "sink_82")
 """The objects that the paper names for the instruction."""
 
-INVENTED = ((V, "kitchen.1"), (B, "countertop.84"))
-"""The objects that a picture of the paper calls hallucinated, by world."""
 
 _SOAK_NEEDS = ("holding", "next_to", "toggled_on")
 """The predicates of the paper's precondition of SOAK."""
@@ -132,32 +130,6 @@ def needs_of_soak(evidence: Evidence) -> Finding:
     )
 
 
-def invented_objects(evidence: Evidence) -> Finding:
-    counts = []
-    for domain, name in INVENTED:
-        records = [
-            record
-            for ability in (SD, AS)
-            for runs in evidence.suites[Suite(domain, ability)].values()
-            for record in runs
-        ]
-        counts.append(
-            sum(
-                record.verdict.error is not None
-                and f"there is no {kind}{name}" in record.verdict.error.detail
-                for record in records
-                for kind in ("", "object ")
-            )
-        )
-    return all_of(
-        *((int(bool(count)), 1) for count in counts),
-        text="; ".join(
-            f"{name} is reported as no object in {count} answers"
-            for (_, name), count in zip(INVENTED, counts, strict=True)
-        ),
-    )
-
-
 def doubled_characters(evidence: Evidence) -> Finding:
     """Look for a doubled dot in a name and a doubled bracket, in answers that cannot be read."""
     texts = [
@@ -172,77 +144,6 @@ def doubled_characters(evidence: Evidence) -> Finding:
         "an uneven number of brackets": sum(text.count("(") != text.count(")") for text in texts),
     }
     return _each_occurs(counts, f"of {len(texts)} unreadable answers with subgoals")
-
-
-def full_hands(evidence: Evidence) -> Finding:
-    steps = _failed(evidence, V, "wrong_order")
-    counts = {
-        "a light": sum(
-            step.operator == "PLUGIN" and step.objects.startswith("light") and "hand" in step.reason
-            for step in steps
-        )
-    }
-    return _each_occurs(counts, "wrong orders of PLUGIN with full hands at")
-
-
-def soap_dropped(evidence: Evidence) -> Finding:
-    steps = [
-        step
-        for step in _failed(evidence, B, "wrong_order")
-        if step.operator == "CLEAN" and "cleaning" in step.reason
-    ]
-    return _each_occurs(
-        {"CLEAN": len(steps)}, "wrong orders of subgoals, with a tool that was held before, at"
-    )
-
-
-def closed_food(evidence: Evidence) -> Finding:
-    closed = "inside something that is closed"
-    freezers = sum(f"{closed}: freezer" in step.reason for step in _failed(evidence, V, "missing_step"))
-    onions = sum(
-        closed in step.reason and "onion" in step.objects for step in _failed(evidence, B, "missing_step")
-    )
-    return _each_occurs(
-        {"something in a closed freezer": freezers, "an onion in a closed container": onions}, "missing steps"
-    )
-
-
-def needless_plugs(evidence: Evidence) -> Finding:
-    counts = {
-        f"{operator}({name})": sum(
-            step.operator == operator and step.objects.startswith(name)
-            for step in _failed(evidence, domain, "additional_step")
-        )
-        for domain, operator, name in ((V, "PLUGIN", "washing_machine"), (B, "OPEN", "carton"))
-    }
-    return _each_occurs(counts, "additional steps of subgoals")
-
-
-def goals_of_pictures(evidence: Evidence) -> Finding:
-    cases = (
-        (V, "ON(light", ""),
-        (B, "open(window", ""),
-        (V, "ONTOP(clothes_pants", "washing_machine"),
-    )
-    counts = {
-        f"{start}{', ' if end else ''}{end})": sum(
-            start in text and end in text for text in _missed(evidence, domain)
-        )
-        for domain, start, end in cases
-    }
-    return _each_occurs(counts, "goals that executed answers with subgoals miss")
-
-
-def plywood_apart(evidence: Evidence) -> Finding:
-    missed = sum("plywood" in text and "nextto" in text for text in _missed(evidence, B))
-    return _each_occurs({"plywood": missed}, "goals of nearness that executed answers with subgoals miss")
-
-
-def drink_left_out(evidence: Evidence) -> Finding:
-    return _each_occurs(
-        {"DRINK": sum("DRINK" in text for text in _missed(evidence, V))},
-        "action goals that executed answers with subgoals miss",
-    )
 
 
 def washing_of_plans(evidence: Evidence) -> Finding:

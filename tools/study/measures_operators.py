@@ -303,10 +303,6 @@ def rest_orientation(evidence: Evidence) -> Finding:
     return _rest(evidence, V, "object_orientation", {"turn_to", "walk_into", "walk_towards"})
 
 
-def rest_behavior(evidence: Evidence) -> Finding:
-    return _rest(evidence, B, "non_spatial_relations", {"release", "slice-carvingknife"}, 1.0)
-
-
 def slice_alone(evidence: Evidence) -> Finding:
     cells = evidence.sensitivity(B, [GPT_4O])
     found = {

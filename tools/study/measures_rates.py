@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from statistics import fmean
 
@@ -201,20 +200,6 @@ def non_spatial_low(evidence: Evidence) -> Finding:
     return if_so(max(rates) < 20, f"F1 of {min(rates):.1f} to {max(rates):.1f} %")
 
 
-def states_easier(evidence: Evidence) -> Finding:
-    hits = []
-    for world in "VB":
-        states = rates_of(evidence, world, "TM", "object_states.f1")
-        others = [rates_of(evidence, world, "TM", f"{name}.f1") for name in CATEGORIES[3:]]
-        hits.append((sum(all(states[m] > each[m] for each in others) for m in states), len(states)))
-    return all_of(
-        *hits,
-        text=f"object states have the highest F1 of the three kinds in {_told(hits[0])} models in "
-        "VirtualHome, "
-        f"{_told(hits[1])} in BEHAVIOR",
-    )
-
-
 def hardest_category(evidence: Evidence) -> Finding:
     counts = []
     for world, names in (("V", CATEGORIES), ("B", (CATEGORIES[0], *CATEGORIES[3:]))):
@@ -295,13 +280,14 @@ def range_of_operators(evidence: Evidence) -> Finding:
 
 
 def plans_that_fail(evidence: Evidence) -> Finding:
+    """Call a tenth of the plans many."""
     text, lost = [], []
     for domain in (V, B):
         suite = read_published_scores("strict").suites[f"{domain}/{TM}"]
         rates = [suite.rates(model) for model in suite.models]
         found = sum(each["overall.planner_success"].numerator for each in rates)
         works = sum(each["overall.plan_works"].numerator for each in rates)
-        lost.append(works < found)
+        lost.append(works < 0.9 * found)
         text.append(f"{NAMED[domain]}: {works:g} of {found:g} plans work with the true operators")
     return if_so(all(lost), f"under `strict`, {'; '.join(text)}")
 
@@ -509,20 +495,6 @@ def gains_of_replanning(evidence: Evidence) -> Finding:
         (sum(gain > 10.05 for gain in gains), len(gains)),
         text=f"printed gains in success and execution: {', '.join(f'{gain:.1f}' for gain in gains)} points",
     )
-
-
-def gains_by_chance(evidence: Evidence) -> Finding:
-    table = read_paper_table("replanning_stochastic")
-    gains: dict[str, list[float]] = {}
-    for chance in ("0.05", "0.1", "0.2"):
-        plain, again = (table.rows[f"{name}, p = {chance}"] for name in ("GPT-4o", "GPT-4o w/ replanning"))
-        for column in table.columns:
-            gains.setdefault(column.metric, []).append((again[column] or 0) - (plain[column] or 0))
-    grows = [all(a < b for a, b in itertools.pairwise(each)) for each in gains.values()]
-    text = "; ".join(
-        f"{name.replace('_', ' ')} {', '.join(f'{g:g}' for g in each)} points" for name, each in gains.items()
-    )
-    return Finding(by_degree(all(grows), any(grows)), f"by the table, of 20 episodes each: {text}")
 
 
 def human_average(evidence: Evidence) -> Finding:

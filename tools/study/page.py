@@ -45,6 +45,17 @@ def judged_statements(
     return [(statement, checker.find(statement.check)) for statement in read_statements()]
 
 
+def rows_with(words: str, claims: Sequence[Claim], evidence: Evidence, *, planner: bool) -> str:
+    """Return the rows of statements whose section, text or check has some words."""
+    chosen = [each for each in read_statements() if any(words in part for part in each)]
+    checks = " & ".join(each.check for each in chosen).split(" & ")
+    known = [claim for claim in claims if f"claim: {claim.key}" in checks and (planner or not claim.plans)]
+    checker = Checker(
+        evidence, {claim.key: (claim, claim.find(evidence)) for claim in known}, planner=planner
+    )
+    return "\n".join(_statements([(each, checker.find(each.check)) for each in chosen]))
+
+
 def has_records(claim: Claim, evidence: Evidence) -> bool:
     """Whether all suites that a claim takes are there."""
     return claim.needs <= evidence.suites.keys()

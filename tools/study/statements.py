@@ -12,6 +12,7 @@ check has parts, with ` & ` between them:
     printed: replanning/task_success/GPT-4o/65.2    a figure of the text beside the paper's own table
     count: V/goals/801                         a figure of the data set
     measure: pour                              a function of a module `measures_...`
+    rates, clearly, strength, step, missed, error, asked, gold, alone      see `compared`
     read: STATUS: REASON                       decided by reading the paper and the package
     skip: REASON                               not judged
 """
@@ -19,18 +20,22 @@ check has parts, with ` & ` between them:
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Mapping
+from functools import cached_property, partial
 from pathlib import Path
 from typing import NamedTuple
 
+import compared
 import measures_answers
 import measures_data
 import measures_errors
 import measures_examples
+import measures_mixtures
 import measures_operators
 import measures_questions
 import measures_rates
+import measures_subgoals
+import measures_wording
 from claim import Claim, Finding, Status, by_degree
 from evidence import NAMED, Evidence
 from rates import (
@@ -60,6 +65,9 @@ MODULES = (
     measures_data,
     measures_questions,
     measures_examples,
+    measures_subgoals,
+    measures_mixtures,
+    measures_wording,
 )
 
 
@@ -115,6 +123,7 @@ class Checker:
     @cached_property
     def _parts(self) -> Mapping[str, Callable[[str], Finding]]:
         return {
+            **{kind: self._compared(kind) for kind in compared.KINDS},
             "claim": self._claim,
             "cell": self._cell,
             "best": self._best,
@@ -135,10 +144,14 @@ class Checker:
         return Finding(finding.status, f"[{key}](#{claim.anchor})")
 
     def _measure(self, name: str) -> Finding:
-        function = measure_of(name)
-        if function.__module__ == measures_operators.__name__ and not self._planner and name in PLANNED:
-            return Finding(Status.NOT_JUDGED, "takes a planner, which was left out")
-        return function(self._evidence)
+        if name in PLANNED and not self._planner:
+            return WITHOUT_PLANNER
+        return measure_of(name)(self._evidence)
+
+    def _compared(self, kind: str) -> Callable[[str], Finding]:
+        if kind == "alone" and not self._planner:
+            return lambda text: WITHOUT_PLANNER
+        return partial(compared.KINDS[kind], self._evidence)
 
     def _cell(self, text: str) -> Finding:
         *place, model, figure = text.split("/")
@@ -222,10 +235,17 @@ PLANNED = (
     "complexity_of_operators",
     "rest_non_spatial",
     "rest_orientation",
-    "rest_behavior",
     "slice_alone",
+    "mixtures_by_model",
+    "consistency_of_o1",
+    "errors_and_plans",
+    "most_perfect",
+    "variation_of_operators",
 )
 """The measures that take a planner, for minutes."""
+
+
+WITHOUT_PLANNER = Finding(Status.NOT_JUDGED, "takes a planner, which was left out")
 
 
 def _read(text: str) -> Finding:
@@ -237,11 +257,3 @@ def _name(column: RateColumn) -> str:
     metric = column.metric.replace("_", " ").replace(".", " ")
     world, ability = NAMED[column.domain], column.ability.replace("_", " ")
     return ", ".join(word for word in (world, ability, metric) if word)
-
-
-def sections_of(statements: Sequence[Statement]) -> dict[str, list[Statement]]:
-    """Return the statements by section."""
-    found: dict[str, list[Statement]] = {}
-    for statement in statements:
-        found.setdefault(statement.section, []).append(statement)
-    return found
