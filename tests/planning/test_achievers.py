@@ -32,7 +32,11 @@ def test_changes_of_the_effects_of_operators_are_listed() -> None:
     assert adding[0].match((2, 1), SCENE) is None
     assert adding[1].match((2, 1), SCENE) == {"y": 2, "x": 1}
     assert [each.schema.operator.name for each in achievers.find("lit", adding=False)] == ["PRESS"]
-    assert [operator.name for operator in achievers.writers(["lit", "holding"])] == ["PRESS", "LIFT", "DROP"]
+    assert [operator.name for operator in achievers.find_writers(["lit", "holding"])] == [
+        "PRESS",
+        "LIFT",
+        "DROP",
+    ]
 
 
 def test_an_effect_whose_variable_hides_another_is_left_out() -> None:
@@ -48,8 +52,8 @@ def test_variables_that_the_atom_leaves_open_get_values() -> None:
     assert scopes == [{"x": SCENE.index["hall"]}, {"x": shed}], "what is no place is left out at once"
     (binding,) = carry.bindings(START, {"y": red, "x": shed}, EVERYTHING)
     assert carry.arguments(binding) == (shed,)
-    assert carry.failing(START, binding, 2) == [toy.holding(Y)]
-    assert carry.failing(START, binding, 1) is None
+    assert carry.find_failing_conditions(START, binding, 2) == [toy.holding(Y)]
+    assert carry.find_failing_conditions(START, binding, 1) is None
     assert list(go.bindings(START, {}, 0)) == []
 
 
@@ -112,9 +116,9 @@ def matched_anew(
 
 def test_matches_are_equal_in_all_states_of_an_episode() -> None:
     heuristic, first = AdditiveHeuristic(DOMAIN), start("blue")
-    matches = heuristic.achievers.matches(first, ALL)
+    matches = heuristic.achievers.find_matches(first, ALL)
     for state in (first, carried(first)):
-        assert heuristic.achievers.matches(state, ALL) is matches
+        assert heuristic.achievers.find_matches(state, ALL) is matches
         for predicate, truth in product((toy.at, toy.holding, toy.lit), (True, False)):
             for arguments in product(range(len(HOUSE.objects)), repeat=predicate.arity):
                 atom = GroundAtom(predicate.name, arguments, truth)
@@ -124,15 +128,15 @@ def test_matches_are_equal_in_all_states_of_an_episode() -> None:
 def test_matches_are_found_again_if_unchanging_facts_differ() -> None:
     heuristic = AdditiveHeuristic(DOMAIN)
     held = GroundAtom("holding", (INDEX["blue"],), True)
-    assert not heuristic.achievers.matches(start("blue"), ALL).find_matches(held)
-    assert heuristic.achievers.matches(start("red"), ALL).find_matches(held)
-    last = heuristic.achievers.matches(start("red"), ALL)
-    assert last is not heuristic.achievers.matches(start("red"), ALL & ~(1 << INDEX["blue"]))
+    assert not heuristic.achievers.find_matches(start("blue"), ALL).find_matches(held)
+    assert heuristic.achievers.find_matches(start("red"), ALL).find_matches(held)
+    last = heuristic.achievers.find_matches(start("red"), ALL)
+    assert last is not heuristic.achievers.find_matches(start("red"), ALL & ~(1 << INDEX["blue"]))
 
 
 def test_changing_a_yielded_binding_does_not_change_cached_ones() -> None:
     state = start()
-    matches = AdditiveHeuristic(DOMAIN).achievers.matches(state, ALL)
+    matches = AdditiveHeuristic(DOMAIN).achievers.find_matches(state, ALL)
     held = GroundAtom("holding", (INDEX["red"],), True)
     (match,) = matches.find_matches(held)
     before = [[*binding] for binding in match.bindings(state, ALL)]

@@ -35,20 +35,20 @@ def steps_to(node: PlanNode | None) -> list[str]:
 
 def test_the_cheapest_goal_is_reached_first_and_kept() -> None:
     goals = agenda(LIT, HELD)
-    first = goals.advance(START, FEW)
+    first = goals.reach_next_goal(START, FEW)
     assert steps_to(first) == ["LIFT red"]
     assert first is not None
-    assert steps_to(goals.advance(first, FEW)) == ["LIFT red", "GO shed", "PRESS lamp"]
+    assert steps_to(goals.reach_next_goal(first, FEW)) == ["LIFT red", "GO shed", "PRESS lamp"]
 
 
 def test_a_goal_that_failed_comes_first_the_next_time() -> None:
     goals = agenda(HELD, FIXED)
-    held = goals.advance(START, FEW)
+    held = goals.reach_next_goal(START, FEW)
     assert held is not None
-    assert goals.advance(held, FEW) is None
-    assert goals.learn()
-    assert goals.advance(held, FEW) is None
-    assert not goals.learn(), "nothing new"
+    assert goals.reach_next_goal(held, FEW) is None
+    assert goals.mark_hard_goals()
+    assert goals.reach_next_goal(held, FEW) is None
+    assert not goals.mark_hard_goals(), "nothing new"
 
 
 def test_a_search_ends_at_its_target_or_at_its_limit() -> None:
@@ -65,4 +65,4 @@ def test_a_search_ends_at_its_target_or_at_its_limit() -> None:
 
 def test_a_negated_atom_may_be_a_goal() -> None:
     away = Subgoal(Not(Atom("at", (Constant("robot"), Constant("hall")))), {}, True)
-    assert steps_to(agenda(away).advance(START, FEW)) == ["GO shed"]
+    assert steps_to(agenda(away).reach_next_goal(START, FEW)) == ["GO shed"]

@@ -42,10 +42,10 @@ def repairer_and_gold(
 
 def lacking(repairer: Repairer, plan: Sequence[Action]) -> tuple[Landmarks, int]:
     """Return the landmarks found for a plan, and the minimum number of steps that it lacks."""
-    landmarks, least = repairer.landmarks(plan), -1
+    landmarks, least = repairer.make_landmarks(plan), -1
     while (now := landmarks.min_actions(landmarks.find_missed_cuts(plan))) > least:
         least = now
-        landmarks.refine(frozenset(plan), Effort(2_000))
+        landmarks.find_more_cuts(frozenset(plan), Effort(2_000))
     return landmarks, least
 
 
@@ -84,7 +84,7 @@ def test_an_empty_plan_also_lacks_the_steps_that_lead_to_the_goals() -> None:
         repairer, gold = case
         _, at_least = lacking(repairer, ())
         assert 1 <= at_least <= len(gold)
-        assert repairer.least(Effort(20_000)) >= at_least
+        assert repairer.find_min_steps(Effort(20_000)) >= at_least
 
 
 def test_a_chain_of_dependent_steps_has_many_landmarks() -> None:

@@ -101,7 +101,7 @@ def check_repairs(world: World, random: Random) -> bool:
     task = world.task
     repairer = Repairer(Planner(world.domain), task.initial, planning_goal(task), task.relevant)
     shortest = world.distances.get(world.initial)
-    assert shortest is None or repairer.least(Effort(20_000)) <= shortest
+    assert shortest is None or repairer.find_min_steps(Effort(20_000)) <= shortest
     exact = False
     for plan in [(), *[draw_plan(world, random) for _ in range(4)]]:
         fewest = world.edits(plan)

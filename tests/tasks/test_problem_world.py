@@ -357,7 +357,7 @@ def test_types_in_choice_constants_of_problems_commas_and_any_case_are_read(tmp_
     b, c, lid, s, _ = range(5)
     assert reaches_the_goal(domain, task, (Action("put", (c, s)),))
     put = domain.compiled["put"]
-    failures = {x: put.failures(task.initial, put.bind(task.initial, (x, s))) for x in range(5)}
+    failures = {x: put.find_failures(task.initial, put.bind(task.initial, (x, s))) for x in range(5)}
     assert [x for x, failed in failures.items() if not failed] == [c, lid]
     assert failures[b][0].check.check.reason == "{x} is no crate or lid"
     again = execute(domain, task.initial, [Action("put", (lid, s)), Action("put", (c, s))])

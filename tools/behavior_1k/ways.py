@@ -91,7 +91,7 @@ class Ways(SceneReader):
         compiled = self._domain.compiled[operator]
         binding = compiled.bind(self._state, [self._index[name] for name in names])
         if not compiled.is_possible(self._state, binding):
-            reason = compiled.failures(self._state, binding)[0].check.check.reason
+            reason = compiled.find_failures(self._state, binding)[0].check.check.reason
             raise NoWayError(f"{operator}({', '.join(names)}): {reason}")
         self._state = compiled.apply(self._state, binding)
         self.plan.append(Action(operator, tuple([self._index[name] for name in names])))

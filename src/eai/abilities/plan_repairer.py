@@ -126,7 +126,7 @@ class PlanRepairer:
     @cached_property
     def _min_steps(self) -> int:
         """The proved lower bound of the number of steps of all plans for the task."""
-        return self._make_repairer(()).least(Effort(DEFAULT_EFFORT))
+        return self._make_repairer(()).find_min_steps(Effort(DEFAULT_EFFORT))
 
     def _make_repairer(self, steps: PlanSteps) -> Repairer:
         """Return a repairer that may use the objects of some steps and those of the task."""

@@ -35,14 +35,14 @@ class _JoinStep(NamedTuple):
     Attributes:
         slot: the slot of the variable.
         is_parameter: whether its values must be usable.
-        own: conditions that do not depend on the open variables before it.
+        independent: conditions that do not depend on the open variables before it.
         masks: conditions that depend on the open variables before it.
         tests: all other conditions.
     """
 
     slot: int
     is_parameter: bool
-    own: tuple[Extension, ...]
+    independent: tuple[Extension, ...]
     masks: tuple[Extension, ...]
     tests: tuple[Truth, ...]
 
@@ -118,9 +118,11 @@ class Achiever:
         Yields:
             One binding of `schema.variables`, the same list each time.
         """
-        return complete_bindings(state, self.partial(state.scene, scope), usable, effort)
+        return complete_bindings(state, self.make_partial_binding(state.scene, scope), usable, effort)
 
-    def partial(self, scene: Scene, scope: Mapping[str, int], *, fixed: bool = False) -> _PartialBinding:
+    def make_partial_binding(
+        self, scene: Scene, scope: Mapping[str, int], *, fixed: bool = False
+    ) -> _PartialBinding:
         """Return a match as a binding to be completed in a state, or (``fixed``) in all states at once."""
         names = self.schema.variables
         unbound = tuple([name for name in names if name not in scope])
@@ -132,7 +134,9 @@ class Achiever:
             self._frame.bind(scene, [scope.get(name, UNBOUND) for name in names]), joins[fixed]
         )
 
-    def failing(self, state: State, binding: FrameBinding, limit: float) -> list[f.Formula] | None:
+    def find_failing_conditions(
+        self, state: State, binding: FrameBinding, limit: float
+    ) -> list[f.Formula] | None:
         """Return the conditions that do not hold, or None if at least ``limit`` conditions fail."""
         failing: list[f.Formula] = []
         for condition, holds in self.conditions:
@@ -196,7 +200,7 @@ def complete_bindings(
     values: list[int] = []
     for step in join.steps:
         mask = usable if step.is_parameter else state.scene.everything
-        for matching in step.own:
+        for matching in step.independent:
             mask = matching(state, binding, mask)
         if not mask:
             return
@@ -276,18 +280,18 @@ class Achievers:
         """Return achievers that stand for the operators of these names; unknown names are skipped."""
         return [self._taking[name] for name in names if name in self._taking]
 
-    def matches(self, state: State, usable: int) -> _AtomMatches:
+    def find_matches(self, state: State, usable: int) -> _AtomMatches:
         """Return the matches in a state. They are cached for states with the same unchanging facts.
 
         Args:
             state: the state.
             usable: the mask of the objects that actions may use.
         """
-        if self._matches is None or not self._matches.are_of(state, usable):
+        if self._matches is None or not self._matches.apply_to(state, usable):
             self._matches = _AtomMatches(self, state, usable)
         return self._matches
 
-    def writers(self, predicates: Iterable[str]) -> list[Operator]:
+    def find_writers(self, predicates: Iterable[str]) -> list[Operator]:
         """Return the operators that change one of the predicates, in a fixed order."""
         operators = {name: op for p in predicates for name, op in self._writers.get(p, {}).items()}
         return list(operators.values())
@@ -368,14 +372,14 @@ class _AtomMatch(NamedTuple):
     Attributes:
         achiever: the achiever.
         partial: the binding of the variables that the atom determines.
-        kept: all ways to complete it, as bindings; None if they must be found in every state.
+        cached_bindings: all ways to complete it, as bindings; None if they must be found in every state.
     """
 
     achiever: Achiever
     partial: _PartialBinding
-    kept: Sequence[tuple[int, ...]] | None
+    cached_bindings: Sequence[tuple[int, ...]] | None
 
-    def needs(self, state: State, limit: float) -> bool:
+    def fails_at_least(self, state: State, limit: float) -> bool:
         """Whether at least ``limit`` conditions do not hold, for all ways to complete the match."""
         binding, failing = [*self.partial.binding], 0
         for holds in self.partial.join.needed:
@@ -386,8 +390,8 @@ class _AtomMatch(NamedTuple):
         """Yield the ways to complete the match, as `Achiever.bindings` does."""
         return (
             complete_bindings(state, self.partial, usable, effort)
-            if self.kept is None
-            else map(list, self.kept)
+            if self.cached_bindings is None
+            else map(list, self.cached_bindings)
         )
 
 
@@ -407,7 +411,7 @@ class _AtomMatches:
         self._fixed = achievers.static_facts(state)
         self._found: dict[tuple[GroundAtom, bool], Sequence[_AtomMatch]] = {}
 
-    def are_of(self, state: State, usable: int) -> bool:
+    def apply_to(self, state: State, usable: int) -> bool:
         """Whether these are the matches in a state."""
         return (
             self._state.scene is state.scene
@@ -427,13 +431,13 @@ class _AtomMatches:
         for achiever in self._achievers.find(atom.predicate, adding=atom.truth, wide=wide):
             scope = achiever.match(atom.arguments, self._state.scene)
             if scope is not None:
-                fixed = achiever.partial(self._state.scene, scope, fixed=True)
+                fixed = achiever.make_partial_binding(self._state.scene, scope, fixed=True)
                 max_bindings = _MAX_CACHED_BINDINGS + 1 if achiever.is_fixed else 1
                 effort = Effort(_MAX_BINDINGS)
                 completions = complete_bindings(self._state, fixed, self._usable, effort)
                 bindings = [tuple(b) for b in islice(completions, max_bindings)]
                 if bindings or effort.is_exceeded:
-                    partial = achiever.partial(self._state.scene, scope)
+                    partial = achiever.make_partial_binding(self._state.scene, scope)
                     is_whole = len(bindings) < max_bindings and not effort.is_exceeded
                     matches.append(_AtomMatch(achiever, partial, bindings if is_whole else None))
         return matches

@@ -153,7 +153,7 @@ class Estimates:
         self.atom = self._unfolding.atom
         self._protected = [condition for condition in protected if self.holds(condition)]
         self._usable = mask_of(objects)
-        self._matches = heuristic.achievers.matches(state, self._usable)
+        self._matches = heuristic.achievers.find_matches(state, self._usable)
         self._supporters: dict[GroundAtom, tuple[_Supporter, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}
         self._undone: dict[Action, int] = {}
@@ -191,7 +191,7 @@ class Estimates:
         if isinstance(subgoal.formula, Atom):
             definition = self._find_definition(self.atom(subgoal.formula, subgoal))
             return None if definition is None else (definition,)
-        parts = self._unfolding.parts(subgoal)
+        parts = self._unfolding.split(subgoal)
         return None if parts is None else self._choose(parts)
 
     def find_prerequisites(self, subgoal: Subgoal) -> Sequence[Subgoal]:
@@ -203,7 +203,7 @@ class Estimates:
 
     def find_alternatives(self, subgoal: Subgoal) -> Sequence[Subgoal]:
         """Return the cheapest operands of a disjunction; () for other conditions."""
-        parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.parts(subgoal)
+        parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.split(subgoal)
         costs = [(part, self.estimate(part)) for part in parts.parts] if isinstance(parts, AnyOf) else []
         least = min((cost for _, cost in costs), default=INFINITE)
         return [part for part, cost in costs if cost == least < INFINITE]
@@ -233,7 +233,7 @@ class Estimates:
 
     def _improve_supporter(self, atom: GroundAtom, best: _Supporter, *, wide: bool = False) -> _Supporter:
         for match in self._matches.find_matches(atom, wide=wide):
-            if match.needs(self.state, best.cost - _MIN_COST):
+            if match.fails_at_least(self.state, best.cost - _MIN_COST):
                 continue
             best = self._improve_by(
                 match.achiever, match.bindings(self.state, self._usable, self.bindings), best
@@ -283,7 +283,7 @@ class Estimates:
             if definition is not None:
                 return self._cost(definition, limit)
             return OPAQUE_COST if limit > OPAQUE_COST else INFINITE
-        parts = self._unfolding.parts(subgoal)
+        parts = self._unfolding.split(subgoal)
         if isinstance(parts, AnyOf):
             return self._least_cost(parts.parts, limit)
         conditions = None if parts is None else self._choose(parts)
@@ -353,7 +353,7 @@ class Estimates:
             self._looks.used += 1
             if self._looks.is_exceeded:
                 break
-            failing = achiever.failing(self.state, binding, best.cost - _MIN_COST)
+            failing = achiever.find_failing_conditions(self.state, binding, best.cost - _MIN_COST)
             if failing is None:
                 continue
             scope = achiever.scope(binding) if failing else {}

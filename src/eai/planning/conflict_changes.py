@@ -82,7 +82,7 @@ class ConflictChanges:
         self.names = self._readings.names
         self.derived = domain.vocabulary.derived_by_name.get
 
-    def actions(self, changes: Iterable[FactChange]) -> dict[Action, None]:
+    def actions_making_any(self, changes: Iterable[FactChange]) -> dict[Action, None]:
         """Return the actions that may make one of some changes, in a fixed order."""
         return dict.fromkeys(
             action for change in sorted(changes, key=change_order) for action in self.actions_making(change)
@@ -147,7 +147,7 @@ class ConflictChanges:
         if all_actions is None:
             actions: dict[Action, None] = {}
             for achiever in self._achievers.find_operators([name]):
-                partial = achiever.partial(self._initial.scene, {}, fixed=True)
+                partial = achiever.make_partial_binding(self._initial.scene, {}, fixed=True)
                 effort = Effort(_MAX_BINDINGS)
                 for binding in complete_bindings(self._initial, partial, self._usable, effort):
                     if effort.spend(ACTION_BINDINGS):
@@ -168,7 +168,7 @@ class ConflictChanges:
     def _is_too_wide(self, name: str) -> bool:
         effort = Effort(_MAX_BINDINGS)
         for achiever in self._achievers.find_operators([name]):
-            partial = achiever.partial(self._initial.scene, {}, fixed=True)
+            partial = achiever.make_partial_binding(self._initial.scene, {}, fixed=True)
             for _ in complete_bindings(self._initial, partial, self._usable, effort):
                 if effort.spend(ACTION_BINDINGS):
                     break

@@ -178,7 +178,7 @@ class _Induction:
         A pair is assumed when it is first needed. If a pair turns out not to last, it is given up, and the
         pairs that depend on it are judged again.
         """
-        if _Supposition(self).meets(conditions):
+        if _Supposition(self).may_meet(conditions):
             return False
         while self._pending:
             pair = next(iter(self._pending))
@@ -187,7 +187,7 @@ class _Induction:
             if not self._is_invariant(*pair):
                 self._assumed[pair] = False
                 self._judged = None
-                if _Supposition(self).meets(conditions):
+                if _Supposition(self).may_meet(conditions):
                     return False
                 dependents = self._dependents.pop(pair, {})
                 self._pending |= {dependent: None for dependent in dependents if self._assumed[dependent]}
@@ -241,7 +241,7 @@ class _Induction:
         effects = self.exclusion.rules.effects[schema.operator.name]
         if not any(self.exclusion.deletes(condition, schema, other_instance, full) for condition in effects):
             check_conditions = [check.condition for check in schema.operator.checks]
-            if _Supposition(self, other_instance).meets(
+            if _Supposition(self, other_instance).may_meet(
                 [(condition, full) for condition in (*schema.conditions, *check_conditions)]
             ):
                 return False
@@ -269,7 +269,7 @@ class _Induction:
             *[(condition, scope) for condition in schema.conditions],
             *[(condition, second_scope) for condition in second.conditions],
         ]
-        return _Supposition(self).meets([*check_conditions, *effect_conditions])
+        return _Supposition(self).may_meet([*check_conditions, *effect_conditions])
 
 
 class _Supposition:
@@ -287,7 +287,7 @@ class _Supposition:
         self._false: list[_FactPattern] = []
         self._unknown = 0
 
-    def meets(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
+    def may_meet(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
         """Suppose conditions, and return whether the state may meet them."""
         for _ in range(_PASSES):  # the consequences of one condition may decide another
             if not all(self._suppose(formula, scope, truth=True) for formula, scope in conditions):

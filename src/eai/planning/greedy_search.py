@@ -55,7 +55,7 @@ class GreedySearch:
         """Whether a limit is reached."""
         return self.effort.is_used_up or self._looks.is_exceeded or self.bindings.is_exceeded
 
-    def estimates(self, node: PlanNode, protected: Sequence[Subgoal] = ()) -> Estimates:
+    def make_estimates(self, node: PlanNode, protected: Sequence[Subgoal] = ()) -> Estimates:
         """Return the estimates from a state. Actions that undo a protected condition cost more."""
         return Estimates(
             self.heuristic, node.state, self.successors.objects, protected, self._looks, self.bindings
@@ -84,7 +84,7 @@ class GreedySearch:
         self, node: PlanNode, subgoals: tuple[Subgoal, ...], taken: int
     ) -> tuple[float, tuple[Action, ...]]:
         """Estimate the cost from a state to the target of `search`, and return the preferred actions, too."""
-        estimates = self.estimates(node, subgoals)
+        estimates = self.make_estimates(node, subgoals)
         preferred = _PreferredOperators(self.heuristic, estimates)
         total = 0.0
         for condition in subgoals:
@@ -217,7 +217,7 @@ class _PreferredOperators:
             self._collect(part)
 
     def _actions_changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
-        for operator in self._heuristic.achievers.writers(predicates):
+        for operator in self._heuristic.achievers.find_writers(predicates):
             yield from applicable_actions(
                 self._heuristic.domain,
                 operator,

@@ -369,7 +369,7 @@ class Landmarks:
         """Return the minimum number of actions that hit some cuts."""
         return self._min_hitting_set(mask)[0]
 
-    def refine(self, steps: frozenset[Action], effort: Effort) -> None:
+    def find_more_cuts(self, steps: frozenset[Action], effort: Effort) -> None:
         """Find cuts until the lower bound for a plan rises, or no further cut exists.
 
         Args:

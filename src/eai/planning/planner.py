@@ -178,12 +178,12 @@ def _search_plan(
     agenda = _Agenda(search, goals)
     node, allowed, effort = start, _FIRST_LIMITS, search.effort
     while not is_reached(node):
-        further = agenda.advance(node, allowed)
+        further = agenda.reach_next_goal(node, allowed)
         if search.is_over or (further is None and not limits.thorough):
             return SearchResult(SearchEnd.STATES, states=effort.used)
         if further is not None:
             node, allowed = further, _FIRST_LIMITS
-        elif agenda.learn():
+        elif agenda.mark_hard_goals():
             node, allowed = start, _FIRST_LIMITS
         else:
             allowed = Limits(_LIMIT_GROWTH * allowed.states)
@@ -214,9 +214,9 @@ class _Agenda:
         self._hard: set[int] = set()
         self._failed: set[int] = set()
 
-    def advance(self, node: PlanNode, limits: Limits) -> PlanNode | None:
+    def reach_next_goal(self, node: PlanNode, limits: Limits) -> PlanNode | None:
         """Return a node in which one more goal is reached, or None if the limits suffice for no goal."""
-        holds = self._search.estimates(node).holds
+        holds = self._search.make_estimates(node).holds
         reached = tuple([goal for goal in self._goals if holds(goal)])
         pending = [i for i, goal in enumerate(self._goals) if not holds(goal)]
         if node.met < len(self._search.successors.goals):
@@ -231,7 +231,7 @@ class _Agenda:
         self._failed = set(pending)
         return None
 
-    def learn(self) -> bool:
+    def mark_hard_goals(self) -> bool:
         """Mark the goals that failed last as hard, so that they come first. Return False if none is new."""
         new = self._failed - self._hard
         self._hard |= new
@@ -245,9 +245,9 @@ class _Agenda:
         """
         if len(pending) == 1:
             yield pending[0]
-            self._estimate_cost(pending[0], node, self._search.estimates(node))
+            self._estimate_cost(pending[0], node, self._search.make_estimates(node))
             return
-        estimates = self._search.estimates(node)
+        estimates = self._search.make_estimates(node)
         queue = [(i not in self._hard, self._costs.get(i, 0.0), i, False) for i in pending]
         heapq.heapify(queue)
         while queue:
@@ -274,7 +274,7 @@ class _Agenda:
                 whole_limits = replace(limits, states=_WHOLE_GOAL_FACTOR * limits.states)
                 return self._reach(node, (*protected, goal), node.met, whole_limits)
             node = further
-            if self._search.estimates(node).estimate(goal) == 0.0:
+            if self._search.make_estimates(node).estimate(goal) == 0.0:
                 return node
 
     def _reach_part(
@@ -284,7 +284,7 @@ class _Agenda:
 
         Parts are tried by ascending cost, but prerequisites of a costly goal by descending cost.
         """
-        estimates = self._search.estimates(node, protected)
+        estimates = self._search.make_estimates(node, protected)
         parts: Sequence[Subgoal] = estimates.choose_atoms(goal)
         is_far = len(parts) < 2 and _MAX_DIRECT_COST < estimates.estimate(goal) < INFINITE
         if is_far:

@@ -62,7 +62,7 @@ class Unfolding:
         arguments = arguments_of(atom, subgoal.scope, self._state.scene)
         return GroundAtom(atom.predicate, arguments, subgoal.truth)
 
-    def parts(self, subgoal: Subgoal) -> SubgoalParts | None:
+    def split(self, subgoal: Subgoal) -> SubgoalParts | None:
         """Return the parts of a compound condition; None for an atom and for an unsupported condition."""
         formula, scope, truth = subgoal
         match formula:

@@ -22,14 +22,14 @@ from eai.world.vocabulary import Vocabulary
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _CompiledCheck:
-    """A check whose condition and ``sought`` formulas are compiled.
+    """A check whose condition and history conditions are compiled.
 
     Checks are compared by identity; each belongs to one list of checks.
     """
 
     check: Check
     holds: Truth
-    sought: tuple[Truth, ...]
+    history_conditions: tuple[Truth, ...]
 
 
 class _CompiledTry(NamedTuple):
@@ -93,7 +93,7 @@ class CompiledOperator:
         """Bind the operator's variables to these arguments."""
         return self._frame.bind(state.scene, arguments)
 
-    def failures(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
+    def find_failures(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
         """Return the first failed check, or that of every try; () if the action is possible."""
         failed = find_failing_check(self.checks, state, binding)
         if failed is not None:
@@ -150,8 +150,10 @@ def find_failing_check(
 def _compile_checks(checks: Sequence[Check], conditions: ConditionCompiler) -> tuple[_CompiledCheck, ...]:
     compiled_checks = []
     for check in checks:
-        sought = (check.condition,) if check.sought is None else check.sought
-        functions = conditions.truth(check.condition), tuple(map(conditions.truth, sought))
+        history_conditions = (
+            (check.condition,) if check.history_conditions is None else check.history_conditions
+        )
+        functions = conditions.truth(check.condition), tuple(map(conditions.truth, history_conditions))
         compiled_checks.append(_CompiledCheck(check, *functions))
     return tuple(compiled_checks)
 

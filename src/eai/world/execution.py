@@ -106,7 +106,7 @@ def _diagnose(domain: Domain, history: History, operator: CompiledOperator, bind
     """Choose the fault of all failures that counts. The history rule may find a wrong order in addition."""
     kinds: dict[FaultKind, Check] = {}
     earlier = None
-    for failure in operator.failures(history.state, binding):
+    for failure in operator.find_failures(history.state, binding):
         check = failure.check.check
         kinds.setdefault(check.fault, check)
         index = domain.history_rule(failure, binding, history)

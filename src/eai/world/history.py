@@ -84,16 +84,16 @@ if the step that should have prepared the action was never taken.
 
 
 def conditions_held_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule: all conditions that a missing step should establish held before, at any times.
+    """A history rule: the history conditions of a check of missing steps all held before, at any times.
 
     Returns the number of the last state at which such a condition last held, or None.
     """
     if failure.check.check.fault is not FaultKind.MISSING_STEP:
         return None
     latest = 0
-    for index, sought in enumerate(failure.check.sought):
+    for index, condition in enumerate(failure.check.history_conditions):
         question = (failure.check, index, failure.arguments)
-        number = history.last_where(question, partial(_holds, sought, binding))
+        number = history.last_where(question, partial(_holds, condition, binding))
         if number is None:
             return None
         latest = max(latest, number)
@@ -105,15 +105,15 @@ def _holds(truth: Truth, binding: FrameBinding, state: State) -> bool:
 
 
 def was_possible_before(failure: Failure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule: in some earlier state no check failed, and the sought conditions of this check held.
+    """A history rule: in some earlier state no check failed, and the history conditions of this check held.
 
     Returns the number of the last such state, or None.
     """
     if history.before is None:
         return None
-    sought_holds = conjunction(failure.check.sought)
+    conditions_hold = conjunction(failure.check.history_conditions)
 
     def is_possible(state: State) -> bool:
-        return sought_holds(state, binding) and find_failing_check(failure.checks, state, binding) is None
+        return conditions_hold(state, binding) and find_failing_check(failure.checks, state, binding) is None
 
     return history.before.last_where((failure.check, failure.arguments), is_possible)

@@ -27,7 +27,7 @@ class Check:
         condition: must hold in the state in which the action is tried.
         fault: the kind of error if it does not hold.
         reason: description of the failure; ``{x}`` stands for the name of the argument of parameter ``x``.
-        sought: formulas by which the history rule tells a wrong order from a missing step: each of them must
+        history_conditions: formulas by which the history rule recognizes a wrong order: each of them must
             have held in some earlier state. None means the condition itself.
         id: name of the check in records; by default the words of its reason without the objects. Give the old
             id here when you reword a reason.
@@ -40,7 +40,7 @@ class Check:
     condition: Formula
     fault: FaultKind
     reason: str
-    sought: tuple[Formula, ...] | None = None
+    history_conditions: tuple[Formula, ...] | None = None
     id: str = ""
     witness: Exists | None = None
 
@@ -77,11 +77,11 @@ def additional(condition: Formula, reason: str) -> Check:
 def missing(
     condition: Formula,
     reason: str,
-    sought: tuple[Formula, ...] | None = None,
+    history_conditions: tuple[Formula, ...] | None = None,
     witness: Exists | None = None,
 ) -> Check:
     """Return a check that an earlier step has prepared the action."""
-    return Check(condition, FaultKind.MISSING_STEP, reason, sought, witness=witness)
+    return Check(condition, FaultKind.MISSING_STEP, reason, history_conditions, witness=witness)
 
 
 @dataclass(frozen=True, slots=True)

@@ -219,7 +219,10 @@ class Repertoire:
         taken = self._taking(operator)
         scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
         usable = mask_of(objects)
-        partial, effort = taken.partial(state.scene, scope, fixed=True), Effort(Limits().bindings)
+        partial, effort = (
+            taken.make_partial_binding(state.scene, scope, fixed=True),
+            Effort(Limits().bindings),
+        )
         bindings = complete_bindings(state, partial, usable, effort)
         return [taken.arguments(binding) for binding in islice(bindings, _MAX_FITTING_ACTIONS)]
 
@@ -429,7 +432,7 @@ class CandidateAction(NamedTuple):
 
 def is_needless(operator: CompiledOperator, action: Action, state: State) -> bool:
     """Whether an action fails as an additional step."""
-    failures = operator.failures(state, operator.bind(state, action.arguments))
+    failures = operator.find_failures(state, operator.bind(state, action.arguments))
     return any(failure.check.check.fault is FaultKind.ADDITIONAL_STEP for failure in failures)
 
 

@@ -134,8 +134,12 @@ def go_to(target: f.Variable, effects_on_held: tuple[Effect, ...]) -> tuple[Effe
 def find(effects_on_held: tuple[Effect, ...]) -> Operator:
     """Return the action FIND: step up to an object at hand, facing nothing else; walk to any other object."""
     checks = (
-        missing(f.Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)), NEAR.reason, sought=(p.near(X),)),
-        missing(f.Or((p.upright(), AT_HAND)), UPRIGHT.reason, sought=(p.upright(),)),
+        missing(
+            f.Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)),
+            NEAR.reason,
+            history_conditions=(p.near(X),),
+        ),
+        missing(f.Or((p.upright(), AT_HAND)), UPRIGHT.reason, history_conditions=(p.upright(),)),
         affordance(f.Or((p.somewhere(X), AT_HAND)), SOMEWHERE.reason),
     )
     step_up = (Delete(p.facing(AGENT, ANYTHING)), *both_ways(Add, p.next_to(AGENT, X)))
@@ -237,7 +241,7 @@ def watch() -> Operator:
         missing(
             p.upright() | is_a(X, "computer") | p.facing(AGENT, X),
             "the character sits or lies and does not face {x}",
-            sought=(p.facing(AGENT, X),),
+            history_conditions=(p.facing(AGENT, X),),
         ),
         REACHABLE,
     )

@@ -122,7 +122,7 @@ def inside_a_floor_aborts(operator: Operator) -> Operator:
     """Placing something inside a floor is an error of no kind (``evolving_graph.py``, ``place_inside``)."""
     if o.NO_INSIDE not in operator.checks:
         return operator
-    aborts = replace(o.NO_INSIDE, fault=FaultKind.UNCATEGORISED, sought=(FALSE,))
+    aborts = replace(o.NO_INSIDE, fault=FaultKind.UNCATEGORISED, history_conditions=(FALSE,))
     kept = tuple(check for check in operator.checks if check != o.NO_INSIDE)
     return replace(operator, checks=(*kept, aborts) if "PLACE" in operator.name else kept)
 
@@ -170,7 +170,9 @@ def placing_never_in_wrong_order(operator: Operator) -> Operator:
     """
     if not any(word in operator.name for word in ("PLACE", "TRANSFER", "CLEAN")):
         return operator
-    return replace(operator, checks=tuple(replace(check, sought=(FALSE,)) for check in operator.checks))
+    return replace(
+        operator, checks=tuple(replace(check, history_conditions=(FALSE,)) for check in operator.checks)
+    )
 
 
 @_of_operators

@@ -168,11 +168,11 @@ def sought_is_not_the_condition(operator: Operator, check: Check) -> Check:
 
     See ``execution.py``, ``update_missing_precond``.
     """
-    (wanted,) = (check.condition,) if check.sought is None else check.sought
+    (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
     sought = SOUGHT.get(wanted)
     if sought is None and operator.name == "CUT" and check.fault is FaultKind.MISSING_STEP:
         sought = (FALSE,)  # the knife that is not in the hand
-    return check if sought is None else replace(check, sought=sought)
+    return check if sought is None else replace(check, history_conditions=sought)
 
 
 @_of_checks

@@ -135,7 +135,7 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
         because action sequencing has a test of order of its own
         (``simulation/evolving_graph/checker.py``); in subgoals it has not changed.
         """
-        return super().halts(fault) or fault.check.sought == (FALSE,)
+        return super().halts(fault) or fault.check.history_conditions == (FALSE,)
 
     def _temporal_goal(self) -> Formula | None:
         if self.task.temporal_goal is None:

@@ -88,7 +88,7 @@ class PlanStates:
             if after_number == len(self.by_number):
                 self.by_number.append(after)
             return after_number, True
-        kinds = {failure.check.check.fault for failure in operator.failures(state, binding)}
+        kinds = {failure.check.check.fault for failure in operator.find_failures(state, binding)}
         kind = min(kinds, key=self.domain.precedence.index)
         return (number if kind is FaultKind.ADDITIONAL_STEP else None), False
 
@@ -101,7 +101,7 @@ class PlanStates:
             missed = self._missed[number] = tuple(lacking)
         return missed
 
-    def path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
+    def find_path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
         """Return the path of a plan.
 
         Args:
@@ -137,7 +137,7 @@ class PlanStates:
 
     def reaches_goal(self, plan: EditedPlan, start: PlanMoment = START[0]) -> bool:
         """Whether a plan, executed from a moment on, reaches the goal."""
-        return self.succeeds(plan, self.path(plan, (start,), 0))
+        return self.succeeds(plan, self.find_path(plan, (start,), 0))
 
 
 HelpingEdits: TypeAlias = tuple[int, tuple[Action | None, ...]]
@@ -150,7 +150,7 @@ EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
 
 def helping_edits(states: PlanStates) -> EditsFinder:
     """Return a function that finds the edits that may help the conflicts of plans for one task."""
-    return _Conflicts(states).edits
+    return _Conflicts(states).find_edits
 
 
 class _Conflicts:
@@ -166,7 +166,7 @@ class _Conflicts:
         self._fatal: dict[tuple[int, Action], ChangeSet] = {}
         self._lacking: dict[int, list[ChangeSet]] = {}
 
-    def edits(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
+    def find_edits(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
         """Return edits of a plan; every repair contains at least one of them."""
         at = len(path) - 1
         number, taken = path[at]
@@ -231,7 +231,7 @@ class _Conflicts:
     ) -> list[HelpingEdits]:
         helping_edits: list[HelpingEdits] = []
         actions = {
-            **self._conflict_changes.actions(changes),
+            **self._conflict_changes.actions_making_any(changes),
             **{a: None for n in sorted(names) for a in self._conflict_changes.actions_of(n)},
         }
         insertions = tuple(actions)
@@ -248,7 +248,7 @@ class _Conflicts:
             if entry.is_kept and undoes:
                 helping_edits.append((position - 1, (None,)))
             if not earlier_changes <= changes:
-                actions |= self._conflict_changes.actions(earlier_changes - changes)
+                actions |= self._conflict_changes.actions_making_any(earlier_changes - changes)
                 insertions = tuple(actions)
                 changes |= earlier_changes
         return helping_edits

@@ -110,7 +110,7 @@ class Repairer:
             best = self._best_planner_repair(plan, effort)
             best = search.run(effort.limit * _SEARCH_SHARE, count_edits(best)) or best
         effort.used += search.effort.used
-        return search.least, None if best is None else edits_of(best)
+        return search.min_edits, None if best is None else edits_of(best)
 
     def _repair_by_planner(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
         """Return bounds like `repair` from plans only, as there are too many actions to prove a minimum."""
@@ -127,14 +127,14 @@ class Repairer:
         ]
         return min(repairs, key=count_edits, default=None)
 
-    def least(self, effort: Effort) -> int:
+    def find_min_steps(self, effort: Effort) -> int:
         """Return the proved minimum number of steps of plans that succeed."""
         if self.conflict_changes.is_partial:
             return int(bool(self.states.find_missed_goals(0) or self.states.goal.actions))
         search = _RepairSearch(self, ())
         search.run(effort.limit * _SEARCH_SHARE)
         effort.used += search.effort.used
-        return search.least
+        return search.min_edits
 
     def _planner_repairs(self, plan: PlanSteps, looks: int, effort: Effort) -> Iterator[EditedPlan]:
         """Yield repairs that continue the possible steps by the planner, or plan from the initial state.
@@ -185,7 +185,7 @@ class Repairer:
         before = None if effort.is_used_up else self._find_enabling_actions(moment[0], step)
         if before is None:
             return None
-        path = self.states.path(as_entries((*before, step)), (moment,), 0)
+        path = self.states.find_path(as_entries((*before, step)), (moment,), 0)
         if len(path) < len(before) + 2:  # the step, or an action before it, is impossible
             return None
         after = path[-1]
@@ -231,18 +231,22 @@ class Repairer:
 
     def single_edits(self, plan: PlanSteps) -> Iterator[PlanEdit]:
         """Yield all single edits that make a plan succeed."""
-        entries, find_edits, landmarks = as_entries(plan), helping_edits(self.states), self.landmarks(plan)
-        path = self.states.path(entries, START, 0)
+        entries, find_edits, landmarks = (
+            as_entries(plan),
+            helping_edits(self.states),
+            self.make_landmarks(plan),
+        )
+        path = self.states.find_path(entries, START, 0)
         if None not in plan:
             helping = find_edits(entries, path)
         else:  # an unreadable step must be deleted
             helping = [(position, (None,)) for position in (plan.index(None),) if position < len(path)]
         if sum([len(actions) for _, actions in helping]) > _MANY_EDITS:
-            landmarks.refine(frozenset(filter(None, plan)), Effort(_LANDMARK_EFFORT))
+            landmarks.find_more_cuts(frozenset(filter(None, plan)), Effort(_LANDMARK_EFFORT))
         for position, actions in helping:
             if actions == (None,):
                 without = apply_edit(entries, position, None)[0]
-                path_without = self.states.path(without, path, position)
+                path_without = self.states.find_path(without, path, position)
                 candidates: Iterable[Action | None] = self._possible_actions(path[position])
                 if self.states.succeeds(without, path_without):
                     yield PlanEdit(position, position, None)
@@ -291,7 +295,7 @@ class Repairer:
     def _succeeds_from(self, moment: PlanMoment | None, rest: PlanSteps) -> bool:
         return moment is not None and None not in rest and self.states.reaches_goal(as_entries(rest), moment)
 
-    def landmarks(self, plan: PlanSteps) -> Landmarks:
+    def make_landmarks(self, plan: PlanSteps) -> Landmarks:
         """Return the landmarks of plans that succeed.
 
         Landmarks that the plan has anyway are not looked for.
@@ -314,33 +318,34 @@ class _RepairNode(NamedTuple):
 
     Attributes:
         plan: the plan.
-        path: its path; if ``at`` >= 0, the path of the plan before its last edit, which is equal up to
-            ``at``.
-        at: the first entry with an unknown moment; -1 if all moments are known.
-        lacks: number of failed steps and missed goals; of the plan before the last edit if ``at`` >= 0.
+        path: its path; if ``first_unknown`` >= 0, the path of the plan before its last edit, equal up to that
+            entry.
+        first_unknown: the first entry with an unknown moment; -1 if all moments are known.
+        failures: number of failed steps and missed goals; of the plan before the last edit if
+            ``first_unknown`` >= 0.
         cost: the cost of the plan.
-        open: the landmarks that the plan lacks, as a mask.
-        known: number of landmarks known when ``open`` was computed.
-        lacking: minimum number of missing steps by the landmarks.
-        least: minimum number of edits for other reasons.
+        missed_cuts: the landmarks that the plan lacks, as a mask.
+        known_cuts: number of landmarks known when ``missed_cuts`` was computed.
+        missing_steps: minimum number of missing steps by the landmarks.
+        min_edits: minimum number of edits for other reasons.
         edits: the postponed edits, which cost more.
     """
 
     plan: EditedPlan
     path: PlanPath
-    at: int
-    lacks: int
+    first_unknown: int
+    failures: int
     cost: EditCost
-    open: int
-    known: int
-    lacking: int
-    least: int = 0
+    missed_cuts: int
+    known_cuts: int
+    missing_steps: int
+    min_edits: int = 0
     edits: Sequence[HelpingEdits] = ()
 
     @property
     def at_least(self) -> int:
         """Minimum number of edits of all repairs that include the edits of the plan."""
-        return max(self.least, self.cost.min_edits_with(self.lacking))
+        return max(self.min_edits, self.cost.min_edits_with(self.missing_steps))
 
 
 class _RepairSearch:
@@ -352,16 +357,16 @@ class _RepairSearch:
 
     Attributes:
         effort: the effort spent.
-        least: minimum number of edits of all repairs.
+        min_edits: minimum number of edits of all repairs.
     """
 
     def __init__(self, repairer: Repairer, plan: PlanSteps) -> None:
         self._states = repairer.states
         self._find_edits = helping_edits(repairer.states)
-        self._landmarks = repairer.landmarks(plan)
+        self._landmarks = repairer.make_landmarks(plan)
         self._steps = frozenset([step for step in plan if step is not None])
         self.effort = Effort()
-        self.least = 0
+        self.min_edits = 0
         self._waiting: OpenList[_RepairNode] = OpenList()
         self._seen: set[tuple[EditedPlan, bool]] = set()
         self._pushed = 0
@@ -376,46 +381,48 @@ class _RepairSearch:
             known_edits: number of edits of a known repair; only repairs with fewer edits are looked for.
         """
         self.effort.limit = limit
-        while self.least < known_edits and (node := self._waiting.pop()) is not None:
+        while self.min_edits < known_edits and (node := self._waiting.pop()) is not None:
             updated = self._update_bounds(node)
             if updated.at_least > node.at_least:
                 self._push_again(updated)
                 continue
-            self.least = max(self.least, node.at_least)
+            self.min_edits = max(self.min_edits, node.at_least)
             if self.effort.is_used_up:
                 self._push_again(updated)
                 break
-            if node.at < 0:
+            if node.first_unknown < 0:
                 self._expand(updated)
             elif self._execute(updated):
                 return node.plan
-        self.least = int(min(self.least, known_edits))
+        self.min_edits = int(min(self.min_edits, known_edits))
         return None
 
     def _push(self, node: _RepairNode) -> None:
         """Put a plan into the queue, once before and once after it is executed."""
-        if (node.plan, node.at < 0) not in self._seen:
-            self._seen.add((node.plan, node.at < 0))
+        if (node.plan, node.first_unknown < 0) not in self._seen:
+            self._seen.add((node.plan, node.first_unknown < 0))
             self._push_again(node)
 
     def _push_again(self, node: _RepairNode) -> None:
         """Put a plan into the queue by its rank; the last of equal ranks comes first."""
         self._pushed += 1
         self.effort.used += self._pushed % _PUSHES_PER_EFFORT == 0
-        self._waiting.push(node, node.at_least, node.lacks, -self._pushed)
+        self._waiting.push(node, node.at_least, node.failures, -self._pushed)
 
     def _execute(self, node: _RepairNode) -> bool:
         """Whether a plan succeeds; if not, queue it again, and the plans with one more free replacement."""
         self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
-        path = self._states.path(node.plan, node.path, node.at)
+        path = self._states.find_path(node.plan, node.path, node.first_unknown)
         if self._states.succeeds(node.plan, path):
             return True
         rest = [action for _, action in node.plan[len(path) - 1 :]]
         lacks = self._states.count_failures(rest, path[-1])
-        self._push(node._replace(path=path, at=-1, lacks=lacks, least=node.cost.min_edits_with(1)))
+        self._push(
+            node._replace(path=path, first_unknown=-1, failures=lacks, min_edits=node.cost.min_edits_with(1))
+        )
         for position in replaceable(node.plan):
             if position < len(path):
-                self._push(self._delete(node._replace(path=path, lacks=lacks), position))
+                self._push(self._delete(node._replace(path=path, failures=lacks), position))
         return False
 
     def _expand(self, node: _RepairNode) -> None:
@@ -439,7 +446,7 @@ class _RepairSearch:
             elif actions:
                 max_cost = max(max_cost, self._insert(node, position, actions, lacking))
         if max_cost > node.at_least:
-            self._push_again(node._replace(edits=edits, least=node.at_least + 1))
+            self._push_again(node._replace(edits=edits, min_edits=node.at_least + 1))
 
     def _insert(
         self, node: _RepairNode, position: int, actions: Sequence[Action | None], lacking: dict[Action, int]
@@ -450,10 +457,10 @@ class _RepairSearch:
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = apply_edit(node.plan, position, actions[0])
-        costs, first, last = edit_cost(plan), node.least if node.edits else 0, node.at_least
+        costs, first, last = edit_cost(plan), node.min_edits if node.edits else 0, node.at_least
         max_cost = 0
         for action in filter(None, actions):
-            lacked = node.open & ~self._landmarks.hit_cuts(action)
+            lacked = node.missed_cuts & ~self._landmarks.hit_cuts(action)
             number = lacking.get(action)
             if number is None:
                 number = lacking[action] = self._landmarks.min_actions(lacked)
@@ -468,7 +475,7 @@ class _RepairSearch:
 
     def _delete(self, node: _RepairNode, position: int) -> _RepairNode:
         plan, at = apply_edit(node.plan, position, None)
-        lacked = node.open
+        lacked = node.missed_cuts
         if self._landmarks.hit_cuts(node.plan[position].action):
             lacked = self._landmarks.find_missed_cuts([e.action for e in plan if e.action is not None])
         return self._child(node, plan, at, edit_cost(plan), lacked)
@@ -477,21 +484,23 @@ class _RepairSearch:
         """Return a node with the bounds of all known landmarks, after a search for more landmarks."""
         landmarks = self._landmarks
         search_effort = self.effort if self.effort.used > _EASY_EFFORT else Effort(0)
-        landmarks.refine(self._steps, search_effort)
-        if node.at >= 0 and node.known == len(landmarks.cuts):
+        landmarks.find_more_cuts(self._steps, search_effort)
+        if node.first_unknown >= 0 and node.known_cuts == len(landmarks.cuts):
             return node
         steps = frozenset([entry.action for entry in node.plan if entry.action is not None])
-        if node.at < 0:
-            landmarks.refine(steps, search_effort)
+        if node.first_unknown < 0:
+            landmarks.find_more_cuts(steps, search_effort)
         lacked = landmarks.find_missed_cuts(steps)
-        return node._replace(open=lacked, known=len(landmarks.cuts), lacking=landmarks.min_actions(lacked))
+        return node._replace(
+            missed_cuts=lacked, known_cuts=len(landmarks.cuts), missing_steps=landmarks.min_actions(lacked)
+        )
 
     def _child(
         self, node: _RepairNode, plan: EditedPlan, at: int, costs: EditCost, lacked: int
     ) -> _RepairNode:
         at = min(at, len(node.path) - 1)
         lacking = self._landmarks.min_actions(lacked)
-        return _RepairNode(plan, node.path, at, node.lacks, costs, lacked, node.known, lacking)
+        return _RepairNode(plan, node.path, at, node.failures, costs, lacked, node.known_cuts, lacking)
 
     def _is_idle(self, node: _RepairNode, position: int, action: Action) -> bool:
         """Whether an inserted step is impossible at its position, or changes nothing there."""
