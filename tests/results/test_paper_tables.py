@@ -173,7 +173,7 @@ def test_null_models_have_answers_to_every_suite(protocol: Protocol) -> None:
             assert all(0 <= rate.numerator <= rate.denominator for rate in suite.rates(model).values())
     main = table.suites["virtualhome/action_sequencing"].rates
     assert main("eai/empty")["task_success"].numerator == 0
-    if protocol is Protocol.STRICT:  # its actions are valid in the corrected domain
+    if protocol is Protocol.STRICT:  # its actions are possible in the declared domain
         assert main("eai/random")["execution_success"].percent == 100
 
 

@@ -20,7 +20,7 @@ from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_fin
 from eai.cli.options import AsJson, DataFolder, Errata, flag, opened_source, store
 from eai.cli.progress import data_progress
 from eai.pddl.planning import PlannerChoice
-from eai.results.data_set import count_figures, printed_table, profile_tasks
+from eai.results.data_set import count_figures, make_figure_table, profile_tasks
 from eai.results.table import Column, Table
 from eai.results.table_files import rows_csv, write_files
 from eai.results.terminal import print_table
@@ -155,7 +155,7 @@ def stats(
         )
         return
     for benchmark, rows in zip(benchmarks, tables, strict=True):
-        print_table(output(), printed_table(benchmark.title, rows))
+        print_table(output(), make_figure_table(benchmark.title, rows))
     for path in written:
         say(f"written to {path}")
 

@@ -128,7 +128,9 @@ def unpack_answers(path: Path, other_names: Collection[str] = ()) -> Iterator[Pa
             with zipfile.ZipFile(path) as archive:
                 members = [info for info in list_members(archive) if _is_wanted(info, other_names)]
                 limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
-                if sum(info.file_size for info in members) > limit:  # no more of a member is ever read
+                if (
+                    sum(info.file_size for info in members) > limit
+                ):  # zipfile never reads more of a member than its stated size
                     raise InputError(f"{path}: expected at most {limit:,} bytes of answers in it")
                 for info in members:
                     name = f"{path}: {info.filename}"
@@ -206,7 +208,6 @@ def find_recorded_file(path: Path, domain: str, ability: Ability, attempt: int =
 
 
 def _suite_of(file: Path) -> tuple[str, str] | None:
-    """Return the domain and ability that a file's folders or its name give, or None."""
     for ability in find_abilities():
         domain = model_name(file).removesuffix(f"_{ability}")
         if domain != model_name(file):

@@ -95,7 +95,7 @@ class Scoring(Workers):
 
         Args:
             suite: the tasks.
-            answers: the answers, whose form together may decide how each is read.
+            answers: the answers. Some protocols read each answer by the form of all answers.
             unanswered: reason for each missing answer, by task id.
             settings: how to score; the processes are those of this pool.
             finish: changes a record before it is written; it is pickled.
@@ -148,15 +148,15 @@ class Scoring(Workers):
         return share, share
 
 
-_Outcome: TypeAlias = tuple[Verdict, TaskFeatures | None, Explanation | None]
+_ScoringResult: TypeAlias = tuple[Verdict, TaskFeatures | None, Explanation | None]
 """The parts of a record that only scoring can give: verdict, task features and explanation."""
 
 
-def _score_batch(suite: Suite, settings: ScoringOptions, items: Sequence[Response]) -> list[_Outcome]:
+def _score_batch(suite: Suite, settings: ScoringOptions, items: Sequence[Response]) -> list[_ScoringResult]:
     return [_score_item(suite, settings, item) for item in items]
 
 
-def _score_item(suite: Suite, settings: ScoringOptions, item: Response) -> _Outcome:
+def _score_item(suite: Suite, settings: ScoringOptions, item: Response) -> _ScoringResult:
     explanation = None
     if item.unanswered is not None:
         verdict = suite.unanswered(item.task_id)
@@ -226,7 +226,7 @@ def split_by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, 
     made_by = declared.read_experiment
     epochs = (replace(answers, further_epochs=()), *answers.further_epochs)
     agents = (made_by(response.text) for epoch in epochs for response in epoch.responses)
-    counts = Counter(each.rules for each in agents if each is not None)
+    counts = Counter(agent.rules for agent in agents if agent is not None)
     if len(counts) < 2:
         return dict.fromkeys(counts or (None,), answers)
     usual = None if None in counts else counts.most_common(1)[0][0]
@@ -235,10 +235,10 @@ def split_by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, 
         agent = made_by(text)
         return usual if agent is None else agent.rules
 
-    parts = [epoch.split(key) for epoch in epochs]
+    epochs_by_rules = [epoch.split(key) for epoch in epochs]
     files = {}
     for rules in sorted(counts, key=lambda rules: rules or ""):
-        first, *further = [part[rules] for part in parts if rules in part]
+        first, *further = [by_key[rules] for by_key in epochs_by_rules if rules in by_key]
         files[rules] = replace(first, further_epochs=tuple(further))
     return files
 
@@ -257,7 +257,7 @@ def _find_agent(ability: Ability, answers: ResponseFile) -> Experiment:
 
 
 def _add_agent(record: Record, first: Experiment) -> Record:
-    """Return a record with the harness and the rules of its answer, or else of the other answers."""
+    """Return a record with the harness and rules that its answer names, or else those of the first answer."""
     agent = declaration_of(record.ability).read_experiment(record.response) or first
     return record.add_experiment(replace(agent, harness=agent.harness or first.harness))
 
@@ -273,7 +273,7 @@ def score_run(
 
     Args:
         suite: the tasks.
-        answers: the answers, whose form together may decide how each is read.
+        answers: the answers. Some protocols read each answer by the form of all answers.
         unanswered: reason for each missing answer, by task id.
         settings: how to score.
         on_progress: called after each answer.
@@ -291,7 +291,7 @@ def score_run(
     return records
 
 
-def _record(suite: Suite, model: str, item: Response, judged: _Outcome) -> Record:
+def _record(suite: Suite, model: str, item: Response, judged: _ScoringResult) -> Record:
     verdict, task, explanation = judged
     about = {"explanation": explanation, "task": task, "sample": item.sample, "unanswered": item.unanswered}
     return make_record(suite, model, item.task_id, item.text, verdict, **about)

@@ -143,9 +143,9 @@ def deviations_of_mean(parts: Sequence[tuple[float, _Deviations]]) -> _Deviation
     return _Deviations(
         sum(weight * rate.value for weight, rate in parts),
         sum(weight * rate.centre for weight, rate in parts),
-        _weighted_sums([(weight, rate.of_units) for weight, rate in parts]),
+        _sum_weighted([(weight, rate.of_units) for weight, rate in parts]),
         tuple(sum(weight * rate.of_pseudo_units[case] for weight, rate in parts) for case in (0, 1)),
-        _weighted_sums([(weight, rate.weights) for weight, rate in parts]),
+        _sum_weighted([(weight, rate.weights) for weight, rate in parts]),
     )
 
 
@@ -154,13 +154,13 @@ def deviations_of_difference(first: _Deviations, second: _Deviations) -> _Deviat
     return _Deviations(
         second.value - first.value,
         second.centre - first.centre,
-        _weighted_sums([(1, second.of_units), (-1, first.of_units)]),
+        _sum_weighted([(1, second.of_units), (-1, first.of_units)]),
         tuple(b - a for a, b in product(first.of_pseudo_units, second.of_pseudo_units)),
-        _weighted_sums([(0.5, first.weights), (0.5, second.weights)]),
+        _sum_weighted([(0.5, first.weights), (0.5, second.weights)]),
     )
 
 
-def _weighted_sums(parts: Sequence[tuple[float, Mapping[str, float]]]) -> dict[str, float]:
+def _sum_weighted(parts: Sequence[tuple[float, Mapping[str, float]]]) -> dict[str, float]:
     total: dict[str, float] = {}
     for weight, numbers in parts:
         for unit, number in numbers.items():
@@ -264,8 +264,8 @@ def _certainty_of_share(cases: Cases) -> Certainty | None:
         return None
     yes_no = len(tasks.of_units) == len(cases) and all(case.share in _YES_NO for case in cases)
     return _certainty(
-        _binomial_interval_parts(tasks) if yes_no else _scaled_interval_parts(tasks),
-        _scaled_interval_parts(names),
+        _binomial_interval_parts(tasks) if yes_no else _scale_interval_parts(tasks),
+        _scale_interval_parts(names),
         _wilson_interval,
     )
 
@@ -281,7 +281,7 @@ def certainty_of_mean(parts: Sequence[tuple[float, Cases]]) -> Certainty | None:
     complete = [[(weight, rate) for weight, rate in rates if rate is not None] for rates in (tasks, names)]
     if len(complete[0]) < len(parts):
         return None
-    by_task, by_name = (_scaled_interval_parts(deviations_of_mean(rates)) for rates in complete)
+    by_task, by_name = (_scale_interval_parts(deviations_of_mean(rates)) for rates in complete)
     return _certainty(by_task, by_name, _wilson_interval)
 
 
@@ -354,7 +354,7 @@ def _interval_parts(deviations: _Deviations) -> _IntervalParts:
     )
 
 
-def _scaled_interval_parts(deviations: _Deviations) -> _IntervalParts:
+def _scale_interval_parts(deviations: _Deviations) -> _IntervalParts:
     """Return the interval parts with the variance divided by that of one yes or no."""
     parts = _interval_parts(deviations)
     return parts._replace(variance=parts.variance / (deviations.centre * (1 - deviations.centre)))

@@ -93,7 +93,6 @@ def record_to_json(record: Record) -> dict[str, Json]:
 
 
 def _features_to_json(task: TaskFeatures) -> dict[str, Json]:
-    """Return the features of a task as JSON, without the rare ones if they are absent."""
     absent_values: tuple[tuple[str, Json], ...] = (("hazards", []), ("missing", None), ("fits", None))
     return {
         name: value for name, value in dataclass_to_json(task).items() if (name, value) not in absent_values
@@ -136,8 +135,10 @@ def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
         chosen = {name: values[name] for name in NAMES if values.get(name) is not None}
         names = _read(dict[str, str], chosen, "experiment")
         experiment = older_experiment(names, _read(AttemptOptions, values, "experiment"))
-    places = enumerate(experiment.study.items())
-    ordered = {name: replace(choice, label_position=place, summary={}) for place, (name, choice) in places}
+    positions = enumerate(experiment.study.items())
+    ordered = {
+        name: replace(choice, label_position=position, summary={}) for position, (name, choice) in positions
+    }
     return None if experiment == Experiment() else replace(experiment, study=ordered)
 
 
@@ -156,7 +157,7 @@ def _read_summaries(values: Mapping[str, Any]) -> Mapping[str, Mapping[str, Any]
 
 
 def read_summary(record: Record, study: str, kind: type[T]) -> T | None:
-    """Return a study's summary of an answer as a value of a type, or None if there is no summary.
+    """Return a study's summary of a record's answer as a value of a type, or None if there is no summary.
 
     Raises:
         InputError: the summary does not have the type.
@@ -166,7 +167,6 @@ def read_summary(record: Record, study: str, kind: type[T]) -> T | None:
 
 
 def _attempt_to_json(attempt: Attempt) -> dict[str, Json]:
-    """Return an attempt as a JSON object with the fields of a record of its own."""
     explanation = attempt.explanation
     return {
         "prompt_sha256": attempt.prompt_sha256,
@@ -209,7 +209,6 @@ def _verdict_fields(verdict: Verdict) -> dict[str, Json]:
 
 
 def _convert_numbers(value: Any, convert: Callable[[float], int | float]) -> Any:
-    """Return a JSON value with all of its numbers converted."""
     if isinstance(value, Mapping):
         return {name: _convert_numbers(item, convert) for name, item in value.items()}
     if isinstance(value, list):
@@ -278,8 +277,8 @@ def _find_encoder(kind: type) -> Callable[[Any], Json]:
     if issubclass(kind, GoalTallies):
         return lambda tallies: dict(zip(GoalTallies._fields, map(list, tallies), strict=True))
     if issubclass(kind, Mapping):
-        return lambda value: {getattr(key, "value", key): _to_json(part) for key, part in value.items()}
-    return dataclass_to_json if is_dataclass(kind) else lambda value: [_to_json(part) for part in value]
+        return lambda value: {getattr(key, "value", key): _to_json(item) for key, item in value.items()}
+    return dataclass_to_json if is_dataclass(kind) else lambda value: [_to_json(item) for item in value]
 
 
 def _explanation_to_json(explanation: Explanation) -> dict[str, Json]:
@@ -290,7 +289,7 @@ def _explanation_to_json(explanation: Explanation) -> dict[str, Json]:
 
 
 def _statement_to_json(statement: Statement) -> dict[str, Json]:
-    return {name: _to_json(part) for name, part in statement._asdict().items()}
+    return {name: _to_json(item) for name, item in statement._asdict().items()}
 
 
 def _explanation_values(value: Any) -> Any:
@@ -323,7 +322,7 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, made_before: int)
 
 
 def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
-    if isinstance(values.get("attempts"), int):  # schema 2: the actions that were tried for subgoals
+    if isinstance(values.get("attempts"), int):  # in schema 2 the number of tried actions
         return ()
     attempts = []
     for number, values_of_attempt in enumerate(
@@ -352,7 +351,7 @@ def _require_field(values: Mapping[str, Any], name: str) -> Any:
     return values[name]
 
 
-def _read(kind: type[T], value: object, *place: str) -> T:
+def _read(kind: type[T], value: object, *path: str) -> T:
     """Return a value of a type from JSON.
 
     Raises:
@@ -362,7 +361,7 @@ def _read(kind: type[T], value: object, *place: str) -> T:
     try:
         read: T = _adapter(hashable).validate_python(value)
     except ValidationError as error:
-        raise InputError(f"field {misfit(error, within=place, whole='the record')}") from error
+        raise InputError(f"field {misfit(error, within=path, whole='the record')}") from error
     return read
 
 

@@ -87,9 +87,9 @@ def profile_tasks(benchmark: Benchmark, source: Source) -> tuple[_Profile, ...]:
     Raises:
         DataError: the data cannot be obtained or is damaged.
     """
-    asked = benchmark.operators(source)
+    operator_tasks = benchmark.operators(source)
     tasks = benchmark.tasks(source).values()
-    return tuple(_Profile(task, features_of(task, benchmark), asked.get(task.id)) for task in tasks)
+    return tuple(_Profile(task, features_of(task, benchmark), operator_tasks.get(task.id)) for task in tasks)
 
 
 LONG_PLAN_STEPS = 10
@@ -138,9 +138,9 @@ def _figures(benchmark: Benchmark, source: Source) -> Iterator[_Figure]:
     yield from _goals([profile.features for profile in tasks])
     yield from _plans([profile for profile in tasks if profile.features.annotated_steps])
     yield from _objects(tasks)
-    asked = benchmark.operators(source)
-    if asked:
-        yield from _operators(next(iter(asked.values())).domain)
+    operator_tasks = benchmark.operators(source)
+    if operator_tasks:
+        yield from _operators(next(iter(operator_tasks.values())).domain)
         yield from _categories(profiles)
 
 
@@ -236,7 +236,7 @@ def _mean(numbers: Iterable[int]) -> float:
     return round(fmean(values), 2) if values else 0.0
 
 
-def printed_table(title: str, rows: Sequence[_Figure]) -> Table:
+def make_figure_table(title: str, rows: Sequence[_Figure]) -> Table:
     """Return figures as a table.
 
     The table has a column for the paper only if the paper has figures of the benchmark.
@@ -253,7 +253,6 @@ def printed_table(title: str, rows: Sequence[_Figure]) -> Table:
 
 
 def _format_number(value: float | None) -> str:
-    """Return a number with commas between thousands, or an empty text for None."""
     if value is None:
         return ""
     return f"{value:,}" if isinstance(value, int) else f"{value:,.2f}".rstrip("0").rstrip(".")

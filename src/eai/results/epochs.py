@@ -110,7 +110,7 @@ class BeliefSet:
     look: ScenePerception | None = None
 
     def combine(self, goals: BeliefSet) -> BeliefSet:
-        """Return these scenes with goals from other beliefs; a task needs both.
+        """Return the beliefs with these scenes and the goals of other beliefs, for the tasks that have both.
 
         Raises:
             InputError: both change the same choice.
@@ -122,7 +122,7 @@ class BeliefSet:
             f"{self.missing_reason}, or {goals.missing_reason}",
             {i: {**self.metadata.get(i, {}), **goals.metadata.get(i, {})} for i in shared},
             {
-                i: _merged(self.summaries.get(i, {}), goals.summaries.get(i, {}))
+                i: _merge_summaries(self.summaries.get(i, {}), goals.summaries.get(i, {}))
                 for i in {**self.summaries, **goals.summaries}
             },
             goals.look or self.look,
@@ -146,11 +146,11 @@ class BeliefSet:
     def mark(self, record: Record) -> Record:
         """Return the record of an answer to such a question, with the experiment and the summaries."""
         experiment = (record.experiment or Experiment()).combine(self.experiment)
-        summaries = _merged(record.summaries, self.summaries.get(record.task_id, {}))
+        summaries = _merge_summaries(record.summaries, self.summaries.get(record.task_id, {}))
         return replace(record, experiment=experiment, summaries=summaries)
 
 
-def _merged(
+def _merge_summaries(
     one: Mapping[str, Mapping[str, Any]], other: Mapping[str, Mapping[str, Any]]
 ) -> dict[str, Mapping[str, Any]]:
     return {name: {**one.get(name, {}), **other.get(name, {})} for name in {**one, **other}}
@@ -246,7 +246,7 @@ class SuiteResult:
         return {(record.task_id, epoch): record for epoch, result in epochs for record in result.records}
 
     def epochs_shown(self) -> dict[str, int]:
-        """Return for each task the epoch whose answer is in its record."""
+        """Return the epoch whose answer is in the record of each task."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
         for (task_id, epoch), record in self.records_by_key().items():
@@ -313,10 +313,10 @@ def score_answers(
 
 def _select_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAnswers:
     """Return the answers of one epoch as if it were the only one."""
-    given = {place: answer for place, answer in model_answers.answers.items() if place[1] == epoch}
-    failures = {place: reason for place, reason in model_answers.failures.items() if place[1] == epoch}
+    answers = {key: answer for key, answer in model_answers.answers.items() if key[1] == epoch}
+    failures = {key: reason for key, reason in model_answers.failures.items() if key[1] == epoch}
     name = f"{model_answers.name}.epoch_{epoch}"
-    return replace(model_answers, name=name, answers=given, failures=failures, epochs=1)
+    return replace(model_answers, name=name, answers=answers, failures=failures, epochs=1)
 
 
 def average_records(
@@ -350,7 +350,6 @@ def _make_records(
     scoring: ScoringOptions,
     progressed: ProgressCallback | None,
 ) -> list[Record]:
-    """Return one record for each task, in order, and write the answers."""
     answers = _choose_answers(model_answers, suite.ability)
     failed = {task_id: reason for (task_id, _), reason in model_answers.failures.items()}
     why = {
@@ -397,7 +396,6 @@ def _add_origin(record: Record, model_answers: ModelAnswers, answers: Mapping[st
 
 
 def _write_attempts(folder: Path, name: str, records: Sequence[Record]) -> None:
-    """Write the answers of each attempt as a response file, so that the experiment can be replayed."""
     for number in range(max((len(record.attempts) for record in records), default=0)):
         made = [(r.task_id, r.attempts[number].response) for r in records if number < len(r.attempts)]
         responses = tuple([Response(task_id, text) for task_id, text in made])

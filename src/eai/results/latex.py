@@ -58,7 +58,6 @@ def escape_latex(text: str) -> str:
 
 
 def _split_pages(rows: Sequence[Row], *, intervals: bool) -> Iterator[list[Row]]:
-    """Yield the rows of each page."""
     page: list[Row] = []
     lines = 0
     for row in rows:
@@ -72,7 +71,6 @@ def _split_pages(rows: Sequence[Row], *, intervals: bool) -> Iterator[list[Row]]
 
 
 def _environment(table: Table, caption: str, label: str, *, intervals: bool) -> str:
-    """Return a table environment that is not wider than a page."""
     columns = table.full_columns
     parts = [
         r"\begin{table}[htbp]",

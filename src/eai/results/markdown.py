@@ -25,7 +25,7 @@ def rows_markdown(columns: Sequence[Column], rows: Iterable[Sequence[Cell]]) -> 
 
 
 def grid(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """Yield the lines of a table of texts; columns are right-aligned numbers from the third on."""
+    """Yield the lines of a Markdown table of texts; from the third on, columns are numbers, aligned right."""
     return _grid([Column(name, is_number=i >= 2) for i, name in enumerate(header)], rows)
 
 

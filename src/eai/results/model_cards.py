@@ -42,6 +42,5 @@ def _cards() -> Iterator[Row]:
 
 @cache
 def _read() -> dict[str, Any]:
-    """Return the content of ``model_cards.toml``."""
     file = resources.files("eai.results") / "paper" / "model_cards.toml"
     return parse_toml(file.read_text(encoding="utf-8"))

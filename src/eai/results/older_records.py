@@ -37,8 +37,10 @@ def older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Expe
         if option in names:
             choice = make_name_choice(kind, option, names[option])
             study[name] = study[name].combine(name, choice) if name in study else choice
-    places = enumerate(_ORDER)
-    ordered = {name: replace(study[name], label_position=place) for place, name in places if name in study}
+    positions = enumerate(_ORDER)
+    ordered = {
+        name: replace(study[name], label_position=position) for position, name in positions if name in study
+    }
     return Experiment(ordered, **{name: names[name] for name in _AGENT if name in names})
 
 

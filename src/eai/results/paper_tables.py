@@ -98,7 +98,6 @@ def read_paper_models() -> Mapping[str, str]:
 
 @cache
 def _read_table(name: str) -> PaperTable:
-    """Return a table without its notes."""
     content = json.loads(_text(f"{name}.json"))
     columns = tuple(PaperColumn(*text.split("/")) for text in content["columns"])
     rows = {model: dict(zip(columns, row, strict=True)) for model, row in content["rows"].items()}
@@ -110,7 +109,6 @@ def _text(name: str) -> str:
 
 
 def _read_notes(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
-    """Yield the notes of ``notes.toml`` on a table."""
     for note in parse_toml(_text("notes.toml"))["note"]:
         if table.name in _to_list(note["table"]):
             fields = {key: note[key] for key in PaperColumn._fields if key in note}

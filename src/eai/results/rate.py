@@ -62,7 +62,7 @@ def add_up(
 
 def rates_of(sums: Mapping[str, tuple[Exact, Exact]]) -> dict[str, Rate]:
     """Return the rates of exact sums, in the order of the sums."""
-    return {name: Rate(_to_number(more), _to_number(of)) for name, (more, of) in sums.items()}
+    return {name: Rate(_shorten_number(more), _shorten_number(of)) for name, (more, of) in sums.items()}
 
 
 def _exact(number: float | Exact) -> Exact:
@@ -77,9 +77,9 @@ def rate_of(shares: Iterable[Share]) -> Rate:
     for more, of in shares:
         numerator += more
         denominator += of
-    return Rate(_to_number(numerator), _to_number(denominator))
+    return Rate(_shorten_number(numerator), _shorten_number(denominator))
 
 
-def _to_number(number: float | Exact) -> float:
+def _shorten_number(number: float | Exact) -> float:
     """Return the number as an integer if it is whole, else as a float."""
     return int(number) if number == int(number) else float(number)

@@ -343,7 +343,6 @@ def _read_list(path: Path) -> list[Any]:
 
 
 def _parse_json(path: Path, content: bytes, line: int = 1) -> object:
-    """Parse JSON that begins at a line of a file."""
     try:
         value: object = json.loads(content, strict=False)
     except json.JSONDecodeError as error:

@@ -151,7 +151,7 @@ class Reward:
         if not is_paid(suite.ability):
             raise InputError(f"answers to {suite.ability.value} are not paid: choose another ability")
         self.limit = limit
-        self._at_start = cache(self._reached_at_start)
+        self._at_start = cache(self._find_goals_at_start)
         self._met_at_start = cache(self._partial_at_start)
 
     def __reduce__(self) -> tuple[Callable[..., Reward], tuple[Suite, Shaping]]:
@@ -219,7 +219,7 @@ class Reward:
         gained = compute_condition_gain(verdict.partial, self._met_at_start(task_id), credit.gain)
         return replace(credit, conditions=gained)
 
-    def _reached_at_start(self, task_id: str) -> tuple[bool, ...]:
+    def _find_goals_at_start(self, task_id: str) -> tuple[bool, ...]:
         """Whether each goal of a task, in order, is reached without any action."""
         task = self.suite.tasks[task_id]
         return GoalTest(task).reached(task.initial, ())

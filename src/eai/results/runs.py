@@ -179,7 +179,7 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
 
 
 def write_log_samples(folder: Path, log: Path, epoch: int | Mapping[str, int]) -> None:
-    """Write beside records the name of Inspect's log with their samples, and the epoch (one, or by task).
+    """Write a file beside records with the name of Inspect's log and the epoch of their samples.
 
     Raises:
         InputError: the folder cannot be written.

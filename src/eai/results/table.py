@@ -226,7 +226,6 @@ class Table:
             yield flat
 
     def _has_estimates(self) -> list[bool]:
-        """Return for each column whether it has estimates."""
         return [
             any(isinstance(row[index], Estimate) for row in self.rows) for index in range(len(self.columns))
         ]

@@ -35,7 +35,7 @@ class TaskBook:
         self._words = benchmark.notation.goals.words(benchmark.domain)
         self._spellings = {word for word, _ in self._words}
         self._names = cache(lambda task_id: benchmark.notation.goals.names(self._tasks[task_id]))
-        self._states = cache(self._along_the_plan)
+        self._states = cache(self._find_plan_states)
         self.features = cache(self._features)
         self.reason = cache(self._reason)
 
@@ -58,7 +58,7 @@ class TaskBook:
             return "other" if call.name in self._requested else "procedural"
         if call.name not in self._spellings:
             return "unknown"
-        held = self._holds(task_id, call)
+        held = self._find_truth(task_id, call)
         if not any(held):
             return "other"
         if held[0]:
@@ -71,13 +71,12 @@ class TaskBook:
         goals = (goal for task in self._tasks.values() for goal in task.goals_of(GoalKind.ACTION))
         return frozenset(action for goal in goals for action in alternatives(goal))
 
-    def _along_the_plan(self, task_id: str) -> tuple[State, ...]:
-        """Return the states along the data set's own plan, up to its first invalid step."""
+    def _find_plan_states(self, task_id: str) -> tuple[State, ...]:
         task, arities = self._tasks[task_id], self._domain.arities
         valid_steps = takewhile(lambda step: arities.get(step.operator) == len(step.arguments), task.script)
         return execute(self._domain, task.initial, valid_steps).states
 
-    def _holds(self, task_id: str, call: Statement) -> list[bool]:
+    def _find_truth(self, task_id: str, call: Statement) -> list[bool]:
         """Return in which states a statement holds for some objects of its names; none if it is unknown."""
         scene, states, arguments = self._tasks[task_id].scene, self._states(task_id), call.arguments or ()
         vocabulary = scene.vocabulary

@@ -68,7 +68,6 @@ def _split_columns(
 
 
 def _width(console: Console, grid: Grid) -> int:
-    """Return the number of characters that a table takes without a limit."""
     return Measurement.get(console, console.options.update(max_width=10_000), grid).maximum
 
 

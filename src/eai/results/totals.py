@@ -17,7 +17,6 @@ _ANSWERED, _SCORED, _LEFT_OUT, _CORRECTED_OR_LEFT_OUT, _RAISED = 1, 2, 4, 8, 16
 
 
 def _status_bits(record: Record) -> int:
-    """Return the status of a task from one of its records, as bits."""
     excluded, errata, error = record.verdict.excluded, record.errata, record.verdict.error
     return (
         _ANSWERED * (record.unanswered is None)

@@ -96,7 +96,6 @@ def _carry_out(state: TaskState, play: Play, command: str) -> str | list[Content
 
 
 def _read_last_reply() -> str:
-    """Return the model's last reply: its reasoning, and its text."""
     replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
     if not replies or replies[-1].empty:
         return ""
@@ -156,19 +155,18 @@ def _player(harness: str | None = None) -> Solver:
             )
         state.messages = agent.messages
         ended = "stopped" if scope.limit_error is None else _ENDED_BY_LIMIT[scope.limit_error.type]
-        _end(state, agent.output.stop_reason, ended)
+        _store_output(state, agent.output.stop_reason, ended)
         return state
 
     return solve
 
 
 player = solver(name="player")(_player)
-if registry_info(player).name == "player":  # Inspect names the package only where it is not editable
+if registry_info(player).name == "player":  # Inspect leaves the package out of names if it is editable
     player = solver(name="eai/player")(_player)
 
 
-def _end(state: TaskState, stop_reason: StopReason, ended: str) -> None:
-    """Make the episode the output of a sample."""
+def _store_output(state: TaskState, stop_reason: StopReason, ended: str) -> None:
     stored = state.store_as(_StoredEpisode)
     if stored.episode["ended"] == "stopped":
         stored.episode = {**stored.episode, "ended": ended}
@@ -190,7 +188,6 @@ async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> N
 
 
 async def _play_by_text(state: TaskState, agent: AgentState, play: Play) -> None:
-    """Read a command from each message of the model, until the episode is over."""
     while not play.over:
         agent.output = await get_model().generate(agent.messages)
         if agent.output.empty:

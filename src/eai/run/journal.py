@@ -185,7 +185,6 @@ class RunState:
             self._watch(self._finished, len(self.failures), len(self.conversations))
 
     def _take_from_journal(self, key: AnswerKey) -> None:
-        """Add the journal's answers to a task."""
         while not self.conversations[key].is_over:
             answer = self.journal.find(key, self.request(key), len(self.all_answers[key]) + 1)
             if answer is None:

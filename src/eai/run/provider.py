@@ -302,11 +302,6 @@ def _benchmark_of_question(question: _ModelQuestion) -> Benchmark:
 
 
 def _text_of(answer: WrittenAnswer) -> str:
-    """Return the text of an answer.
-
-    Raises:
-        InputError: there is no answer.
-    """
     if answer.why_none:
         raise InputError(answer.why_none)
     return answer.text

@@ -110,7 +110,7 @@ def paper_metrics(ability: str) -> Metric:
 
     They are sums over sums of all tasks, as in ``summary.json``; columns without cases are left out. Of
     several answers to a task the mean counts, or the answer with the most frequent meaning, as in ``eai run
-    --epochs``. If the form of all answers decides how each is read, all answers are read again together.
+    --epochs``. Some protocols read each answer by the form of all answers; then all answers are read again.
     """
 
     def pool_scores(scores: list[SampleScore]) -> Value:
@@ -129,8 +129,6 @@ def paper_metrics(ability: str) -> Metric:
 
 
 def _register(ability: Ability) -> Callable[..., Scorer]:
-    """Register the scorer of an ability, under the ability's name."""
-
     @scorer(metrics=[paper_metrics(ability.value), accuracy(), stderr()], name=ability.value)
     def verdict_scorer(
         benchmark: str, protocol: str, planner: str, errata: str = ErrataChoice.CURRENT.value
@@ -165,7 +163,7 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
     if state.output.choices:
         text = episode_text(state) if declaration_of(suite.ability).takes_turns else state.output.completion
         answer = Response(task_id, text)
-    else:  # the request failed, and Inspect scores all the same
+    else:  # Inspect also scores samples of failed requests
         answer = Response(task_id, "", unanswered="the request failed")
     record = next(Scoring().records(suite, model, [answer], explanations=answer.unanswered is None))
     return apply_experiment(record, suite.over([state.input_text]), state.metadata, state.epoch)
@@ -232,7 +230,7 @@ def make_logged_record(
 
 
 def make_score(record: Record, epoch: int, *, answered: bool) -> Score:
-    """Return a record as the score of a sample; an excluded answer is unscored, with the reason."""
+    """Return the Inspect score of a record; an excluded answer is unscored, with the reason."""
     answer_outcome = outcome_of(record)
     fields = record_to_json(record.drop_explanations())
     score = Score.unscored(
@@ -286,7 +284,6 @@ def _verdict(score: SampleScore) -> Verdict:
 
 
 def _suite_of(score: SampleScore) -> Suite:
-    """Return the suite of a score, without a planner."""
     benchmark, metadata = (score.sample_metadata or {})["domain"], _metadata(score)
     errata = ErrataChoice.CURRENT if metadata.get("errata") else ErrataChoice.NONE
     rules = (metadata["protocol"], PlannerChoice.NONE.value, errata.value)

@@ -98,7 +98,6 @@ async def _drop_usage(response: Any) -> None:
 
 
 async def _is_readable(body: dict[str, Any]) -> bool:
-    """Whether Inspect can read a reply."""
     from openai.types.chat import ChatCompletion
 
     try:
@@ -174,7 +173,7 @@ def ask(run: RunState) -> Solver:
             transcript.ask(question, conversation)
             transcript.add_recorded(answer)
         while not conversation.is_over:
-            if run.stopped is not None:  # the run ends with that; a traceback for each sample takes long
+            if run.stopped is not None:  # the run raises this error once, without a traceback for each sample
                 return state
             question, request = conversation.question, run.request(key)
             messages = transcript.ask(question, conversation)

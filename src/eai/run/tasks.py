@@ -186,7 +186,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
 
     name = suite_name(reference, ability).lstrip("_")
     registered = inspect_ai.task(name=name)(suite)
-    if registry_info(registered).name == name:  # Inspect names the package only where it is not editable
+    if registry_info(registered).name == name:  # Inspect leaves the package out of names if it is editable
         registered = inspect_ai.task(name=f"eai/{name}")(suite)
     return registered
 
@@ -293,7 +293,7 @@ def find_log(job: Job, folder: Path) -> Path | None:
     if not folder.is_dir():
         return None
     job_sha256 = job.sha256
-    for path in sorted(folder.glob(f"*{SUFFIX}"), reverse=True):  # their names begin with the time
+    for path in sorted(folder.glob(f"*{SUFFIX}"), reverse=True):  # log names begin with the time
         try:
             header = _read(path, header_only=True)
         except InputError:  # an incomplete log of a killed run
@@ -354,12 +354,12 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     model = to_file_name(log.eval.model)
     if declaration_of(suite.ability).combine_epochs is not None:
         epochs = group_pairs(zip([sample.epoch for sample in answered_samples], responses, strict=True))
-        first, *further = [ResponseFile(model, tuple(each)) for each in epochs.values()]
+        first, *further = [ResponseFile(model, tuple(answers)) for answers in epochs.values()]
         return replace(first, further_epochs=tuple(further))
     by_task = group_pairs((str(sample.id), sample) for sample in answered_samples)
     majority_samples = [_select_majority_sample(samples, suite.ability) for samples in by_task.values()]
     return ResponseFile(
-        model, tuple([Response(str(each.id), episode_text(each)) for each in majority_samples])
+        model, tuple([Response(str(sample.id), episode_text(sample)) for sample in majority_samples])
     )
 
 
@@ -370,16 +370,16 @@ def read_experiment(path: Path, suite: Suite) -> Callable[[Record], Record] | No
         InputError: the log cannot be read.
     """
     samples = _read(path).samples or ()
-    experiment = next((each.metadata[EXPERIMENT] for each in samples if EXPERIMENT in each.metadata), None)
+    experiment = next((s.metadata[EXPERIMENT] for s in samples if EXPERIMENT in s.metadata), None)
     if experiment is None or declaration_of(suite.ability).combine_epochs is not None:
         return None
     by_task = group_pairs((str(sample.id), sample) for sample in samples if sample.output.choices)
     majority_samples = [
-        _select_majority_sample(sorted(each, key=lambda s: s.epoch), suite.ability)
-        for each in by_task.values()
+        _select_majority_sample(sorted(of_task, key=lambda s: s.epoch), suite.ability)
+        for of_task in by_task.values()
     ]
     logged_samples: LoggedSamples = {
-        str(each.id): (each.metadata, each.epoch, _question_of(each)) for each in majority_samples
+        str(s.id): (s.metadata, s.epoch, _question_of(s)) for s in majority_samples
     }
     return partial(make_logged_record, suite, experiment, logged_samples)
 
@@ -457,7 +457,7 @@ def _task(job: Job, run: RunState) -> inspect_ai.Task:
 
 
 def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
-    """Run Inspect without scoring, because the form of all answers may decide how each is read.
+    """Run Inspect without scoring: some protocols read each answer by the form of all answers.
 
     The scores are written into the log afterwards (`eai.run.tasks.write_scores`). Return None if the run was
     interrupted before it began.
@@ -476,7 +476,9 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
         temperature=job.decoding.temperature,
         max_tokens=job.decoding.max_tokens,
         **sampling,
-        max_connections=1 if is_built_in else pace.max_connections,  # interrupts come in between
+        max_connections=1
+        if is_built_in
+        else pace.max_connections,  # so that interrupts take effect between requests
         max_retries=pace.max_retries,
         attempt_timeout=pace.timeout,
         batch=pace.batch or None,
@@ -501,7 +503,6 @@ def find_model(endpoint: Endpoint) -> Model:
 
 
 def _log_of(job: Job, log: EvalLog | None) -> Path:
-    """Return the log of a run that ended; raise if the run did not end well."""
     if log is None or log.status == "cancelled":
         raise InterruptError("interrupted; the same command resumes from here")
     if log.status == "success":
