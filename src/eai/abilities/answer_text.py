@@ -299,8 +299,8 @@ class _AnswerText(Generic[T]):
 
     def _choose(self, values: list[_ReadValue[T]]) -> ParsedAnswer[T] | Unreadable:
         """Choose the value that is the answer, or join the pieces of the answer."""
-        chosen = self._relevant(values)
-        line = self._line_of_answer(values)
+        chosen = self._select_relevant(values)
+        line = self._find_stray_line(values)
         if line is not None:
             return self._report_stray(line)
         if not chosen:
@@ -322,7 +322,7 @@ class _AnswerText(Generic[T]):
             return self._report_stray(_Stretch(chosen[-2].start, chosen[-1].end))
         return self._make_result(chosen[-1:], chosen[-1].meaning, ())
 
-    def _relevant(self, values: list[_ReadValue[T]]) -> list[_ReadValue[T]]:
+    def _select_relevant(self, values: list[_ReadValue[T]]) -> list[_ReadValue[T]]:
         """Return the values that name something of the task and their neighbours; all values if none does."""
         groups: list[list[_ReadValue[T]]] = []
         for value in values:
@@ -336,7 +336,7 @@ class _AnswerText(Generic[T]):
         ]
         return [value for group in certain or groups for value in group]
 
-    def _line_of_answer(self, values: Sequence[_ReadValue[T]]) -> _Stretch | None:
+    def _find_stray_line(self, values: Sequence[_ReadValue[T]]) -> _Stretch | None:
         for start, end in _find_gaps(values, len(self.text)):
             for line in re.finditer(r"[^\n]+", self.text[start:end]):
                 if not line[0].isspace() and self.form.is_line_of_answer(line[0]):
@@ -468,7 +468,7 @@ def _unwrap(value: object, form: AnswerForm[T], depth: int = 3) -> tuple[T, tupl
         member for (key, member), (_, inner) in zip(value.members, inside, strict=True) if inner is None
     ]
     if len(wrapped) != 1 or any(
-        isinstance(member, JsonObject | list) and _parts(member) for member in others
+        isinstance(member, JsonObject | list) and _list_parts(member) for member in others
     ):
         return None
     key, (meaning, repairs) = wrapped[0]
@@ -551,13 +551,13 @@ def _is_shallow(value: object) -> bool:
     """Whether a value is nested no deeper than `MAX_DEPTH`, so that it can be walked recursively."""
     level = [value]
     for _ in range(MAX_DEPTH):
-        level = [part for whole in level for part in _parts(whole)]
+        level = [part for whole in level for part in _list_parts(whole)]
         if not level:
             return True
     return False
 
 
-def _parts(value: object) -> Sequence[object]:
+def _list_parts(value: object) -> Sequence[object]:
     if isinstance(value, JsonObject):
         return [part for _, part in value.members]
     return value if isinstance(value, list) else ()

@@ -72,13 +72,13 @@ class PlanRepairer:
         if (why := self._why_unknown) is not None:
             return Repair(why_null=why)
         steps, effort = self.read_steps(plan), Effort(limit)
-        mender = self._make_repairer(steps)
-        at_least, edits = mender.repair(steps, effort)
+        repairer = self._make_repairer(steps)
+        at_least, edits = repairer.repair(steps, effort)
         if edits is None:
             return Repair(at_least, effort=effort.used)
         shown = len(steps) if verdict.error is None else verdict.error.step
-        if at_least == len(edits) == 1 and not mender.conflict_changes.is_partial:
-            return self._describe_single_edits(plan, steps, mender, shown, effort.used)
+        if at_least == len(edits) == 1 and not repairer.conflict_changes.is_partial:
+            return self._describe_single_edits(plan, steps, repairer, shown, effort.used)
         told = tuple([self._to_edit(edit, plan, steps) for edit in edits])
         return Repair(at_least, len(told), edits=told, effort=effort.used)
 
@@ -134,11 +134,11 @@ class PlanRepairer:
         return _cached_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 
     def _describe_single_edits(
-        self, plan: WrittenPlan, steps: PlanSteps, mender: Repairer, shown: int | None, effort: int
+        self, plan: WrittenPlan, steps: PlanSteps, repairer: Repairer, shown: int | None, effort: int
     ) -> Repair:
         names = [o.name for o in self.domain.operators]
         mentioned = self._mentioned_objects(steps)
-        single_edits = [*mender.single_edits(steps)]
+        single_edits = [*repairer.single_edits(steps)]
         needless = {edit.removed for edit in single_edits if edit.action is None}
         failed = steps[shown] if shown is not None and shown < len(steps) else None
         failing = set() if failed is None else {*failed.arguments}

@@ -109,7 +109,7 @@ class Trial:
             text,
             verdict,
             slipped_at=slipped[0] if slipped else None,
-            goal_held_at=None if verdict.excluded else self._goal_held_at(start),
+            goal_held_at=None if verdict.excluded else self._find_goal_step(start),
             explanation=explanation,
         )
         self.attempts.append(attempt)
@@ -134,18 +134,18 @@ class Trial:
 
     def is_goal_reached(self, episode: Episode) -> bool:
         """Whether all goals hold in an episode now."""
-        course = episode.trajectory
-        return all(self.scorer.goals.reached(episode.state, _operator_names(course.executed), course))
+        trajectory = episode.trajectory
+        return all(self.scorer.goals.reached(episode.state, _operator_names(trajectory.executed), trajectory))
 
-    def _goal_held_at(self, start: int) -> int | None:
+    def _find_goal_step(self, start: int) -> int | None:
         """Return the number of steps after ``start`` until all goals held; None if they never did."""
         whole, goals = self.episode.trajectory, self.scorer.goals
         taken = _operator_names(whole.executed)
         executed = [step.executed for step in self.episode.trajectory_from(start).steps]
         done = len(taken) - sum(executed)
         for number in [0, *[number for number, is_done in enumerate(executed, 1) if is_done]]:
-            course = whole.prefix(done) if goals.watches else None
-            if all(goals.reached(whole.states[done], taken[:done], course)):
+            trajectory = whole.prefix(done) if goals.watches else None
+            if all(goals.reached(whole.states[done], taken[:done], trajectory)):
                 return number
             done += 1
         return None
@@ -177,11 +177,11 @@ class _QuestionGoals:
 
     def report(self, episode: Episode) -> list[GoalReport]:
         """Return a report on each goal. A goal that names something unknown is never met."""
-        course = episode.trajectory
-        reached = self.test.reached(episode.state, _operator_names(course.executed), course)
+        trajectory = episode.trajectory
+        reached = self.test.reached(episode.state, _operator_names(trajectory.executed), trajectory)
         met = dict(zip(self.known_task.goals, reached, strict=True))
         stated = replace(self.known_task, goals=self.goals)
-        return [*report_goals(stated, [met.get(goal, False) for goal in self.goals], course)]
+        return [*report_goals(stated, [met.get(goal, False) for goal in self.goals], trajectory)]
 
 
 def _can_be_tested(goal: Goal, task: Task) -> bool:

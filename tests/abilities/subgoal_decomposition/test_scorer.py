@@ -347,7 +347,7 @@ def test_a_condition_shared_by_alternatives_is_hashed_once() -> None:
     """Hashing a formula visits all of it. For thousands of alternatives this would be quadratic."""
     programs = Programs(TASK, SCORER.lexicon, Refinement(toy.DOMAIN), ())
     places = [f"at({thing.name}, {place.name})" for thing in SCENE.objects for place in SCENE.objects]
-    programs.program([read_formula(" or ".join(places), SCORER.lexicon.signature)[0]])
+    programs.make_program([read_formula(" or ".join(places), SCORER.lexicon.signature)[0]])
     found = programs.required.cache_info()
     assert (found.hits, found.misses) == (0, 1)
 

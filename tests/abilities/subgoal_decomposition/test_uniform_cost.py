@@ -68,7 +68,7 @@ def test_movement_paths_are_listed_from_the_shortest(
 ) -> None:
     start = execute(DOMAIN, SITTING, [Action(name, ()) for name in before]).final
     moving, effort = movement(allowed)
-    found = list(moving.ways(start))
+    found = list(moving.list_paths(start))
     assert [written(way) for way in found] == ways[:allowed]
     assert effort.used == len(found), "an action for each, and no others"
     assert all(execute(DOMAIN, start, way.plan()).final == way.state for way in found)
@@ -76,11 +76,11 @@ def test_movement_paths_are_listed_from_the_shortest(
 
 def test_movement_paths_are_explored_once_and_lazily() -> None:
     moving, effort = movement(9)
-    first = next(iter(moving.ways(SITTING)))
+    first = next(iter(moving.list_paths(SITTING)))
     assert effort.used == 1
-    assert next(iter(moving.ways(SITTING))) is first
+    assert next(iter(moving.list_paths(SITTING))) is first
     assert effort.used == 1
-    assert list(moving.ways(SITTING)) == list(moving.ways(SITTING))
+    assert list(moving.list_paths(SITTING)) == list(moving.list_paths(SITTING))
     assert effort.used == 3
 
 
@@ -114,7 +114,7 @@ def test_few_parts_are_tested_and_the_effort_is_counted(lamps: int) -> None:
     ]
     goal = SearchGoal(0, met, everything, lambda _: False, ())
     search = _UniformCostSearch(goal, Permitted(press, (), (), (), 0), 600)
-    assert search.shortest(start) == []
+    assert search.find_shortest(start) == []
     tested[0] = 0
     found = _best_failed_attempt([search])
     assert found.failed_check is not None or found.plans

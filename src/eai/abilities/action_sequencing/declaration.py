@@ -37,14 +37,14 @@ def contributions(verdict: PlanVerdict) -> dict[str, Share]:
     }
 
 
-def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return the maker of scorers. The import is delayed so that reports do not load the engine."""
     from eai.abilities.action_sequencing.scorer import ActionSequencing
 
     return partial(ActionSequencing, domain=world.domain, notation=world.notation.plans)
 
 
-def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     """The names of a task's objects, and the form of a plan; none where an answer may be no plan."""
     if task is not None and task.may_be_declined:
         return world.notation.plans.words(task), lambda words: None
@@ -54,7 +54,7 @@ def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], Schema
 
 ACTION_SEQUENCING = declare_plan_ability(
     Ability.ACTION_SEQUENCING,
-    Interaction(_scorers, answer_form=_form, keys_in_order=True, plain_text_prefix=None),
+    Interaction(_make_scorers, answer_form=_answer_form, keys_in_order=True, plain_text_prefix=None),
     "Action sequencing",
     "actions",
     PlanVerdict,

@@ -64,8 +64,8 @@ class ActionSequencing(PlanScorer):
     def assess(self, text: str) -> Assessment:
         """Return the verdict on a plan that runs from the initial state. No action slips."""
         assessment = self.assess_execution(text, self._execute)
-        mend = partial(self._repair, text, assessment.verdict)
-        return assessment._replace(analyze_failure=mend) if self._is_plain else assessment
+        repair = partial(self._repair, text, assessment.verdict)
+        return assessment._replace(analyze_failure=repair) if self._is_plain else assessment
 
     @property
     def _is_plain(self) -> bool:
@@ -119,7 +119,7 @@ class ActionSequencing(PlanScorer):
         left_out = PlanVerdict(excluded=self.excluded)
         return Assessment(left_out, lambda: self._assess(text, execute).explain())
 
-    def _assess(self, text: str, carry_out: PlanExecutor) -> Assessment:
+    def _assess(self, text: str, execute: PlanExecutor) -> Assessment:
         """Return the assessment as if the task were not excluded."""
         declined = read_declining(self.task, text, self.notation)
         if declined is not None:
@@ -127,11 +127,11 @@ class ActionSequencing(PlanScorer):
         plan = self.read(text)
         if isinstance(plan, Unreadable):
             error = ErrorReport(FaultKind.PARSING, plan.step, plan.reason)
-            return self._refuse(error, WrittenPlan((), spans=plan.spans), carry_out)
+            return self._refuse(error, WrittenPlan((), spans=plan.spans), execute)
         actions = self.resolve(plan)
         if isinstance(actions, ErrorReport):
-            return self._refuse(actions, plan, carry_out)
-        return self._run(plan, actions, carry_out)
+            return self._refuse(actions, plan, execute)
+        return self._run(plan, actions, execute)
 
     def read(self, text: str) -> WrittenPlan | Unreadable:
         """Read the plan in an answer.
@@ -174,10 +174,10 @@ class ActionSequencing(PlanScorer):
         verdict = self._verdict(reached, WrittenPlan(()), success=is_right, refused=reason)
         return Assessment(verdict, lambda: Explanation(notes, goals=report_goals(self.task, reached)))
 
-    def _refuse(self, error: ErrorReport, plan: WrittenPlan, carry_out: PlanExecutor) -> Assessment:
+    def _refuse(self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor) -> Assessment:
         step = f"step {error.step + 1}: " if error.step is not None else ""
         reason = f"{error.kind.value}: {step}{error.detail}"
-        verdict = self._rejection(error, plan, carry_out)
+        verdict = self._rejection(error, plan, execute)
 
         def explain() -> Explanation:
             goals = report_goals(self.task, verdict.goals_satisfied)
@@ -185,8 +185,8 @@ class ActionSequencing(PlanScorer):
 
         return Assessment(verdict, explain)
 
-    def _rejection(self, error: ErrorReport, plan: WrittenPlan, carry_out: PlanExecutor) -> PlanVerdict:
-        reached = self._test_goals_unexecuted(carry_out)
+    def _rejection(self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor) -> PlanVerdict:
+        reached = self._test_goals_unexecuted(execute)
         return self._verdict(reached, plan, success=False, error=error)
 
     def _execute(self, actions: tuple[Action, ...]) -> Execution:
@@ -198,20 +198,20 @@ class ActionSequencing(PlanScorer):
             self._outcomes, self._tried = {}, 0
         return Execution(trajectory)
 
-    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: PlanExecutor) -> Assessment:
-        course = carry_out(actions)
-        verdict = self._judge(course, plan)
-        return Assessment(verdict, partial(self._explain, verdict, course))
+    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], execute: PlanExecutor) -> Assessment:
+        execution = execute(actions)
+        verdict = self._judge(execution, plan)
+        return Assessment(verdict, partial(self._explain, verdict, execution))
 
-    def _judge(self, course: Execution, plan: WrittenPlan) -> PlanVerdict:
-        reached = self._test_goals(course)
-        trajectory, failure = course.trajectory, course.trajectory.failure
+    def _judge(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
+        reached = self._test_goals(execution)
+        trajectory, failure = execution.trajectory, execution.trajectory.failure
         error = None
         number = len(trajectory.steps) - 1
         if failure is not None:
             action = trajectory.steps[-1].action
             error = error_report(failure, number, self.domain, action, self.task.scene)
-        elif course.slipped:
+        elif execution.slipped:
             error = ErrorReport(FaultKind.SLIP, number, SLIPPED)
         success, additional = self._succeeds(error, reached), trajectory.additional_steps
         return self._verdict(
@@ -220,7 +220,7 @@ class ActionSequencing(PlanScorer):
             success=success,
             error=error,
             additional_steps=additional,
-            partial=self.goals.partial(self._final(course), course.taken_actions, reached),
+            partial=self.goals.partial(self._final(execution), execution.taken_actions, reached),
         )
 
     def _verdict(
@@ -248,27 +248,31 @@ class ActionSequencing(PlanScorer):
             refused=refused,
         )
 
-    def _explain(self, verdict: PlanVerdict, course: Execution) -> Explanation:
+    def _explain(self, verdict: PlanVerdict, execution: Execution) -> Explanation:
         return Explanation(
             self._notes(verdict.repairs),
-            report_steps(self.task, self.domain, course.trajectory),
-            report_goals(self.task, verdict.goals_satisfied, course.whole_trajectory or course.trajectory),
+            report_steps(self.task, self.domain, execution.trajectory),
+            report_goals(
+                self.task, verdict.goals_satisfied, execution.whole_trajectory or execution.trajectory
+            ),
         )
 
     def _notes(self, repairs: tuple[str, ...]) -> tuple[str, ...]:
         excluded = () if self.excluded is None else (f"excluded: {self.excluded}",)
         return (*repair_notes(repairs), *excluded)
 
-    def _test_goals(self, course: Execution) -> tuple[bool, ...]:
+    def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order: whether the executed plan reaches the goal."""
         return self.goals.reached(
-            self._final(course), course.taken_actions, course.whole_trajectory or course.trajectory
+            self._final(execution),
+            execution.taken_actions,
+            execution.whole_trajectory or execution.trajectory,
         )
 
-    def _final(self, course: Execution) -> State:
-        return course.trajectory.final
+    def _final(self, execution: Execution) -> State:
+        return execution.trajectory.final
 
-    def _test_goals_unexecuted(self, carry_out: PlanExecutor) -> tuple[bool, ...]:
+    def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order, for an answer that cannot be executed."""
         return self.goals.none_reached
 

@@ -67,14 +67,14 @@ def outcome(verdict: GoalVerdict) -> AnswerOutcome:
     )
 
 
-def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return the maker of scorers. The import is delayed so that reports do not load the engine."""
     from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 
     return partial(GoalInterpretation, domain=world.domain, notation=world.notation.goals)
 
 
-def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     names = () if task is None else world.notation.goals.names(task)
     relevant = () if task is None else task.relevant
     words = list(dict.fromkeys([names[i] for i in relevant]))
@@ -83,7 +83,9 @@ def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], Schema
 
 GOAL_INTERPRETATION = AbilityDeclaration(
     ability=Ability.GOAL_INTERPRETATION,
-    interaction=Interaction(_scorers, answer_form=_form, lists_are_sets=True, plain_text_prefix=None),
+    interaction=Interaction(
+        _make_scorers, answer_form=_answer_form, lists_are_sets=True, plain_text_prefix=None
+    ),
     title="Goal interpretation",
     short_title="goals",
     verdict=GoalVerdict,

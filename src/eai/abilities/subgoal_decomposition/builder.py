@@ -245,11 +245,11 @@ class Programs:
         if offences:
             return reject_names(offences, written.repairs)
         try:
-            return CompiledAnswer(tuple(formulas), self.program(formulas), written.repairs)
+            return CompiledAnswer(tuple(formulas), self.make_program(formulas), written.repairs)
         except InputError as error:
             return reject_unparseable(str(error), written.repairs)
 
-    def program(self, subgoals: Sequence[f.Formula]) -> Program:
+    def make_program(self, subgoals: Sequence[f.Formula]) -> Program:
         """Return the program that executes subgoals one after the other.
 
         Raises:
@@ -259,7 +259,7 @@ class Programs:
         builder = _ProgramBuilder(self)
         start = 0
         for number in reversed(range(len(subgoals))):
-            start = builder.subgoal(
+            start = builder.add_subgoal(
                 negation_normal(builder.quantify_classes(subgoals[number])), number, start
             )
         return builder.program[: start + 1]
@@ -351,7 +351,7 @@ class _ProgramBuilder:
             f.Exists, [f.Variable(class_name.name, class_name.name) for class_name in names], subgoal
         )
 
-    def subgoal(self, formula: f.Formula, number: int, then: int) -> int:
+    def add_subgoal(self, formula: f.Formula, number: int, then: int) -> int:
         """Add instructions for a part of a subgoal, and return the number of the first instruction.
 
         Negations must stand at the leaves of the formula.
@@ -371,14 +371,14 @@ class _ProgramBuilder:
                 )
             case f.Then(parts):
                 for part in reversed(parts):
-                    then = self.subgoal(part, number, then)
+                    then = self.add_subgoal(part, number, then)
                 return then
             case f.And(parts):
                 return self._add_together(parts, number, then)
             case f.Or(parts):
                 return self._add_alternatives(parts, number, then)
             case f.Exists(variable, body):
-                instances = self._instances(variable, body, self._extent.usable_objects(variable))
+                instances = self._instantiate(variable, body, self._extent.usable_objects(variable))
                 return self._add_alternatives(list(instances), number, then)
             case _:
                 raise _not_executable(formula)
@@ -388,15 +388,15 @@ class _ProgramBuilder:
         states = [part for part in parts if _speaks_of_states(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
         if not states:
-            return self.subgoal(actions, number, then)
+            return self.add_subgoal(actions, number, then)
         held = f.And(tuple(states))
         tested = self._add(_require(self._programs.required(held, _NOT_DONE), number, then))
-        before = self._add_condition(held, number, self.subgoal(actions, number, tested), is_all=False)
-        after = self.subgoal(actions, number, self._add_condition(held, number, then, is_all=False))
+        before = self._add_condition(held, number, self.add_subgoal(actions, number, tested), is_all=False)
+        after = self.add_subgoal(actions, number, self._add_condition(held, number, then, is_all=False))
         return self._fork([before, after], number)
 
     def _add_alternatives(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
-        return self._fork([self.subgoal(part, number, then) for part in reversed(parts)], number)
+        return self._fork([self.add_subgoal(part, number, then) for part in reversed(parts)], number)
 
     def _add_condition(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
         """Add a condition on one state: achieve an alternative, then test the condition.
@@ -406,7 +406,7 @@ class _ProgramBuilder:
         """
         observed = self._drop_unobserved(formula)
         self._extent.count_alternative_literals(observed)
-        alternatives = tuple(dict.fromkeys(self._alternatives(observed)))
+        alternatives = tuple(dict.fromkeys(self._list_alternatives(observed)))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
         required = self._programs.required(observed, why, alternatives)
@@ -425,21 +425,21 @@ class _ProgramBuilder:
         ways = (to_do,), (held,)
         return self._add(Fork(lambda state: ways[required.holds(state)], number, 1 + required.effort))
 
-    def _alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
+    def _list_alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
         """Yield the literals of each alternative. A part that can only be tested has no literals."""
         match formula:
             case f.And(parts):
-                for chosen in product(*map(self._alternatives, parts)):
+                for chosen in product(*map(self._list_alternatives, parts)):
                     yield tuple(dict.fromkeys([literal for instance in chosen for literal in instance]))
             case f.Or(parts):
                 for part in parts:
-                    yield from self._alternatives(part)
+                    yield from self._list_alternatives(part)
             case f.Exists(variable, body):
-                for instance in self._instances(variable, body, self._extent.usable_objects(variable)):
-                    yield from self._alternatives(instance)
+                for instance in self._instantiate(variable, body, self._extent.usable_objects(variable)):
+                    yield from self._list_alternatives(instance)
             case f.ForAll(variable, body):
-                instances = self._instances(variable, body, self._extent.all_objects(variable))
-                yield from self._alternatives(f.And(tuple(instances)))
+                instances = self._instantiate(variable, body, self._extent.all_objects(variable))
+                yield from self._list_alternatives(f.And(tuple(instances)))
             case _:
                 literal = self._lexicon.literal(formula)
                 yield () if literal is None else (literal,)
@@ -456,7 +456,7 @@ class _ProgramBuilder:
             case _:
                 return formula
 
-    def _instances(
+    def _instantiate(
         self, variable: f.Variable, body: f.Formula, indices: Iterable[int]
     ) -> Iterator[f.Formula]:
         for index in indices:

@@ -57,7 +57,7 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
     }
 
 
-def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return the maker of scorers. The import is delayed so that reports do not load the search."""
     from eai.abilities.subgoal_decomposition.refinement import Refinement
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
@@ -67,7 +67,7 @@ def _scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     return partial(SubgoalDecomposition, domain=domain, notation=notation, refinement=Refinement(domain))
 
 
-def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     subgoals = world.subgoals()
     return (), lambda words: subgoals.schema()
 
@@ -75,7 +75,7 @@ def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], Schema
 SUBGOAL_DECOMPOSITION = replace(
     declare_plan_ability(
         Ability.SUBGOAL_DECOMPOSITION,
-        Interaction(_scorers, answer_form=_form, plain_text_prefix=None),
+        Interaction(_make_scorers, answer_form=_answer_form, plain_text_prefix=None),
         "Subgoal decomposition",
         "subgoals",
         SubgoalVerdict,

@@ -50,7 +50,7 @@ class _SearchNeeds(NamedTuple):
         touched: for each operator the mask of the parts that it can change.
         named: the objects in the subgoal.
         objects: the objects that actions may be about.
-        grounds: cache of the candidate actions.
+        candidates: cache of the candidate actions.
         wider: returns further actions that may reach the subgoal by means of other objects; None if the
             subgoal is an action itself.
     """
@@ -60,7 +60,7 @@ class _SearchNeeds(NamedTuple):
     touched: Mapping[str, int]
     named: Sequence[int]
     objects: Sequence[int]
-    grounds: dict[Action, CandidateAction]
+    candidates: dict[Action, CandidateAction]
     wider: Callable[[State], Mapping[Action, int]] | None = None
 
     def combine_touched(self, operators: Iterable[str]) -> int:
@@ -169,9 +169,9 @@ class Refinement:
 
     def _search(self, goal: SearchGoal, need: _SearchNeeds) -> SubgoalPlans:
         budget = min(self._budget * goal.size, _MAX_TESTED_LITERALS // goal.size)
-        return find_plans(goal, self._permitted_sets(need), need.state, budget)
+        return find_plans(goal, self._list_permitted(need), need.state, budget)
 
-    def _permitted_sets(self, need: _SearchNeeds) -> Iterator[Permitted]:
+    def _list_permitted(self, need: _SearchNeeds) -> Iterator[Permitted]:
         """Yield sets of permitted actions, each wider than the one before.
 
         The first set is about the named objects only. The second may release any object. The third may also
@@ -186,7 +186,7 @@ class Refinement:
             self._actions_of_role(helping, Role.TAKES, need.named if handled else ()), need
         )
         touched = need.combine_touched(movement)
-        moving = self._to_candidates(self._moves(movement, need.named), need)
+        moving = self._to_candidates(self._list_moves(movement, need.named), need)
         yield Permitted(changes, takes, moves, moving, touched)
         releases = self._to_candidates(self._actions_of_role(helping, Role.RELEASES, need.objects), need)
         if releases:
@@ -199,7 +199,7 @@ class Refinement:
         if movement or not wider.keys() <= need.wanted.keys():
             moves, changes = self._split_movement(wider, need)
             touched = need.combine_touched(movement)
-            moving = self._to_candidates(self._moves(movement, need.objects), need)
+            moving = self._to_candidates(self._list_moves(movement, need.objects), need)
             yield Permitted(changes, [*takes, *releases], moves, moving, touched)
 
     def _split_movement(
@@ -222,7 +222,7 @@ class Refinement:
             for arguments in islice(permutations(objects, o.arity), MAX_LISTED)
         }
 
-    def _moves(self, operators: Iterable[str], places: Sequence[int]) -> dict[Action, int]:
+    def _list_moves(self, operators: Iterable[str], places: Sequence[int]) -> dict[Action, int]:
         return {
             Action(name, arguments): 0
             for name in operators
@@ -232,15 +232,15 @@ class Refinement:
         }
 
     def _to_candidates(self, actions: Mapping[Action, int], need: _SearchNeeds) -> list[CandidateAction]:
-        grounds = []
+        candidates = []
         for action, parts in actions.items():
-            ground = need.grounds.get(action)
-            if ground is None:
+            candidate = need.candidates.get(action)
+            if candidate is None:
                 info = self._repertoire.operators[action.operator]
-                ground = need.grounds[action] = CandidateAction.create(action, info, need.state)
+                candidate = need.candidates[action] = CandidateAction.create(action, info, need.state)
             touched = need.touched.get(action.operator, 0) | parts
-            grounds.append(ground.assign_parts(parts, touched))
-        return grounds
+            candidates.append(candidate.assign_parts(parts, touched))
+        return candidates
 
     def _is_needless(self, action: Action, state: State) -> bool:
         return is_needless(self._repertoire.operators[action.operator].operator, action, state)

@@ -88,8 +88,8 @@ class SubgoalDecomposition(Scorer):
         self.goals = goals or GoalTest(task)
         self.excluded = task.left_out
         self.lexicon = self.notation.lexicon(task.scene)
-        self.temporal_goal = self._temporal_goal()
-        self._goal = self._goal_to_reach()
+        self.temporal_goal = self._read_temporal_goal()
+        self._goal = self._make_goal()
         self._limits = limits or ExplorationLimits()
 
     def assess(self, text: str) -> Assessment:
@@ -113,21 +113,21 @@ class SubgoalDecomposition(Scorer):
         compiled = self.compile(text)
         if isinstance(compiled, RejectedAnswer):
             return self._refuse(compiled, compiled.repairs)
-        outcome = self._carry_out(compiled)
+        outcome = self._explore(compiled)
         if isinstance(outcome, RejectedAnswer):
             return self._refuse(outcome, compiled.repairs)
         return Assessment(self._judge(compiled, outcome), partial(self._explain, compiled, outcome))
 
-    def _temporal_goal(self) -> Formula | None:
+    def _read_temporal_goal(self) -> Formula | None:
         text = self.task.temporal_goal
         return None if text is None else self.lexicon.meaning(read_formula(text, self.lexicon.signature)[0])
 
-    def _goal_to_reach(self) -> GoalProgress:
+    def _make_goal(self) -> GoalProgress:
         actions = Then(tuple([goal.formula for goal in self.task.goals_of(GoalKind.ACTION)]))
         on_course = self.goals.all_over_time if self.goals.watches else None
         return GoalProgress(self.temporal_goal or actions, self.task.scene, self.goals.all_lasting, on_course)
 
-    def _carry_out(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
+    def _explore(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         return search(self.domain, self.task.initial, compiled.program, self._goal, self._limits)
 
     def _judge(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
@@ -144,7 +144,7 @@ class SubgoalDecomposition(Scorer):
             repairs=compiled.repairs,
             spans=compiled.spans,
             goals_satisfied=reached,
-            partial=self._most_conditions(outcome),
+            partial=self._compute_partial_success(outcome),
             goals_elsewhere=best is not branch,
             errors=kinds,
             search=outcome.end,
@@ -179,11 +179,11 @@ class SubgoalDecomposition(Scorer):
         The paper takes the maximum over all sequences of actions (section "Ability Module 2: Subgoal
         Decomposition"). Goals count in the state where a sequence stops, so a failed branch counts, too.
         """
-        return max(self._ways(outcome), key=lambda branch: sum(self._test_goals(branch)))
+        return max(self._list_branches(outcome), key=lambda branch: sum(self._test_goals(branch)))
 
-    def _most_conditions(self, outcome: ExplorationResult) -> Share:
+    def _compute_partial_success(self, outcome: ExplorationResult) -> Share:
         best = Share(0, 0)
-        for branch in self._ways(outcome):
+        for branch in self._list_branches(outcome):
             share = self.goals.partial(branch.state, list_executed(branch), self._test_goals(branch))
             if (
                 share.numerator * best.denominator > best.numerator * share.denominator
@@ -194,14 +194,14 @@ class SubgoalDecomposition(Scorer):
                 break
         return best
 
-    def _ways(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
+    def _list_branches(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
         """Return the branches whose goals count, the reported one first."""
         return (outcome.reported, *outcome.ended)
 
     def _test_goals(self, branch: Branch) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order: whether the branch reaches the goal."""
-        course = branch.trajectory if self.goals.watches else None
-        return self.goals.reached(branch.state, list_executed(branch), course)
+        trajectory = branch.trajectory if self.goals.watches else None
+        return self.goals.reached(branch.state, list_executed(branch), trajectory)
 
     def _test_goals_unexecuted(self) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order, for an answer that is not executed."""

@@ -97,7 +97,7 @@ def find_plans(goal: SearchGoal, sets: Iterable[Permitted], start: State, budget
     effort = 0
     for permitted in sets:
         search = _UniformCostSearch(goal, permitted, budget)
-        plans = search.shortest(start)
+        plans = search.find_shortest(start)
         effort += search.effort.used * goal.step_effort
         if plans:
             return SubgoalPlans(plans, effort)
@@ -122,31 +122,31 @@ class _Movement:
     def __bool__(self) -> bool:
         return bool(self._moves)
 
-    def ways(self, state: State) -> Iterable[MovementPath]:
+    def list_paths(self, state: State) -> Iterable[MovementPath]:
         """Yield all movement paths from a state, the shortest first. They are explored lazily."""
         if state not in self._ways:
             (self._ways[state],) = tee(self._explore(state), 1)
         return copy(self._ways[state])  # keeps the paths that were explored before
 
     def _explore(self, start: State) -> Iterator[MovementPath]:
-        moves = [ground for ground in self._moves if ground.is_ever_possible(start)]
+        moves = [candidate for candidate in self._moves if candidate.is_ever_possible(start)]
         seen = {start}
         ways: list[MovementPath] = [Node(start)]
         for _ in range(_MAX_MOVEMENTS):
             farther: list[MovementPath] = []
             for way in ways:
                 taken = [action.operator for action in way.plan()]
-                for ground in moves:
-                    if ground.action.operator in taken or self._effort.is_used_up:
+                for candidate in moves:
+                    if candidate.action.operator in taken or self._effort.is_used_up:
                         continue
-                    if ground.info.common_checks_hold(way.state, ground.binding) and ground.is_possible_now(
-                        way.state
-                    ):
+                    if candidate.info.common_checks_hold(
+                        way.state, candidate.binding
+                    ) and candidate.is_possible_now(way.state):
                         self._effort.used += 1
-                        after = ground.compute_result(way.state)
+                        after = candidate.compute_result(way.state)
                         if after not in seen:
                             seen.add(after)
-                            farther.append(Node(after, 0, way.depth + 1, way, (ground.action,)))
+                            farther.append(Node(after, 0, way.depth + 1, way, (candidate.action,)))
                             yield farther[-1]
             ways = farther
 
@@ -177,20 +177,20 @@ class _UniformCostSearch:
         self.movement = _Movement(permitted.movement, self.effort)
         self.nodes: list[PlanNode] = []
         self.out_of_reach: set[tuple[State, Action]] = set()
-        self._grounds: Sequence[CandidateAction] = ()
+        self._candidates: Sequence[CandidateAction] = ()
         self._open: OpenList[PlanNode] = OpenList()
         self._lengths: dict[State, int] = {}
         self._pushed = 0
         self._best = MAX_ACTIONS
         self._found: dict[object, PlanNode] = {}
 
-    def shortest(self, start: State) -> list[ActionSequence]:
+    def find_shortest(self, start: State) -> list[ActionSequence]:
         """Return the shortest plans, at most `MAX_PLANS`.
 
         Plans that the goal cannot distinguish are found once.
         """
         actions = (*self.permitted.achievers, *self.permitted.helping)
-        self._grounds = [ground for ground in actions if ground.is_ever_possible(start)]
+        self._candidates = [candidate for candidate in actions if candidate.is_ever_possible(start)]
         self._push(Node(start, self.goal.at_start))
         best_first(self._open.pop, self._visit)
         return [node.plan() for node in self._found.values()]
@@ -204,7 +204,7 @@ class _UniformCostSearch:
         """Expand a node, unless equally short plans are known. Return a node or an end to stop the search."""
         self.nodes.append(node)
         if node.depth < self._best:
-            for child in self._children(node):
+            for child in self._expand(node):
                 if child.met == self.goal.everything and self._holds(child.state):
                     self._keep(child)
                     if len(self._found) == MAX_PLANS:
@@ -224,30 +224,30 @@ class _UniformCostSearch:
         self.effort.used += self.goal.effort
         return self.goal.holds(state)
 
-    def _children(self, node: PlanNode) -> Iterator[PlanNode]:
+    def _expand(self, node: PlanNode) -> Iterator[PlanNode]:
         """Yield the successors of a node, in plans no longer than the best one."""
         allowed: dict[str, bool] = {}
-        for ground in self._grounds:
-            is_achiever, parts = ground.is_achiever, ground.parts & ~node.met
+        for candidate in self._candidates:
+            is_achiever, parts = candidate.is_achiever, candidate.parts & ~node.met
             if is_achiever and not parts:
                 continue
-            name = ground.action.operator
+            name = candidate.action.operator
             if name not in allowed:
-                allowed[name] = ground.info.common_checks_hold(node.state, ground.binding)
-            way = self._approach(node, ground) if allowed[name] else None
+                allowed[name] = candidate.info.common_checks_hold(node.state, candidate.binding)
+            way = self._find_approach(node, candidate) if allowed[name] else None
             if way is None:
                 continue
             self.effort.used += 1
-            after = ground.compute_result(way.state)
-            touched = ground.touched | (self.permitted.touched if way.depth else 0)
+            after = candidate.compute_result(way.state)
+            touched = candidate.touched | (self.permitted.touched if way.depth else 0)
             gained = self.goal.met(after, parts, 0) if is_achiever else 0
             if is_achiever and not gained:
                 continue
             met = gained | self.goal.met(after, touched & ~parts if is_achiever else touched, node.met)
             depth = node.depth + way.depth + 1
-            yield Node(after, met, depth, node, (*way.plan(), ground.action))
+            yield Node(after, met, depth, node, (*way.plan(), candidate.action))
         if self.permitted.moving:
-            for way in self.movement.ways(node.state):
+            for way in self.movement.list_paths(node.state):
                 depth = node.depth + way.depth
                 if depth > self._best:
                     break
@@ -255,21 +255,21 @@ class _UniformCostSearch:
                 if met & ~node.met:
                     yield Node(way.state, met, depth, node, way.plan())
 
-    def _approach(self, node: PlanNode, ground: CandidateAction) -> MovementPath | None:
+    def _find_approach(self, node: PlanNode, candidate: CandidateAction) -> MovementPath | None:
         """Return the shortest movement that makes an action possible, or None if no short one does."""
         state, before = node.state, node.depth + 1
         if before > self._best:
             return None
-        if ground.is_possible_now(state):
+        if candidate.is_possible_now(state):
             return Node(state)
-        if not self.movement or not ground.can_movement_enable(state):
+        if not self.movement or not candidate.can_movement_enable(state):
             return None
-        for way in self.movement.ways(state):
+        for way in self.movement.list_paths(state):
             if before + way.depth > self._best:
                 return None
-            if ground.is_possible_now(way.state):
+            if candidate.is_possible_now(way.state):
                 return way
-        self.out_of_reach.add((state, ground.action))
+        self.out_of_reach.add((state, candidate.action))
         return None
 
 
@@ -295,7 +295,7 @@ class _TriedAction(NamedTuple):
     """An action that is tried after a plan, its state, and the numbers of the failing checks."""
 
     node: PlanNode
-    ground: CandidateAction
+    candidate: CandidateAction
     plan: tuple[Action, ...]
     state: State
     failing: list[int]
@@ -317,7 +317,7 @@ def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans
     most_met = max([failed_search.most_met for failed_search in failing])
     farthest = [failed_search for failed_search in failing if failed_search.most_met == most_met]
     nearest_attempts = [
-        nearest for failed_search in farthest if (nearest := failed_search.nearest()) is not None
+        nearest for failed_search in farthest if (nearest := failed_search.find_nearest()) is not None
     ]
     effort = sum([failed_search.effort for failed_search in failing])
     if nearest_attempts:
@@ -325,7 +325,7 @@ def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans
         if reported is None:
             return SubgoalPlans((), effort, TOO_FAR, has_failed=True)
         return SubgoalPlans(
-            (reported.plan,), effort, has_failed=not reported.ground.is_hopeless(reported.failing)
+            (reported.plan,), effort, has_failed=not reported.candidate.is_hopeless(reported.failing)
         )
     nodes = [node for search in searches for node in search.nodes]
     most = max(nodes, key=lambda node: (node.met.bit_count(), -node.depth))
@@ -357,7 +357,7 @@ class _FailedSearch:
             : max(1, min(_MAX_FAILURE_STATES, _MAX_FAILURE_TESTS // max(1, tests)))
         ]
 
-    def nearest(self) -> _NearestAttempt | None:
+    def find_nearest(self) -> _NearestAttempt | None:
         """Return the attempt nearest to the goal, or None if none meets more parts than were met.
 
         A failing action is not reported if it would meet no more parts than were met otherwise.
@@ -365,11 +365,11 @@ class _FailedSearch:
         best: _TriedAction | None = None
         rank: _AttemptRank = (0, 0, 0)
         for node in self._nodes:
-            for ground in (*self._permitted.achievers, *self._permitted.moving):
-                met = -self._count_met_after(node, ground)
-                if not met or (best is not None and self._min_rank(node, ground, met) >= rank):
+            for candidate in (*self._permitted.achievers, *self._permitted.moving):
+                met = -self._count_met_after(node, candidate)
+                if not met or (best is not None and self._min_rank(node, candidate, met) >= rank):
                     continue
-                attempt = self._try_action(node, ground)
+                attempt = self._try_action(node, candidate)
                 if attempt.failing and -met <= self.most_met:
                     continue
                 attempt_rank = (met, len(attempt.failing), len(attempt.plan))
@@ -379,46 +379,48 @@ class _FailedSearch:
         if best is not None:
             return rank, self._choose_reported(best)
         first = self._nodes[0]
-        for ground in self._permitted.achievers:  # the action needs another one first, or only its tries fail
-            attempt = self._try_action(first, ground)
+        for (
+            candidate
+        ) in self._permitted.achievers:  # the action needs another one first, or only its tries fail
+            attempt = self._try_action(first, candidate)
             reported = self._choose_reported(attempt)
-            only_tries = attempt.failing == [len(ground.info.operator.checks)]
+            only_tries = attempt.failing == [len(candidate.info.operator.checks)]
             if attempt.failing and (only_tries or reported is not attempt):
                 return (0, len(attempt.failing), len(attempt.plan)), reported
         return None
 
-    def _count_met_after(self, node: PlanNode, ground: CandidateAction) -> int:
-        missing = ground.parts & ~node.met
+    def _count_met_after(self, node: PlanNode, candidate: CandidateAction) -> int:
+        missing = candidate.parts & ~node.met
         if not missing:
             return 0
         self.effort += self._goal.step_effort
-        after = ground.compute_result(node.state)
-        if not self._goal.met(after, ground.touched & missing, 0):
+        after = candidate.compute_result(node.state)
+        if not self._goal.met(after, candidate.touched & missing, 0):
             return 0
-        met = self._goal.met(after, ground.touched, node.met).bit_count()
+        met = self._goal.met(after, candidate.touched, node.met).bit_count()
         return met if met > node.met.bit_count() else 0
 
-    def _min_rank(self, node: PlanNode, ground: CandidateAction, met: int) -> _AttemptRank:
-        lacking = ground.count_unmovable_failures(node.state, len(ground.info.movable))
-        return met, self._min_failing(node, ground, lacking), node.depth + 1
+    def _min_rank(self, node: PlanNode, candidate: CandidateAction, met: int) -> _AttemptRank:
+        lacking = candidate.count_unmovable_failures(node.state, len(candidate.info.movable))
+        return met, self._min_failing(node, candidate, lacking), node.depth + 1
 
-    def _min_failing(self, node: PlanNode, ground: CandidateAction, lacking: int) -> int:
+    def _min_failing(self, node: PlanNode, candidate: CandidateAction, lacking: int) -> int:
         """Return a lower bound of the failing checks of an action: at least one if it is out of reach."""
-        return lacking or int((node.state, ground.action) in self._out_of_reach)
+        return lacking or int((node.state, candidate.action) in self._out_of_reach)
 
-    def _try_action(self, node: PlanNode, ground: CandidateAction) -> _TriedAction:
+    def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
         """Try an action in the reachable state in which the fewest of its checks fail."""
         self.effort += 1
-        failing = ground.find_failing(node.state)
-        best = _TriedAction(node, ground, (*node.plan(), ground.action), node.state, failing)
-        least = self._min_failing(node, ground, sum([not ground.info.movable[i] for i in failing]))
+        failing = candidate.find_failing(node.state)
+        best = _TriedAction(node, candidate, (*node.plan(), candidate.action), node.state, failing)
+        least = self._min_failing(node, candidate, sum([not candidate.info.movable[i] for i in failing]))
         if len(failing) > least:
-            for way in self._movement.ways(node.state):
+            for way in self._movement.list_paths(node.state):
                 self.effort += 1
-                failing = ground.find_failing(way.state)
+                failing = candidate.find_failing(way.state)
                 if len(failing) < len(best.failing):
-                    plan = (*node.plan(), *way.plan(), ground.action)
-                    best = _TriedAction(node, ground, plan, way.state, failing)
+                    plan = (*node.plan(), *way.plan(), candidate.action)
+                    best = _TriedAction(node, candidate, plan, way.state, failing)
                     if len(failing) == least:
                         break
         return best
@@ -429,20 +431,22 @@ class _FailedSearch:
         Actions that would establish its failing checks come first, if all of them fail. The result is None if
         the attempt is only too long, or if such an action is possible and undoes nothing.
         """
-        node, ground, _, state, failing = attempt
+        node, candidate, _, state, failing = attempt
         if not failing:
             return None
-        if ground.is_hopeless(failing):
+        if candidate.is_hopeless(failing):
             return attempt
         mending = [
             self._try_action(node, other)
             for other in self._permitted.helping
-            if len(ground.find_failing(other.compute_result(state))) < len(failing)
+            if len(candidate.find_failing(other.compute_result(state))) < len(failing)
         ]
         if any(not tried_action.failing and self._undoes_nothing(tried_action) for tried_action in mending):
             return None
         return mending[0] if mending and all(tried_action.failing for tried_action in mending) else attempt
 
     def _undoes_nothing(self, attempt: _TriedAction) -> bool:
-        node, ground = attempt.node, attempt.ground
-        return self._goal.met(ground.compute_result(attempt.state), ground.touched, node.met) == node.met
+        node, candidate = attempt.node, attempt.candidate
+        return (
+            self._goal.met(candidate.compute_result(attempt.state), candidate.touched, node.met) == node.met
+        )

@@ -79,7 +79,7 @@ def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
 _PLANNED = (*(f"{name}.planner_success" for name in CATEGORIES), _PLANNER_SUCCESS, _PLAN_WORKS)
 
 
-def void(verdict: OperatorVerdict) -> Sequence[str]:
+def find_missing_metrics(verdict: OperatorVerdict) -> Sequence[str]:
     """Return the planner's metrics if the run used no planner.
 
     Some answers of such a run are known to be unsolvable without planning. They do not count either.
@@ -87,7 +87,7 @@ def void(verdict: OperatorVerdict) -> Sequence[str]:
     return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 
 
-def _scorers(world: AbilityWorld) -> Callable[[TransitionTask], Scorer]:
+def _make_scorers(world: AbilityWorld) -> Callable[[TransitionTask], Scorer]:
     """Return the maker of scorers.
 
     The import is delayed so that scoring plans loads no planner of operators.
@@ -99,14 +99,14 @@ def _scorers(world: AbilityWorld) -> Callable[[TransitionTask], Scorer]:
     return lambda task: TransitionModeling(task, rules)
 
 
-def _form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     return (), lambda words: object_schema({"output": text_schema()})
 
 
 TRANSITION_MODELING = AbilityDeclaration(
     ability=Ability.TRANSITION_MODELING,
     interaction=Interaction(
-        _scorers, answer_form=_form, uses_operator_tasks=True, plain_text_prefix="(:action"
+        _make_scorers, answer_form=_answer_form, uses_operator_tasks=True, plain_text_prefix="(:action"
     ),
     title="Transition modeling",
     short_title="operators",
@@ -127,5 +127,5 @@ TRANSITION_MODELING = AbilityDeclaration(
     averaged_metrics=(f"{OVERALL}.f1", _PLANNER_SUCCESS),
     replacements={_PLANNER_SUCCESS: _PLAN_WORKS},
     yes_no_metrics=frozenset({_PLANNER_SUCCESS, _PLAN_WORKS}),
-    missing_metrics=void,
+    missing_metrics=find_missing_metrics,
 )

@@ -57,20 +57,20 @@ class BehaviorActionSequencing(ActionSequencing):
     def _as_strict(self) -> ActionSequencing:
         return ActionSequencing(self.task, as_meant(), JsonPlans())
 
-    def _final(self, course: Execution) -> State:
+    def _final(self, execution: Execution) -> State:
         """The final state of a plan, which an action may leave half done."""
-        trajectory = course.trajectory
+        trajectory = execution.trajectory
         final, failure = trajectory.final, trajectory.failure
         if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
             return behavior_quirks.half_done(final, trajectory.steps[-1].action)
         return final
 
-    def _test_goals(self, course: Execution) -> tuple[bool, ...]:
+    def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
         """The goals that hold in the final state of a plan."""
-        return self.goals.reached(self._final(course), ())
+        return self.goals.reached(self._final(execution), ())
 
-    def _test_goals_unexecuted(self, carry_out: PlanExecutor) -> tuple[bool, ...]:
-        return self.goals.reached(carry_out(()).trajectory.final, ())
+    def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
+        return self.goals.reached(execute(()).trajectory.final, ())
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return all(reached)

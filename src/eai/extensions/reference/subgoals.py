@@ -103,10 +103,10 @@ class ReferenceSubgoals(SubgoalDecomposition):
         """
         return fault.kind is FaultKind.UNCATEGORISED
 
-    def _carry_out(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
+    def _explore(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         """The outcome of the search; one branch that halts the reference is enough to reject all."""
         try:
-            outcome = super()._carry_out(compiled)
+            outcome = super()._explore(compiled)
         except _HaltError as halt:
             return reject_unparseable(str(halt))
         if isinstance(outcome, RejectedAnswer):
@@ -124,7 +124,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
             entries.clear()
         return _counting(verdict, entries)
 
-    def _ways(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
+    def _list_branches(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
         """The reported branch, whatever others reach."""
         return (outcome.reported,)
 

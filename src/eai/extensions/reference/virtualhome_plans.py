@@ -61,10 +61,10 @@ class _GoalTest(GoalTest):
         self.reorders = list(self._order) != list(numbers)
 
     def reached(
-        self, final: State, actions: Sequence[str], course: Trajectory | None = None
+        self, final: State, actions: Sequence[str], execution: Trajectory | None = None
     ) -> tuple[bool, ...]:
         """For each goal, in order, whether it counts: of relation goals the first that holds."""
-        reached = list(super().reached(final, actions, course))
+        reached = list(super().reached(final, actions, execution))
         held = [number for number in self._relations if reached[number]]
         for number in held[1:]:
             reached[number] = False
@@ -161,32 +161,32 @@ class VirtualHomeActionSequencing(ActionSequencing):
     def _as_strict(self) -> ActionSequencing:
         return ActionSequencing(self.task, as_meant(), VirtualHomePlans())
 
-    def _rejection(self, error: ErrorReport, plan: WrittenPlan, carry_out: PlanExecutor) -> PlanVerdict:
-        verdict = super()._rejection(error, plan, carry_out)
+    def _rejection(self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor) -> PlanVerdict:
+        verdict = super()._rejection(error, plan, execute)
         if error.detail != LIST_IS_NOT_JSON.reason:
             return verdict
         goals = self.goals.tallies(verdict.goals_satisfied)
         twice = SummaryCounts(success=False, goals=goals, errors={FaultKind.PARSING: 2})
         return replace(verdict, counted=twice)
 
-    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: PlanExecutor) -> Assessment:
+    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], execute: PlanExecutor) -> Assessment:
         if actions != self.task.script or not _names_classes(plan, actions, self.task.scene):
-            return super()._run(plan, actions, carry_out)
+            return super()._run(plan, actions, execute)
         if_it_were = super()._run(plan, actions, self._execute)
         not_run = self._verdict(self.goals.none_reached, plan, success=False)
         return Assessment(not_run, lambda: _with_note(if_it_were.explain(), EQUALS_SCRIPT))
 
-    def _judge(self, course: Execution, plan: WrittenPlan) -> PlanVerdict:
+    def _judge(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
         """The verdict on a plan that ran, and what it counts as in a summary.
 
         There every additional step counts, and action goals in the order of the data set, which the reference
         has by chance only.
         """
-        verdict = super()._judge(course, plan)
+        verdict = super()._judge(execution, plan)
         reached = verdict.goals_satisfied
         if self._summed is not self.goals:
-            reached = self._summed.reached(course.trajectory.final, course.taken_actions)
-        additional = course.trajectory.additional_steps
+            reached = self._summed.reached(execution.trajectory.final, execution.taken_actions)
+        additional = execution.trajectory.additional_steps
         if reached == verdict.goals_satisfied and additional < 2:
             return verdict
         errors = {} if verdict.error is None else {verdict.error.kind: 1}

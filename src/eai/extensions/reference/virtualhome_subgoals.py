@@ -137,19 +137,19 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
         """
         return super().halts(fault) or fault.check.history_conditions == (FALSE,)
 
-    def _temporal_goal(self) -> Formula | None:
+    def _read_temporal_goal(self) -> Formula | None:
         if self.task.temporal_goal is None:
             return None
         goal, misuses = read_formula(self.task.temporal_goal, self.lexicon.signature, "release")
         return None if misuses else goal
 
-    def _goal_to_reach(self) -> GoalProgress:
+    def _make_goal(self) -> GoalProgress:
         return GoalProgress(self.temporal_goal or FALSE, self.task.scene)
 
-    def _carry_out(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
+    def _explore(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         if self.temporal_goal is None:
             return reject_unparseable("the reference cannot read the goal of this task")
-        return super()._carry_out(compiled)
+        return super()._explore(compiled)
 
     def _plans(self, found: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
         """One literal at a time; what cannot be translated ends the search."""
