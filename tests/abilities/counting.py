@@ -21,7 +21,7 @@ from eai.tasks.task import Task
 
 @dataclass(frozen=True, slots=True)
 class CountVerdict(Verdict):
-    """Whether the number is right, and its difference from the right one."""
+    """The verdict on a number: whether it is right, and its distance from the right number."""
 
     right: bool = False
     off_by: int | None = None

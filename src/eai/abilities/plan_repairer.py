@@ -131,13 +131,13 @@ class PlanRepairer:
     def _make_repairer(self, steps: PlanSteps) -> Repairer:
         """Return a repairer that may use the objects of some steps and those of the task."""
         named = [index for step in steps if step is not None for index in step.arguments]
-        return _cached_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
+        return _get_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 
     def _describe_single_edits(
         self, plan: WrittenPlan, steps: PlanSteps, repairer: Repairer, shown: int | None, effort: int
     ) -> Repair:
         names = [o.name for o in self.domain.operators]
-        mentioned = self._mentioned_objects(steps)
+        mentioned = self._find_objects(steps)
         single_edits = [*repairer.single_edits(steps)]
         needless = {edit.removed for edit in single_edits if edit.action is None}
         failed = steps[shown] if shown is not None and shown < len(steps) else None
@@ -182,7 +182,7 @@ class PlanRepairer:
             effort=effort,
         )
 
-    def _mentioned_objects(self, steps: PlanSteps) -> set[int]:
+    def _find_objects(self, steps: PlanSteps) -> set[int]:
         index = self.task.scene.index
         named = [name for goal in self.task.goals for name in object_names(goal.formula)]
         in_goals = {index[name] for name in named if name in index}
@@ -210,10 +210,10 @@ class PlanRepairer:
             kind,
             edit.step,
             action,
-            "" if edit.removed is None else self._replaced_text(edit.removed, plan, steps),
+            "" if edit.removed is None else self._describe_replaced(edit.removed, plan, steps),
         )
 
-    def _replaced_text(self, number: int, plan: WrittenPlan, steps: PlanSteps) -> str:
+    def _describe_replaced(self, number: int, plan: WrittenPlan, steps: PlanSteps) -> str:
         step = steps[number]
         if step is not None:
             return action_text(step, self.task.scene)
@@ -222,7 +222,7 @@ class PlanRepairer:
 
 
 @lru_cache(maxsize=16)
-def _cached_repairer(plans: PlanRepairer, usable: tuple[int, ...]) -> Repairer:
+def _get_repairer(plans: PlanRepairer, usable: tuple[int, ...]) -> Repairer:
     return Repairer(get_planner(plans.domain), plans.task.initial, planning_goal(plans.task), usable)
 
 

@@ -154,7 +154,7 @@ def test_without_a_plan_the_attempt_with_fewest_failures_is_reported(
 
 
 def test_the_reported_attempt_is_the_direct_one() -> None:
-    """Dropping the object meets a part of the subgoal, but does not lead to stowing it."""
+    """Dropping the object meets half of the subgoal, but the object must be stowed."""
     checks = (missing(toy.holding(toy.X), "{x} is not held"), missing(toy.at(toy.X, toy.X), "it is shut"))
     stow = Operator("STOW", (toy.X,), checks, (Add(toy.lit(toy.X)), Delete(toy.holding(toy.X))))
     refinement = Refinement(toy.DOMAIN.replace_operators(stow))

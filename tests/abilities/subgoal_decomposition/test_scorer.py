@@ -344,7 +344,7 @@ def test_goals_count_in_the_branch_that_reaches_most(
 
 
 def test_a_condition_shared_by_alternatives_is_hashed_once() -> None:
-    """Hashing a formula visits all of it. For thousands of alternatives this would be quadratic."""
+    """Hashing visits each node of a formula. For thousands of alternatives this would be quadratic."""
     programs = Programs(TASK, SCORER.lexicon, Refinement(toy.DOMAIN), ())
     places = [f"at({thing.name}, {place.name})" for thing in SCENE.objects for place in SCENE.objects]
     programs.make_program([read_formula(" or ".join(places), SCORER.lexicon.signature)[0]])

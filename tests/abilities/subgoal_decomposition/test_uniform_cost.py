@@ -95,7 +95,7 @@ MOST = 200_000
 
 @pytest.mark.parametrize("lamps", [10, 300])
 def test_few_parts_are_tested_and_the_effort_is_counted(lamps: int) -> None:
-    """Each lamp can be lit alone, and the goal is to light all lamps."""
+    """The goal requires all lamps to be lit. One action lights one lamp."""
     things = [w.WorldObject("robot", "robot"), w.WorldObject("hall", "place")]
     things += [w.WorldObject(f"lamp_{i}", "lamp") for i in range(lamps)]
     scene = w.Scene(toy.VOCABULARY, things, agent=0)

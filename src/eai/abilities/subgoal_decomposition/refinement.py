@@ -126,7 +126,7 @@ class Refinement:
             fitting = None if self._repertoire.movement else state
             return self._repertoire.find_achievers(literals, scene, objects, fitting)
 
-        def met(state: State, touched: int, before: int) -> int:
+        def find_met(state: State, touched: int, before: int) -> int:
             holding = before & ~touched
             for part, test in tests:
                 if touched & part and test(state):
@@ -134,7 +134,9 @@ class Refinement:
             return holding
 
         def plans(state: State) -> SubgoalPlans:
-            goal = SearchGoal(met(state, everything, 0), met, everything, holds, distinguished, test_effort)
+            goal = SearchGoal(
+                find_met(state, everything, 0), find_met, everything, holds, distinguished, test_effort
+            )
             return self._search(goal, _SearchNeeds(state, wanted, touched, named, objects, {}, wider))
 
         return plans
