@@ -59,7 +59,7 @@ def test_what_is_not_whole_is_not_merged(eai: Command, folder: Path) -> None:
     for number in (1, 3):
         eai("score", "answers/whole_outputs.json", *SUITE, "--shard", f"{number}/4", "--out", "parts")
     done = eai("score", "parts", "--merge")
-    assert (done.status, done.err) == (2, "eai: parts: of 4 shards there is no 2, 4\n")
+    assert (done.status, done.err) == (2, "eai: parts: of 4 shards these are missing: 2, 4; score them\n")
     for number in (2, 4):
         eai("score", "answers/whole_outputs.json", *SUITE, "--shard", f"{number}/4", "--out", "parts")
     part = Path("parts/records.shard-2-of-4.jsonl")

@@ -85,5 +85,5 @@ def test_a_run_reads_the_log_reference_beside_its_records(tmp_path: Path) -> Non
     write_log_samples(folder / "run0", Path("logs/a.eval"), {"27_2": 3})
     assert [run.log for run in read_runs([folder])] == [("a.eval", {"27_2": 3})]
     (folder / "run0" / "inspect.json").write_text("{}")
-    with pytest.raises(InputError, match=r'inspect.json: expected {"log", "epoch"}'):
+    with pytest.raises(InputError, match=r'inspect.json: expected a JSON object {"log": ..., "epoch": ...}'):
         list(read_runs([folder]))

@@ -60,7 +60,7 @@ def test_shards_are_found_in_order_and_merged_unchanged(tmp_path: Path) -> None:
     [
         ([], "expected a folder with records.shard-I-of-N.jsonl below, found none"),
         ([Shard(1, 2), Shard(1, 3)], "expected the shards of one run, found some of 2 and of 3"),
-        ([Shard(2, 4), Shard(4, 4)], "of 4 shards there is no 1, 3"),
+        ([Shard(2, 4), Shard(4, 4)], "of 4 shards these are missing: 1, 3"),
     ],
 )
 def test_a_missing_shard_is_reported(given: Sequence[Shard], told: str, tmp_path: Path) -> None:

@@ -84,7 +84,7 @@ def test_invalid_scene_options_are_refused(data_store: Store) -> None:
     for wrong, message in (
         ({"scene": "image"}, "published prompts tell of scenes in their own way"),
         ({"scene": "seen"}, "perception.scene: expected 'text', 'image', "),
-        ({"scene": "predicted"}, "scene: in Inspect no second model lists scenes; eai run asks one"),
+        ({"scene": "predicted"}, "scene: Inspect tasks have no second model for scenes; use eai run"),
         ({"scene": "image", "noise": "missing=0.1"}, "means nothing with perception.scene image"),
         ({"scene": "noisy", "prompts": "eai"}, "expected rates of errors"),
         ({"scene": "noisy", "prompts": "eai", "noise": "mising=1"}, "did you mean missing"),

@@ -67,7 +67,7 @@ def test_a_task_takes_arguments() -> None:
             "prompts.set: expected 'official', 'eai', 'eai-brief' or 'eai-careful', found 'mine'",
         ),
         ({"replan": 3}, "replan: unknown; did you mean replans? (there are replans, world, feedback"),
-        ({"scene_model": "eai/captioner"}, "scene_model: in Inspect no second model lists scenes"),
+        ({"scene_model": "eai/captioner"}, "scene_model: Inspect tasks have no second model for scenes"),
     ):
         with pytest.raises(InputError, match=re.escape(message)):
             make(**wrong)

@@ -83,7 +83,9 @@ def _parse(line: str) -> Record:
         raise InputError("expected a JSON object")
     schema = values.get("schema")
     if schema not in READABLE_SCHEMAS:
-        raise InputError(f"schema {schema!r}, expected {' or '.join(map(str, READABLE_SCHEMAS))}")
+        raise InputError(
+            f"schema {schema!r} cannot be read; expected {' or '.join(map(str, READABLE_SCHEMAS))}"
+        )
     return record_from_json(values)
 
 
@@ -234,7 +236,7 @@ def find_shards(path: Path) -> dict[Path, list[Path]]:
         of = numbers.pop()
         missing = [str(number) for number in range(1, of + 1) if Shard(number, of) not in files]
         if missing:
-            raise InputError(f"{folder}: of {of} shards there is no {', '.join(missing)}")
+            raise InputError(f"{folder}: of {of} shards these are missing: {', '.join(missing)}; score them")
     return {folder: [files[shard] for shard in sorted(files)] for folder, files in folders.items()}
 
 

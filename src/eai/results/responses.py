@@ -210,10 +210,10 @@ def read_responses(
 
 
 class _CheckedRow(NamedTuple):
-    """A row of a file: its number from 1, its place for messages, and its task, or None if it is left out."""
+    """A row of a file: its number from 1, its location for messages, and its task (None if left out)."""
 
     number: int
-    place: str
+    location: str
     task_id: str | None
     text: str
     sample: Any
@@ -224,16 +224,16 @@ def _check_rows(
 ) -> Iterator[_CheckedRow]:
     known_ids = frozenset(task_ids)
     for number, row in enumerate(_values(path), 1):
-        place = f"{path}, row {number}"
-        identifier, text, sample = _read_fields(place, row)
+        location = f"{path}, row {number}"
+        identifier, text, sample = _read_fields(location, row)
         task_id = task_id_of(identifier)
         if task_id is not None and task_id not in known_ids:
             shown_id = task_id[:_MAX_SHOWN_CHARACTERS]
             hint = (
                 did_you_mean(shown_id, task_ids) or f", which have ids such as {next(iter(task_ids), '')!r}"
             )
-            raise InputError(f"{place}: identifier {shown_id!r} is not one of the tasks{hint}")
-        yield _CheckedRow(number, place, task_id, text, sample)
+            raise InputError(f"{location}: identifier {shown_id!r} is not one of the tasks{hint}")
+        yield _CheckedRow(number, location, task_id, text, sample)
 
 
 def _read(
@@ -248,7 +248,7 @@ def _read(
         sample = row.sample if sampled else 0
         if type(sample) is not int or not 0 <= sample < MAX_SAMPLES:
             raise InputError(
-                f'{row.place}: "{SAMPLE}" must be a whole number from 0 to {MAX_SAMPLES - 1}, as in row 1'
+                f'{row.location}: "{SAMPLE}" must be a whole number from 0 to {MAX_SAMPLES - 1}, as in row 1'
             )
         if row.task_id is None:
             skipped.add(row.number)
@@ -256,7 +256,9 @@ def _read(
         if not _is_new(samples_of_task.setdefault(row.task_id, bytearray()), sample):
             sample_text = f"sample {sample} of " if sampled else ""
             shown_id = row.task_id[:_MAX_SHOWN_CHARACTERS]
-            raise InputError(f"{row.place}: {sample_text}identifier {shown_id!r} occurs twice; keep one row")
+            raise InputError(
+                f"{row.location}: {sample_text}identifier {shown_id!r} occurs twice; keep one row"
+            )
         number += 1
         answers += [] if sampled else [Response(row.task_id, row.text)]
     samples = _Samples(path, number, frozenset(samples_of_task), task_id_of, frozenset(skipped))
@@ -346,24 +348,24 @@ def _parse_json(path: Path, content: bytes, line: int = 1) -> object:
     try:
         value: object = json.loads(content, strict=False)
     except json.JSONDecodeError as error:
-        place = f"line {error.lineno + line - 1}, column {error.colno}"
-        raise InputError(f"{path}, {place}: expected JSON ({error.msg})") from error
+        location = f"line {error.lineno + line - 1}, column {error.colno}"
+        raise InputError(f"{path}, {location}: expected JSON ({error.msg})") from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: expected JSON in UTF-8 ({error})") from error
     return value
 
 
-def _read_fields(place: str, row: object) -> tuple[str, str, Any]:
+def _read_fields(location: str, row: object) -> tuple[str, str, Any]:
     if not isinstance(row, dict):
-        raise InputError(f'{place}: expected {{"identifier", "llm_output"}}, not {_kind(row)}')
+        raise InputError(f'{location}: expected {{"identifier", "llm_output"}}, not {_kind(row)}')
     for key in COLUMNS:
         if key not in row:
-            raise InputError(f'{place}: the key "{key}" is missing')
+            raise InputError(f'{location}: the key "{key}" is missing')
     identifier, text, sample = row["identifier"], row["llm_output"], row.get(SAMPLE)
     if not isinstance(identifier, str):
-        raise InputError(f'{place}: "identifier" must be a string, not {_kind(identifier)}')
+        raise InputError(f'{location}: "identifier" must be a string, not {_kind(identifier)}')
     if not isinstance(text, str | None):
-        raise InputError(f'{place}: "llm_output" must be a string, not {_kind(text)}')
+        raise InputError(f'{location}: "llm_output" must be a string, not {_kind(text)}')
     return identifier, text or "", sample
 
 

@@ -197,7 +197,7 @@ def _log_beside(records: Path) -> LogSamples | None:
         by_task = isinstance(epoch, dict)
         return str(content["log"]), {i: int(epoch[i]) for i in epoch} if by_task else int(epoch)
     except (OSError, ValueError, TypeError, KeyError) as error:
-        raise InputError(f'{path}: expected {{"log", "epoch"}}') from error
+        raise InputError(f'{path}: expected a JSON object {{"log": ..., "epoch": ...}}') from error
 
 
 def explorer_address(record: Record) -> str:

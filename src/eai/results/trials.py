@@ -182,7 +182,9 @@ def begin_trial(
     """
     scorer = suite.scorer(task_id)
     if not isinstance(scorer, PlanScorer):
-        raise InputError(f"{suite.domain} {suite.ability.value}: attempts need plans as answers")
+        raise InputError(
+            f"{suite.domain} {suite.ability.value}: attempts need plans as answers; choose action_sequencing"
+        )
     kind = Trial if options.preset is None else preset(options.preset).trial
     return kind(scorer, options, epoch, stated)
 
@@ -223,7 +225,7 @@ def open_trials(
     """
     if suite.ability is not Ability.ACTION_SEQUENCING:
         raise InputError(
-            f"{suite.domain} {suite.ability.value}: only plans are carried out, attempt by attempt"
+            f"{suite.domain} {suite.ability.value}: attempts need plans as answers; choose action_sequencing"
         )
     suite_of_questions = suite.over([asker.prompt_of(task_id).user for task_id in task_ids])
     return Trials(suite_of_questions, options, asker, stated or {})

@@ -234,7 +234,7 @@ def _sort_into_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[
             tables.setdefault(AGENT, {})[name] = value
             continue
         if name.startswith("scene_") or (name, value) == ("scene", "predicted"):
-            raise InputError(f"{name}: in Inspect no second model lists scenes; eai run asks one")
+            raise InputError(f"{name}: Inspect tasks have no second model for scenes; use eai run")
         tables.setdefault(find_study_of_option(name), {})[name] = value
     return tables
 
@@ -258,7 +258,7 @@ def _run_stage(
     if missing:
         raise InputError(
             f"{missing} of {len(asked)} tasks cannot be asked: {believed.missing_reason}; "
-            "leave them out with -T tasks=, or take eai run, which counts them as failed"
+            "leave them out with -T tasks=, or use eai run, which counts them as failed"
         )
     return prompts, believed
 
@@ -397,7 +397,7 @@ def _read(path: Path, *, header_only: bool = False) -> EvalLog:
     try:
         return read_eval_log(str(path), header_only=header_only)
     except Exception as error:  # readers of damaged logs raise many kinds of errors
-        raise InputError(f"{path}: expected a log of Inspect's ({error})") from error
+        raise InputError(f"{path}: expected an Inspect log ({error})") from error
 
 
 def obtain_answers(
