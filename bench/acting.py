@@ -25,7 +25,7 @@ from eai.agents.game import Game
 from eai.agents.reference import staged
 from eai.agents.rules import STANDARD, Rules, View
 from eai.agents.stage import Stage
-from eai.benchmarks.registry import FIRST, find_benchmark
+from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.tasks.source import Source
 
 TIMES = (1, 2, 4)
@@ -88,7 +88,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("suites", nargs="*", default=list(FIRST))
+    parser.add_argument("suites", nargs="*", default=list(PAPER_BENCHMARKS))
     parser.add_argument("--sample", type=int, default=40, help="tasks of each suite, about; 0: all")
     parser.add_argument("--seeds", type=int, default=1, help="games of each null in each task")
     parser.add_argument("--agents", nargs="+", choices=AGENTS, default=list(AGENTS))

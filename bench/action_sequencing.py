@@ -29,8 +29,8 @@ from differential.reference import (
     package_folder,
     write_responses,
 )
-from eai.benchmarks.packs import fetch, registered_packs
-from eai.benchmarks.registry import of_the_paper
+from eai.benchmarks.packs import fetch, find_packs
+from eai.benchmarks.registry import list_paper_benchmarks
 
 ROOT = Path(__file__).resolve().parents[1]
 CHILD = Path(__file__).with_name("scoring_child.py")
@@ -142,7 +142,7 @@ def main() -> int:
     parser.add_argument("--cache", type=Path, default=CACHE, help="where the reference's environment is kept")
     add_write_option(parser)
     arguments = parser.parse_args()
-    fetch(packs=registered_packs(of_the_paper()))
+    fetch(packs=find_packs(list_paper_benchmarks()))
     python = environment(arguments.cache)
     responses = answers.responses(package_folder(python))[: arguments.limit]
     costs = measure(python, responses, arguments.repeats)

@@ -23,7 +23,7 @@ from statistics import quantiles
 
 from bench.record import add_write_option, write_figures
 from eai.abilities.protocol import Ability
-from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
+from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import Scoring
 from eai.results.collector import collect_seldom
@@ -79,7 +79,7 @@ def main() -> None:
 def _noisy(suite: Suite) -> list[list[tuple[str, str]]]:
     book = open_answer_book(suite.benchmark, suite.ability)
     return [
-        [(task_id, noisy_answer(book, task_id, 0.2, f"{seed}").text) for task_id in suite.task_ids]
+        [(task_id, make_noisy_answer(book, task_id, 0.2, f"{seed}").text) for task_id in suite.task_ids]
         for seed in range(9)
     ]
 

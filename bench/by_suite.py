@@ -32,7 +32,7 @@ from bench.result import Figure
 from differential import reference
 from differential.oracle_answers import ORACLE, oracle_answers, require_oracle
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
-from eai.benchmarks.registry import FIRST
+from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.collector import collect_seldom
@@ -63,7 +63,9 @@ def main() -> None:
     add_write_option(parser)
     arguments, rows = parser.parse_args(), []
     require_oracle()
-    suites = [(d, a) for d in FIRST for a in PAPER_ABILITIES if arguments.suite in f"{d}/{a.value}"]
+    suites = [
+        (d, a) for d in PAPER_BENCHMARKS for a in PAPER_ABILITIES if arguments.suite in f"{d}/{a.value}"
+    ]
     if arguments.once:
         print(json.dumps([measured(domain, ability, arguments.protocol) for domain, ability in suites]))
         return
@@ -132,7 +134,7 @@ def reference_speed(ability: Ability, number: int) -> float:
 def _speed(suite: Suite, files: Sequence[Sequence[tuple[str, str]]]) -> float:
     start = time.process_time()
     for answers in files:
-        together = suite.over([text for _, text in answers])
+        together = suite.adapt_to_answers([text for _, text in answers])
         for task_id, text in answers:
             together.score(task_id, text)
     return sum(map(len, files)) / (time.process_time() - start)

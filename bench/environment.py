@@ -27,7 +27,7 @@ from eai.abilities.reports import action_text, fact_text
 from eai.agents.gym import TextEnvironment, make
 from eai.agents.rules import Observe
 from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.registry import FIRST
+from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import open_suite
 from eai.tasks.task import Task
 from eai.world.action import Action
@@ -99,7 +99,7 @@ def main() -> None:
     arguments = parser.parse_args()
     seconds, rates = arguments.seconds, dict[tuple[str, str], list[float]]()
     ratios: list[float] = []
-    for name in FIRST:
+    for name in PAPER_BENCHMARKS:
         plans = gold_plans(name)
         plain = steps_per_second(partial(observe_plainly, plans), seconds)
         print(f"{name}: {len(plans)} plans, {plain:,.0f} steps/s the plain way")
@@ -110,12 +110,12 @@ def main() -> None:
                 pass
             rate = steps_per_second(partial(play, environment, plans), seconds)
             rates.setdefault((name, feedback), []).append(rate)
-            ratios += [rate / plain] if (name, feedback) == (FIRST[0], "facts") else []
+            ratios += [rate / plain] if (name, feedback) == (PAPER_BENCHMARKS[0], "facts") else []
             times = f"{rate / plain:5.1f} times the plain way"
             print(f"  {observe:8} {feedback:8} {rate:9,.0f} steps/s, {times}")
     if arguments.write:
-        with_text = [rate for name in FIRST for rate in rates[name, "facts"]]
-        outcomes = [max(rates[name, "outcome"]) for name in FIRST]
+        with_text = [rate for name in PAPER_BENCHMARKS for rate in rates[name, "facts"]]
+        outcomes = [max(rates[name, "outcome"]) for name in PAPER_BENCHMARKS]
         write_figures(
             "environment",
             {

@@ -27,7 +27,7 @@ from eai.benchmarks.generator.generator import Generator, generate
 from eai.benchmarks.generator.prior import Prior, kinds_of
 from eai.benchmarks.generator.sets import fingerprint_of, seeds_of
 from eai.benchmarks.generator.spec import Generated, Spec, TaskKind, Tier
-from eai.benchmarks.registry import FIRST, find_benchmark
+from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.cli.generate import verdict_of_val
 from eai.pddl.val import installed_val
 from eai.tasks.goal_test import solves
@@ -43,7 +43,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--like", nargs="+", default=list(FIRST))
+    parser.add_argument("--like", nargs="+", default=list(PAPER_BENCHMARKS))
     parser.add_argument("--n", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--tier", type=Tier, default=Tier.DATA)

@@ -24,7 +24,7 @@ from bench.record import add_write_option, write_rows
 from differential.reference_child import cpu_seconds
 from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
-from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
+from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book
 from eai.benchmarks.suite import open_suite
 from eai.results.batch import Scoring
 from eai.results.collector import collect_seldom
@@ -255,7 +255,7 @@ def models(size: int, folder: Path) -> Work:
     suite = open_suite(benchmark, PLANS)
     for number in range(size):
         path = folder / f"model-{number:03}_outputs.json"
-        text = noisy_answer(book, "light", 0.3, str(number)).text
+        text = make_noisy_answer(book, "light", 0.3, str(number)).text
         path.write_text(json.dumps([{"identifier": "light", "llm_output": text}]))
         file = read_responses(path, suite.task_ids)
         parts = Scoring().record_batches(suite, file, {}, ScoringOptions(explanations=True))

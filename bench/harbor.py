@@ -20,7 +20,7 @@ from bench.record import add_write_option, write_rows
 from bench.result import Figure
 from boxes import lacking
 from eai.base.store import Store
-from eai.benchmarks.registry import FIRST
+from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.extensions.harbor.folders import IMAGE, write_task_folders
 from extensions.harbor.trials import HARBOR, Trial, asked, lint
 
@@ -57,7 +57,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--sample", type=int, default=20, help="tasks of each suite")
-    parser.add_argument("--domain", nargs="+", default=list(FIRST))
+    parser.add_argument("--domain", nargs="+", default=list(PAPER_BENCHMARKS))
     parser.add_argument("--ability", nargs="+", default=["acting"])
     add_write_option(parser)
     arguments, rows = parser.parse_args(), list[list[Figure]]()

@@ -17,7 +17,7 @@ from statistics import mean
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import ErrorReport, PlanVerdict, SummaryCounts, Unreadable
-from eai.benchmarks.errata import errata_of
+from eai.benchmarks.errata import load_errata
 from eai.benchmarks.reference_wheel import task_id_of
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.operators import make_operators
@@ -72,7 +72,9 @@ class Rules:
 
 def rules_of(protocol: Protocol) -> Rules:
     """The rules of one protocol throughout."""
-    simulator = virtualhome.as_meant() if protocol is STRICT else virtualhome_quirks.as_in_reference()
+    simulator = (
+        virtualhome.domain_in_paper_order() if protocol is STRICT else virtualhome_quirks.as_in_reference()
+    )
     return Rules(*(protocol,) * 8, simulator)
 
 
@@ -103,7 +105,7 @@ class Judge:
     @cached_property
     def scorers(self) -> Mapping[Protocol, ActionSequencing]:
         return {
-            STRICT: ActionSequencing(self.task, virtualhome.as_meant(), VirtualHomePlans()),
+            STRICT: ActionSequencing(self.task, virtualhome.domain_in_paper_order(), VirtualHomePlans()),
             REFERENCE: VirtualHomeActionSequencing(self.task, with_ids=self.with_ids),
         }
 
@@ -241,7 +243,7 @@ def largest(moved: Mapping[str, Sequence[float]]) -> str:
 
 def main() -> None:
     """Print the tables for some response files."""
-    tasks = errata_of("virtualhome").tasks(open_tasks())
+    tasks = load_errata("virtualhome").correct_tasks(open_tasks())
     files = [file for path in sys.argv[1:] for file in find_response_files(Path(path))]
     models = [answers_of(read_responses(file, tasks, task_id_of), tasks) for file in files]
     for model in models:

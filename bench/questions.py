@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import time
 
-from eai.benchmarks.registry import FIRST, find_benchmark
+from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.extensions.questions.question import Form, Kind
 from eai.extensions.questions.shortcuts import best_chance, chances_of, entropy_of, guesses_of
 from eai.extensions.questions.writer import Writer
@@ -22,7 +22,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--domain", nargs="+", default=list(FIRST))
+    parser.add_argument("--domain", nargs="+", default=list(PAPER_BENCHMARKS))
     parser.add_argument("--n", type=int, default=300)
     arguments = parser.parse_args()
     for domain in arguments.domain:

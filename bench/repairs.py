@@ -23,7 +23,7 @@ from bench.result import Figure
 from differential.oracle_answers import model_files, oracle_answers, require_oracle
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.benchmarks.registry import FIRST, title_of
+from eai.benchmarks.registry import PAPER_BENCHMARKS, title_of
 from eai.benchmarks.suite import Suite
 from eai.results.collector import collect_seldom
 
@@ -80,7 +80,7 @@ def _print(household: str, found: list[_Found]) -> list[Figure]:
 def main() -> None:
     """Print how much is known of the repairs of each household's plans."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("household", nargs="*", default=list(FIRST))
+    parser.add_argument("household", nargs="*", default=list(PAPER_BENCHMARKS))
     parser.add_argument("--number", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--effort", type=int, default=DEFAULT_EFFORT)

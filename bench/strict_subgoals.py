@@ -71,7 +71,7 @@ def main() -> None:
 def _costs(domain: str, protocol: Protocol, answers: list[OracleAnswer]) -> list[float]:
     """The processor time of each answer in ms, ascending."""
     suite = open_suite(domain, Ability.SUBGOAL_DECOMPOSITION, protocol)
-    suite = suite.over([answer.text for answer in answers])
+    suite = suite.adapt_to_answers([answer.text for answer in answers])
     costs = []
     collect_seldom()
     for answer in answers:

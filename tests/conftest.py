@@ -18,8 +18,8 @@ from browsing import quiet_page, started_browser
 from command_line import eai
 from eai.base.errors import DataError
 from eai.base.store import FOLDER_VARIABLE, Store
-from eai.benchmarks.packs import fetch, registered_packs
-from eai.benchmarks.registry import of_the_paper
+from eai.benchmarks.packs import fetch, find_packs
+from eai.benchmarks.registry import list_paper_benchmarks
 from eai.results.collector import collect_seldom
 from eai.tasks.source import Source
 from memory_limits import limit_writable_memory, pytest_runtest_call, pytest_runtest_setup
@@ -104,7 +104,7 @@ def fetch_errors() -> Mapping[str, DataError]:
     This comes before the first test, so that no test finds only the data that another one needed.
     """
     errors = {}
-    for name, wanted in ((_PAPER, registered_packs(of_the_paper())), (_BEHAVIOR_1K, registered_packs())):
+    for name, wanted in ((_PAPER, find_packs(list_paper_benchmarks())), (_BEHAVIOR_1K, find_packs())):
         try:
             fetch(packs=wanted)
         except DataError as error:

@@ -17,7 +17,7 @@ from eai.tasks.task import Task
 
 def virtualhome_subgoals(limits: ExplorationLimits | None = None) -> Callable[[Task], SubgoalDecomposition]:
     """Return a function that makes the scorer of a VirtualHome task."""
-    domain, notation = virtualhome.with_either_hand(), VirtualHomeSubgoals()
+    domain, notation = virtualhome.domain_with_hand_switch(), VirtualHomeSubgoals()
     refinement = Refinement(domain)
     return lambda task: SubgoalDecomposition(task, domain, notation, refinement, limits=limits)
 
@@ -26,6 +26,6 @@ def behavior_subgoals(
     limits: ExplorationLimits | None = None,
 ) -> Callable[[BehaviorTask], SubgoalDecomposition]:
     """Return a function that makes the scorer of a BEHAVIOR task."""
-    domain, notation = behavior.as_meant(), BehaviorSubgoals()
+    domain, notation = behavior.domain_in_paper_order(), BehaviorSubgoals()
     refinement = Refinement(domain)
     return lambda task: SubgoalDecomposition(task, domain, notation, refinement, limits=limits)

@@ -8,11 +8,11 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
 from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark, of_the_paper
+from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.tasks.prompts.prompt import Prompt, PromptFiles
 from eai.tasks.source import ErrataChoice, Source
 
-SUITES = tuple((name, ability) for name in of_the_paper() for ability in PAPER_ABILITIES)
+SUITES = tuple((name, ability) for name in list_paper_benchmarks() for ability in PAPER_ABILITIES)
 """Each household of the paper with each ability."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from eai.benchmarks.errata import _Erratum, published_errata
+from eai.benchmarks.errata import _Erratum, load_all_errata
 from eai.benchmarks.registry import title_of
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "errata.md"
@@ -25,7 +25,7 @@ CORRECTIONS = {
 def page() -> str:
     """Return the page with a new table."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
-    errata = published_errata()
+    errata = load_all_errata()
     head = (
         f"Version `{errata.version}`.\n\n"
         "| erratum | tasks | what is wrong | how to see it | under `strict` |\n|---|---|---|---|---|\n"

@@ -38,7 +38,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmarks.random_answers import open_random_answers
-from eai.benchmarks.registry import FIRST
+from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import NO_ROW, score_run
@@ -105,8 +105,12 @@ PAGE_TABLES: Sequence[Sequence[tuple[str, Ability, str, Protocol]]] = (
         for ability, metric in ((_PLANS, _SUCCESS), (_SUBGOALS, _SUCCESS), (_GOALS, _F1))
         for protocol in (_R, _S)
     ],
-    [(domain, _OPERATORS, metric, _S) for domain in FIRST for metric in (_PLANNER, "overall.plan_works")],
-    [(domain, _OPERATORS, metric, _S) for domain in FIRST for metric in (_F1, "literals.f1")],
+    [
+        (domain, _OPERATORS, metric, _S)
+        for domain in PAPER_BENCHMARKS
+        for metric in (_PLANNER, "overall.plan_works")
+    ],
+    [(domain, _OPERATORS, metric, _S) for domain in PAPER_BENCHMARKS for metric in (_F1, "literals.f1")],
 )
 """Columns after the model's name of each table in bench/results/published_scores.json, in order."""
 
@@ -162,7 +166,7 @@ def make(
     """Make a table again, and say whether it is as it was."""
     known: dict[str, Any] = json.loads(path.read_text())["suites"] if path.exists() else {}
     suites = dict(known)
-    for name in [f"{domain}/{ability.value}" for domain in FIRST for ability in PAPER_ABILITIES]:
+    for name in [f"{domain}/{ability.value}" for domain in PAPER_BENCHMARKS for ability in PAPER_ABILITIES]:
         if only in name:
             suites[name] = suite_of(name)
             models = suites[name]["models"]
@@ -285,7 +289,7 @@ def agreement_rows() -> Iterator[list[Figure]]:
     """Yield how many cells of each of the paper's tables are within some distances of ours."""
     for name in AGREEMENT:
         table = read_paper_table(name)
-        for domain in FIRST:
+        for domain in PAPER_BENCHMARKS:
             gaps = list(differences(table, domain))
             if gaps:
                 near = [sum(gap <= limit for gap in gaps) for limit in (0.056, 1.05, 2.05)]

@@ -17,7 +17,7 @@ from scipy.stats import spearmanr
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.generator.measures import FEATURES, FILE, features_of
-from eai.benchmarks.registry import FIRST, find_benchmark
+from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.extensions.adaptive.difficulties import item_difficulties
 from eai.tasks.source import Source
 
@@ -26,7 +26,7 @@ RIDGE = 5.0
 
 
 def main() -> None:
-    models = {name: fit(name) for name in FIRST}
+    models = {name: fit(name) for name in PAPER_BENCHMARKS}
     PATH.write_text(json.dumps(models, indent=1) + "\n", encoding="utf-8")
     for name, model in models.items():
         print(name, dict(zip(FEATURES, model["weights"], strict=True)), model)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from eai.abilities.protocol import Ability, Protocol
     from eai.base.errors import DataError, DomainError, EaiError, InputError, ParseError
     from eai.benchmarks.benchmark import Benchmark, DataSet
-    from eai.benchmarks.registry import find_benchmark, registered
+    from eai.benchmarks.registry import find_benchmark, list_benchmarks
     from eai.benchmarks.suite import Suite
     from eai.results.batch import Scoring
     from eai.results.reward import Grade, Reward, Shaping, reward
@@ -36,7 +36,7 @@ _PLACES = {
         "eai.tasks.goal_text": "make_task",
         "eai.tasks.task": "Goal GoalKind Task goal",
         "eai.benchmarks.benchmark": "Benchmark DataSet",
-        "eai.benchmarks.registry": "find_benchmark registered",
+        "eai.benchmarks.registry": "find_benchmark list_benchmarks",
         "eai.benchmarks.suite": "Suite",
         "eai.base.errors": "DataError DomainError EaiError InputError ParseError",
         "eai.results.batch": "Scoring",
@@ -70,9 +70,9 @@ __all__ = [
     "find_benchmark",
     "given",
     "goal",
+    "list_benchmarks",
     "make_task",
     "open",
-    "registered",
     "reward",
 ]
 

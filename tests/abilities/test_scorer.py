@@ -79,7 +79,7 @@ def test_an_answer_fails_if_its_scorer_raises(ability: Ability, error: Exception
     assert found.detail.startswith(f"the scorer raised {type(error).__name__} (test_scorer.py:")
     assert found.detail.endswith(f": {error}" if str(error) else ")")
     assert records[0].explanation == Explanation((found.detail,))
-    empty, failed = map(declared.contributions, (suite.unanswered(task_id), verdict))
+    empty, failed = map(declared.contributions, (suite.score_missing_answer(task_id), verdict))
     assert [share.denominator for share in failed.values()] == [s.denominator for s in empty.values()]
     assert {name for name in failed if failed[name].numerator} <= {"uncategorised"}
     coverage = Totals.from_records(records).coverage

@@ -13,7 +13,7 @@ from by_path import ROOT
 from eai.abilities.protocol import ABILITY_GROUP, Ability
 from eai.base import entry_points as module
 from eai.base.errors import InputError
-from eai.benchmarks.registry import registered
+from eai.benchmarks.registry import list_benchmarks
 
 PYPROJECT = ROOT / "pyproject.toml"
 GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.packs", "eai.protocols", "eai.studies")
@@ -54,7 +54,7 @@ def test_comments_spaces_and_extras_are_ignored(tmp_path: Path) -> None:
 def test_abilities_and_benchmarks_are_listed_in_the_order_of_the_paper() -> None:
     paper = ["goal_interpretation", "subgoal_decomposition", "action_sequencing", "transition_modeling"]
     assert [*Ability.list_names()][: len(paper)] == paper
-    assert registered()[:2] == ("virtualhome", "behavior")
+    assert list_benchmarks()[:2] == ("virtualhome", "behavior")
 
 
 def test_other_entry_points_follow_by_name_and_absent_modules_are_left_out(

@@ -13,9 +13,9 @@ from eai.tasks.task import Task
 
 def virtualhome_scorer(task: Task) -> ActionSequencing:
     """Return the scorer of a task in VirtualHome."""
-    return ActionSequencing(task, virtualhome.as_meant(), VirtualHomePlans())
+    return ActionSequencing(task, virtualhome.domain_in_paper_order(), VirtualHomePlans())
 
 
 def behavior_scorer(task: BehaviorTask) -> ActionSequencing:
     """Return the scorer of a task in BEHAVIOR."""
-    return ActionSequencing(task, behavior.as_meant(), JsonPlans())
+    return ActionSequencing(task, behavior.domain_in_paper_order(), JsonPlans())

@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from eai.base.source import Archive, Bundle
-from eai.benchmarks.packs import Pack, registered_packs
+from eai.benchmarks.packs import Pack, find_packs
 from eai.benchmarks.reference_wheel import (
     BEHAVIOR_PDDL,
     EAI_EVAL,
     PROMPTS,
     RESOURCES,
     TEMPLATE_SOURCE,
-    files_of,
+    get_pack_files,
 )
 
 PROGRAMS = "virtualhome_eval/dataset/programs_processed_precond_nograb_morepreconds/"
@@ -120,7 +120,7 @@ def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
     """Return the content of the wheel by path."""
     made = list(tasks)
     goals: dict[str, dict[str, Any]] = {}
-    copied = [file for pack in (RESOURCES, BEHAVIOR_PDDL, PROMPTS) for file in files_of(pack).values()]
+    copied = [file for pack in (RESOURCES, BEHAVIOR_PDDL, PROMPTS) for file in get_pack_files(pack).values()]
     contents = dict.fromkeys(copied, b"[]")
     for task in made:
         goal = {"vh_goal": {"actions": task.actions, "goal": task.goals}, "tl_goal": task.tl_goal}
@@ -130,11 +130,11 @@ def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
         contents[f"{PROGRAMS}executable_programs/{SCENE}{task.id}.txt"] = task.script.encode()
         contents[f"{PROBLEMS}{task.title.replace(' ', '_')}/{task.id}.pddl"] = b"(define)"
     contents[GOALS] = json.dumps({"scene_1": goals}).encode()
-    contents[files_of(RESOURCES)["success_task.json"]] = json.dumps([made[0].id]).encode()
-    contents[files_of(RESOURCES)["gold_action.json"]] = b'{"grab": {}}'
+    contents[get_pack_files(RESOURCES)["success_task.json"]] = json.dumps([made[0].id]).encode()
+    contents[get_pack_files(RESOURCES)["gold_action.json"]] = b'{"grab": {}}'
     prompts = [{"identifier": f"scene_1_{made[0].id}", "llm_prompt": "?"}]
     contents[TEMPLATE_SOURCE] = b'prompt = """<goal_str>"""'
-    contents[files_of(PROMPTS)["virtualhome/subgoal_decomposition.json"]] = json.dumps(prompts).encode()
+    contents[get_pack_files(PROMPTS)["virtualhome/subgoal_decomposition.json"]] = json.dumps(prompts).encode()
     return contents
 
 
@@ -182,6 +182,4 @@ def pin(name: str, path: Path, record_sha256: str | None = None) -> Archive:
 
 def packs_from(wheel: Archive) -> tuple[Pack, ...]:
     """Return the packs that need only the published wheel, made from another wheel."""
-    return tuple(
-        replace(pack, archives=(wheel,)) for pack in registered_packs() if pack.archives == (EAI_EVAL,)
-    )
+    return tuple(replace(pack, archives=(wheel,)) for pack in find_packs() if pack.archives == (EAI_EVAL,))

@@ -13,7 +13,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.store import Store
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.copied_answers import mentions, open_copy_book, open_empty_book, open_lookup_book
+from eai.benchmarks.copied_answers import find_mentions, open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -63,12 +63,12 @@ def copy(benchmark: Benchmark, ability: Ability) -> object:
 
 def test_names_are_found_with_other_endings_and_in_several_words() -> None:
     words = ["slice", "the", "tomatoes", "and", "put", "them", "next", "to", "big", "ovens"]
-    assert mentions(words, "sliced") == [0]
-    assert mentions(words, "tomato.n.01_1") == [2]
-    assert mentions(words, "nextto") == mentions(words, "NEXT_TO") == [6]
-    assert mentions(words, "big_oven") == [8]
-    assert mentions(words, "oven") == [9]
-    assert mentions(words, "on") == mentions(words, "7") == []
+    assert find_mentions(words, "sliced") == [0]
+    assert find_mentions(words, "tomato.n.01_1") == [2]
+    assert find_mentions(words, "nextto") == find_mentions(words, "NEXT_TO") == [6]
+    assert find_mentions(words, "big_oven") == [8]
+    assert find_mentions(words, "oven") == [9]
+    assert find_mentions(words, "on") == find_mentions(words, "7") == []
 
 
 def test_copied_goals_are_all_goals_that_the_instruction_can_state() -> None:

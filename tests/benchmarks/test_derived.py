@@ -11,7 +11,7 @@ from benchmarks.behavior import kitchen
 from benchmarks.virtualhome import household
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior_1k import predicates as predicates_1k
-from eai.benchmarks.behavior_1k.operators import declared
+from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.world.derived import Computed, Defined, Lookup, find_definition, to_evaluated_form
 from eai.world.domain import Domain
@@ -21,9 +21,12 @@ from eai.world.vocabulary import DerivedPredicate
 SEATS = ("sofa.90", "bed.91", "bench.92")
 OBJECTS = ("floor", "oven", "pan", "bowl", "plate", "apple", "water")
 DOMAINS = {
-    "behavior": (behavior.as_meant(), kitchen.make_task().initial.scene),
-    "behavior-1k": (declared(), Scene(predicates_1k.VOCABULARY, {name: name for name in OBJECTS})),
-    "virtualhome": (virtualhome.as_meant(), household.make_task(more_objects=SEATS).initial.scene),
+    "behavior": (behavior.domain_in_paper_order(), kitchen.make_task().initial.scene),
+    "behavior-1k": (build_domain(), Scene(predicates_1k.VOCABULARY, {name: name for name in OBJECTS})),
+    "virtualhome": (
+        virtualhome.domain_in_paper_order(),
+        household.make_task(more_objects=SEATS).initial.scene,
+    ),
 }
 COMPUTED = [
     pytest.param(domain, scene, derived, id=f"{name} {derived.name}")

@@ -17,7 +17,7 @@ from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import DataError, InputError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark, DataSet
-from eai.benchmarks.errata import ErrataUse, _Erratum, published_errata, read_errata
+from eai.benchmarks.errata import ErrataUse, _Erratum, load_all_errata, read_errata
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -40,7 +40,7 @@ VERSIONS = {1: "1+92cd0f75", 2: "2+2ce9dbe1", 3: "3+1210d2bc"}
 """Content of each version of the table: a changed correction needs a new version."""
 
 CURRENT, NONE = ErrataChoice.CURRENT, ErrataChoice.NONE
-ENTRIES = {entry.id: entry for entry in published_errata().entries}
+ENTRIES = {entry.id: entry for entry in load_all_errata().entries}
 
 
 def open_corrected_suite(store: Store, entry: _Erratum, ability: Ability, errata: ErrataChoice) -> Suite:
@@ -332,8 +332,8 @@ def test_an_erratum_has_evidence_in_published_answers(name: str, data_store: Sto
 
 
 def test_each_version_of_the_table_has_fixed_corrections() -> None:
-    number = int(published_errata().version.partition("+")[0])
-    assert VERSIONS[number] == published_errata().version, "state the new version in errata.toml and here"
+    number = int(load_all_errata().version.partition("+")[0])
+    assert VERSIONS[number] == load_all_errata().version, "state the new version in errata.toml and here"
     assert {entry.since for entry in ENTRIES.values()} <= set(VERSIONS)
 
 
@@ -346,12 +346,12 @@ def test_the_page_of_errata_equals_the_table() -> None:
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_only_the_default_protocol_uses_errata(data_store: Store, domain: str, ability: Ability) -> None:
     source = Source(data_store, planner=PlannerChoice.NONE)
-    version = published_errata().version
+    version = load_all_errata().version
     opened = {each: open_suite(domain, ability, each, source=source) for each in PROTOCOLS}
     for protocol, suite in opened.items():
         is_default = protocol is Protocol.STRICT
         assert suite.errata.version == (version if is_default else "")
-        used = suite.errata.use(ability, suite.task_ids[0])
+        used = suite.errata.find_use(ability, suite.task_ids[0])
         assert used == (ErrataUse(version) if is_default else None)
 
 

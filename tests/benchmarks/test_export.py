@@ -8,9 +8,9 @@ from collections.abc import Mapping
 import pytest
 
 from eai.base.errors import DataError
-from eai.benchmarks.behavior.domain import as_meant as behavior
+from eai.benchmarks.behavior.domain import domain_in_paper_order as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.benchmarks.virtualhome.domain import as_meant as virtualhome
+from eai.benchmarks.virtualhome.domain import domain_in_paper_order as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.pddl.execute import Executor, PddlState
 from eai.pddl.export import export

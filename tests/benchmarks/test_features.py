@@ -3,14 +3,14 @@ from __future__ import annotations
 import pytest
 
 from eai.base.store import Store
-from eai.benchmarks.features import Features, features_of
+from eai.benchmarks.features import Features, compute_features
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import ErrataChoice, Source
 from studies.lamps import lamp_task, lamps
 
 
 def test_a_task_has_its_expected_features() -> None:
-    assert features_of(lamp_task(), lamps()) == Features(
+    assert compute_features(lamp_task(), lamps()) == Features(
         annotated_steps=6,
         annotated_operators=4,
         tool_steps=1,
@@ -42,5 +42,5 @@ def test_a_task_has_its_expected_features() -> None:
 def test_features_sum_to_the_table_of_the_paper(domain: str, sums: dict[str, int], data_store: Store) -> None:
     benchmark = find_benchmark(domain)
     tasks = benchmark.tasks(Source(data_store, errata=ErrataChoice.NONE))
-    features_of_tasks = [features_of(task, benchmark) for task in tasks.values()]
+    features_of_tasks = [compute_features(task, benchmark) for task in tasks.values()]
     assert {name: sum(getattr(features, name) for features in features_of_tasks) for name in sums} == sums

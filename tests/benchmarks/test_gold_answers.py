@@ -11,7 +11,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import WrittenAnswer, noisy_answer, open_answer_book, open_planned_book
+from eai.benchmarks.gold_answers import WrittenAnswer, make_noisy_answer, open_answer_book, open_planned_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.search import Limits
@@ -29,14 +29,14 @@ PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
 
 
 def test_noise_depends_on_its_arguments_alone() -> None:
-    assert noisy_answer(BOOK, "1", 0.0, "0").text == "1a 1b 1c 1d 1e 1f 1g 1h"
-    texts = {noisy_answer(BOOK, "1", 0.5, str(seed)).text for seed in range(20)}
+    assert make_noisy_answer(BOOK, "1", 0.0, "0").text == "1a 1b 1c 1d 1e 1f 1g 1h"
+    texts = {make_noisy_answer(BOOK, "1", 0.5, str(seed)).text for seed in range(20)}
     assert len(texts) > 15
-    assert noisy_answer(BOOK, "1", 0.5, "3") == noisy_answer(BOOK, "1", 0.5, "3")
+    assert make_noisy_answer(BOOK, "1", 0.5, "3") == make_noisy_answer(BOOK, "1", 0.5, "3")
 
 
 def test_noise_drops_repeats_swaps_and_replaces_parts() -> None:
-    answers = [noisy_answer(BOOK, "1", 0.3, str(seed)).parts for seed in range(50)]
+    answers = [make_noisy_answer(BOOK, "1", 0.3, str(seed)).parts for seed in range(50)]
     gold = BOOK["1"].parts
     assert any(len(parts) < len(gold) for parts in answers)
     assert any(part == after for parts in answers for part, after in pairwise(parts))

@@ -21,11 +21,19 @@ from eai.base.source import Archive, Bundle
 from eai.base.store import ReportProgress, Store
 from eai.benchmarks.behavior.records import PACK as BEHAVIOR
 from eai.benchmarks.behavior_1k.kinds import PACK as BEHAVIOR_1K
-from eai.benchmarks.packs import Pack, fetch, info, is_at_hand, open_pack, registered_packs, validate
+from eai.benchmarks.packs import (
+    Pack,
+    fetch,
+    find_packs,
+    get_pack_statuses,
+    is_at_hand,
+    open_pack,
+    validate_packs,
+)
 from eai.benchmarks.reference_wheel import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES
 from eai.benchmarks.virtualhome.benchmark import check_tasks
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
-from eai.benchmarks.virtualhome.records import VirtualHome
+from eai.benchmarks.virtualhome.records import VirtualHomeRecords
 from eai.tasks.source import Source
 
 NAMES = (VIRTUALHOME, RESOURCES, PROMPTS, BEHAVIOR_PDDL, TEMPLATES)
@@ -69,7 +77,7 @@ def test_fetching_again_makes_no_pack_again(store: Store, packs: Sequence[Pack])
     assert stages == {"fetching", "converting"}
     assert fetch(store, packs=packs) == ()
     assert fetch(store, packs=packs, force=True) == NAMES
-    assert list(VirtualHome.of(store.open(VIRTUALHOME))) == ["1_1", "2_1", "3_1"]
+    assert list(VirtualHomeRecords.from_pack(store.open(VIRTUALHOME))) == ["1_1", "2_1", "3_1"]
     assert store.open(RESOURCES).read_json("problems.json") == dict.fromkeys(
         ["1_1", "2_1", "3_1"], "(define)"
     )
@@ -77,7 +85,7 @@ def test_fetching_again_makes_no_pack_again(store: Store, packs: Sequence[Pack])
 
 
 def test_opening_an_absent_pack_fetches_it(store: Store, packs: Sequence[Pack]) -> None:
-    assert len(VirtualHome.of(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
+    assert len(VirtualHomeRecords.from_pack(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
     assert all(store.has(name) for name in NAMES)
 
 
@@ -132,9 +140,9 @@ def test_info_reports_ready_damaged_and_absent_packs(store: Store, packs: Sequen
     fetch(store, packs=packs)
     store.path(PROMPTS).unlink()
     store.path(RESOURCES).write_bytes(b"damaged")
-    ready, damaged, absent, *_ = info(store, packs=packs)
+    ready, damaged, absent, *_ = get_pack_statuses(store, packs=packs)
     assert ready.problem is None
-    assert ready.sha256 == VirtualHome.of(store.open(VIRTUALHOME)).sha256
+    assert ready.sha256 == VirtualHomeRecords.from_pack(store.open(VIRTUALHOME)).sha256
     assert ready.size == store.path(VIRTUALHOME).stat().st_size
     assert damaged.problem is not None
     assert "eai data fetch --force" in damaged.problem
@@ -245,14 +253,14 @@ def test_a_read_only_folder_can_be_read_but_not_written(packs: Sequence[Pack]) -
         fetch(store, packs=packs)
         with make_read_only(folder):
             assert fetch(store, packs=packs) == ()
-            assert len(VirtualHome.of(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
+            assert len(VirtualHomeRecords.from_pack(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
             with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
                 fetch(store, packs=packs, force=True)
             assert "\n" not in str(caught.value)
 
 
 def find_problems(store: Store, packs: Sequence[Pack]) -> list[str]:
-    return [f"{finding.place}: {finding.problem}" for finding in validate(store, packs)]
+    return [f"{finding.place}: {finding.problem}" for finding in validate_packs(store, packs)]
 
 
 def check_counts(packs: Sequence[Pack], **counts: int) -> list[Pack]:
@@ -279,7 +287,7 @@ def test_absent_damaged_and_foreign_packs_are_findings(store: Store, packs: Sequ
     store.path(RESOURCES).write_bytes(content)
     pinned = packs[2].archives[0]
     foreign = replace(packs[2], archives=(replace(pinned, sha256="0" * 64),))
-    absent, damaged, other = validate(store, [*packs[:2], foreign])
+    absent, damaged, other = validate_packs(store, [*packs[:2], foreign])
     assert [absent.place, damaged.place, other.place] == [VIRTUALHOME, RESOURCES, PROMPTS]
     assert "no such data" in absent.problem
     assert "vocabulary.json" in damaged.problem
@@ -287,14 +295,14 @@ def test_absent_damaged_and_foreign_packs_are_findings(store: Store, packs: Sequ
 
 
 def test_the_published_data_is_valid(data_store: Store) -> None:
-    assert validate(data_store) == ()
+    assert validate_packs(data_store) == ()
 
 
 def test_registered_packs_have_the_order_of_the_paper_without_repeats() -> None:
     others = [BEHAVIOR, BEHAVIOR_1K]
-    assert [pack.name for pack in registered_packs()] == [*NAMES, *others]
-    assert [pack.name for pack in registered_packs(["behavior"])] == [*NAMES[1:], BEHAVIOR]
-    assert registered_packs(["kitchen"]) == ()
+    assert [pack.name for pack in find_packs()] == [*NAMES, *others]
+    assert [pack.name for pack in find_packs(["behavior"])] == [*NAMES[1:], BEHAVIOR]
+    assert find_packs(["kitchen"]) == ()
 
 
 @pytest.mark.parametrize(
@@ -309,7 +317,7 @@ def test_registered_packs_have_the_order_of_the_paper_without_repeats() -> None:
     ],
 )
 def test_a_benchmark_is_at_hand_if_its_packs_exist(store: Store, benchmark: str, read: Sequence[str]) -> None:
-    for pack in registered_packs():
+    for pack in find_packs():
         if pack.name in read:
             assert not is_at_hand(store, benchmark)
             store.write(pack.name, pack.pins, {})

@@ -11,8 +11,8 @@ from eai.benchmarks import protocols
 @pytest.mark.parametrize("name", find_protocols())
 def test_protocols_are_found_by_name(name: str) -> None:
     assert Protocol(name) in Protocol.list_names()
-    assert isinstance(protocols.implementation_of(name), protocols.Implementation)
+    assert isinstance(protocols.find_implementation(name), protocols.Implementation)
 
 
 def test_a_name_that_is_not_registered_has_no_implementation() -> None:
-    assert protocols.implementation_of("no-such-protocol") is None
+    assert protocols.find_implementation("no-such-protocol") is None

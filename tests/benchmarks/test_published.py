@@ -94,7 +94,7 @@ def test_published_prompts_are_unchanged_except_for_errata(
     assert [prompt.user for prompt in published.values()] == texts
     corrected = official_prompts(domain, ability, data_store)
     changed = {task_id for task_id, prompt in corrected.items() if prompt != published[task_id]}
-    assert changed == find_benchmark(domain).errata.questioned(ability)
+    assert changed == find_benchmark(domain).data.errata.find_corrected_tasks(ability)
 
 
 def read_requested_operators(question: str) -> dict[str, str]:

@@ -18,7 +18,7 @@ from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.trial import Trial
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import corrupted_versions, heeding_answer, noisy_answer
+from eai.benchmarks.gold_answers import make_heeding_answer, make_noisy_answer, yield_corrupted_versions
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite, open_suite
 from eai.benchmarks.virtualhome.plan_notation import ObjectWithId
@@ -69,7 +69,7 @@ def test_an_attempt_has_the_verdict_of_a_single_answer(
     name: str, protocol: Protocol, data_store: Store
 ) -> None:
     answers = made_answers(name, ACTIONS, data_store)
-    suite = open_plan_suite(name, data_store, protocol).over([text for _, text in answers])
+    suite = open_plan_suite(name, data_store, protocol).adapt_to_answers([text for _, text in answers])
     assert find_differing_verdicts(suite, answers) == []
 
 
@@ -84,7 +84,7 @@ def test_an_attempt_of_a_published_model_has_the_verdict_of_a_single_answer(
         answers = [
             (row[task_id].partition("@")[0], row[text]) for row in oracle(name, ACTIONS.value, file)[rows]
         ]
-        suite = open_plan_suite(name, data_store, protocol).over([text for _, text in answers])
+        suite = open_plan_suite(name, data_store, protocol).adapt_to_answers([text for _, text in answers])
         chosen = answers[number :: len(MODELS)]
         assert find_differing_verdicts(suite, chosen) == []
         assert len(chosen) >= 11
@@ -118,7 +118,7 @@ def test_prompts_decide_whether_answers_are_read_with_ids(
     plan = scorer.notation.read(gold)
     assert isinstance(plan, WrittenPlan)
     assert any(isinstance(word, ObjectWithId) for word in plan.steps[0].objects) is with_ids[prompts]
-    read_as_asked = suite.over([questions["27_2"].user])
+    read_as_asked = suite.adapt_to_answers([questions["27_2"].user])
     assert replay(read_as_asked, EXPLAINED, "27_2", [gold])[0] == begin_trial(
         trials.suite, EXPLAINED, "27_2"
     ).try_answer(gold)
@@ -147,11 +147,11 @@ def test_a_model_that_follows_feedback_improves_only_with_feedback(
 
         def follow_feedback(question: Prompt, attempt: int, task_id: str = task_id) -> str:
             text = question.user
-            return heeding_answer(book, task_id, text, attempt, rate=rate, seed=seed, heed=1.0).text
+            return make_heeding_answer(book, task_id, text, attempt, rate=rate, seed=seed, heed=1.0).text
 
         attempts = run_policy(trials, task_id, follow_feedback)
         versions = list(
-            dict.fromkeys(answer.text for answer in corrupted_versions(book, task_id, rate, seed))
+            dict.fromkeys(answer.text for answer in yield_corrupted_versions(book, task_id, rate, seed))
         )
         versions += versions[-1:] * ATTEMPTS
         wins = [bool(getattr(trials.suite.score(task_id, text), "success", False)) for text in versions]
@@ -188,7 +188,7 @@ class ResamplingModel:
         self._succeeds = cache(self._score)
 
     def answer(self, task_id: str, seed: str) -> str:
-        return noisy_answer(self._book, task_id, self._rate, seed).text
+        return make_noisy_answer(self._book, task_id, self._rate, seed).text
 
     def chance(self, task_id: str, seeds: int) -> float:
         """Return the share of successful answers in a sample that trials do not use."""
@@ -237,7 +237,7 @@ def test_questions_about_other_goals_do_not_change_verdicts(world: AttemptStart,
         trials, asker=replace(trials.asker, prompt_of=lambda i: prompt_of(task_ids[task_ids.index(i) - 1]))
     )
     for task_id in task_ids:
-        answers = [noisy_answer(book, task_id, 0.3, str(k)).text for k in range(ATTEMPTS)]
+        answers = [make_noisy_answer(book, task_id, 0.3, str(k)).text for k in range(ATTEMPTS)]
 
         def given(_: Prompt, attempt: int, answers: Sequence[str] = answers) -> str:
             return answers[attempt - 1]

@@ -33,7 +33,7 @@ def test_a_task_without_an_answer_fails_without_an_error(
     data_store: Store, domain: str, ability: Ability, protocol: Protocol
 ) -> None:
     suite = open_suite(domain, ability, protocol, source=Source(data_store, planner=PlannerChoice.NONE))
-    verdicts = [suite.unanswered(task_id) for task_id in suite.task_ids]
+    verdicts = [suite.score_missing_answer(task_id) for task_id in suite.task_ids]
     counted = [verdict for verdict in verdicts if verdict.excluded is None]
     if protocol is Protocol.STRICT:
         assert len(counted) == COUNTED_TASKS.get((domain, ability), len(suite.task_ids))
@@ -53,7 +53,7 @@ def test_a_task_of_operators_without_an_answer_is_not_solved(data_store: Store, 
     """The reference fills gaps with gold operators, so a readable empty answer would solve all problems."""
     source = Source(data_store, planner=PlannerChoice.BUILT_IN)
     suite = open_suite("behavior", Ability.TRANSITION_MODELING, protocol, source=source)
-    verdict = suite.unanswered(suite.task_ids[0])
+    verdict = suite.score_missing_answer(suite.task_ids[0])
     assert isinstance(verdict, OperatorVerdict)
     assert (verdict.success, verdict.planner) == (False, PlannerOutcome.INPUT_ERROR)
     assert verdict.literals == (_EXPECTED_LITERALS if protocol is Protocol.STRICT else None)
@@ -82,7 +82,7 @@ def test_no_text_changes_a_denominator_or_makes_a_scorer_raise(
     suite = open_suite(domain, ability, source=Source(data_store, planner=PlannerChoice.NONE))
     declared = declaration_of(ability)
     for task_id in suite.task_ids[::40]:
-        nothing = declared.contributions(suite.unanswered(task_id))
+        nothing = declared.contributions(suite.score_missing_answer(task_id))
         for text in ODD_TEXTS:
             verdict = suite.score(task_id, text)
             assert verdict.error is None or verdict.error.check != RAISED, text[:40]

@@ -16,7 +16,7 @@ from command_line import Command
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.files import lock_run_folder
 from eai.base.store import Store
-from eai.benchmarks.virtualhome.records import open_virtualhome
+from eai.benchmarks.virtualhome.records import open_records
 from eai.pddl.fast_downward import FastDownward
 from eai.tasks.source import Source
 from made_answers import made_answers
@@ -108,7 +108,7 @@ def test_a_task_without_an_answer_counts_as_failed_and_is_told(
     eai: Command, data_store: Store, protocol: str, in_statistics: int
 ) -> None:
     gold = answer_book("virtualhome", Ability.ACTION_SEQUENCING, data_store)
-    tasks = list(open_virtualhome(Source(data_store)))
+    tasks = list(open_records(Source(data_store)))
     answers = [{"identifier": task_id, "llm_output": gold[task_id].text} for task_id in tasks[:50]]
     outcome = eai("score", write(answers), *HERE, "--protocol", protocol, "--out", "out")
     assert outcome.status == 0
@@ -476,7 +476,7 @@ def test_extreme_answers_are_counted_and_none_is_lost(
     eai: Command, data_store: Store, protocol: str, workers: int
 ) -> None:
     texts = ["\0" * 1000, "\udfff\ud800", "[" * 100_000 + "]" * 100_000, "[" * 900 + "]" * 900, ""]
-    others = (task for task in open_virtualhome(Source(data_store)) if task != "11_1")
+    others = (task for task in open_records(Source(data_store)) if task != "11_1")
     unreadable = dict(zip(others, texts, strict=False))
     long_plan = "{" + ", ".join(['"WALK": ["floor_lamp"], "TOUCH": ["floor_lamp"]'] * 5_000) + "}"
     chosen = {**unreadable, "11_1": long_plan}

@@ -17,7 +17,7 @@ from eai.benchmarks.behavior.notation import BehaviorSubgoals
 from eai.benchmarks.gold_answers import AnswerBook, open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome import tasks as virtualhome
-from eai.benchmarks.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
+from eai.benchmarks.virtualhome.notation import SUBGOAL_ACTIONS, VirtualHomeSubgoals
 from eai.world.state import Scene
 
 Maker: TypeAlias = Callable[[Dice, str], str]
@@ -41,7 +41,7 @@ def _in_homes(ability: Ability, book: AnswerBook) -> Maker:
     def words(task_id: str) -> Words:
         scene = tasks[task_id].scene
         near = [scene.objects[i].name for i in tasks[task_id].relevant]
-        signature = VirtualHomeSubgoals(ACTIONS).lexicon(scene).signature
+        signature = VirtualHomeSubgoals(SUBGOAL_ACTIONS).lexicon(scene).signature
         return Words(signature, [thing.name for thing in scene.objects], near)
 
     match ability:

@@ -40,7 +40,7 @@ from eai.agents.server import server_of
 from eai.agents.setting import ACTING, AGENT, STANDARD
 from eai.agents.verdict import ActingVerdict
 from eai.agents.worlds import journal_in, opened
-from eai.benchmarks.registry import FIRST
+from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
 from eai.run.acting import enter, episode_text
 from eai.world.action import Action
@@ -204,7 +204,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("suites", nargs="*", default=list(FIRST))
+    parser.add_argument("suites", nargs="*", default=list(PAPER_BENCHMARKS))
     parser.add_argument("--plays", type=int, default=1000, help="of each suite")
     parser.add_argument(
         "--inspect", type=int, default=200, help="how many of them go through Inspect's tools"

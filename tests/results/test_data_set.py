@@ -11,9 +11,9 @@ from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import Pack, fetch
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.virtualhome.benchmark import count_annotated
+from eai.benchmarks.virtualhome.benchmark import count_annotated_figures
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
-from eai.benchmarks.virtualhome.records import VirtualHome, open_virtualhome
+from eai.benchmarks.virtualhome.records import VirtualHomeRecords, open_records
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
 from eai.results.data_set import _Figure, count_figures, profile_tasks
 from eai.studies.report.distributions import distributions
@@ -104,7 +104,7 @@ def rows_of(domain: str, store: Store) -> dict[str, _Figure]:
 
 def test_annotated_records_are_counted(store: Store, packs: Sequence[Pack]) -> None:
     fetch(store, packs=packs)
-    figures = count_annotated(VirtualHome.of(store.open(VIRTUALHOME)), ["1_1"], 5)
+    figures = count_annotated_figures(VirtualHomeRecords.from_pack(store.open(VIRTUALHOME)), ["1_1"], 5)
     assert {label: value for label, (value, _) in figures.items()} == {
         "task names": 2,
         "tasks": 3,
@@ -190,7 +190,7 @@ def test_figures_that_the_paper_lacks_are_counted(data_store: Store) -> None:
 
 
 def test_remarks_on_figures_are_true(data_store: Store) -> None:
-    scripts = [task.script for task in open_virtualhome(Source(data_store)).values()]
+    scripts = [task.script for task in open_records(Source(data_store)).values()]
     goals = profile_tasks(find_benchmark("virtualhome"), Source(data_store))
     instructed = [script for script, task in zip(scripts, goals, strict=True) if task.features.goals]
     assert round(100 * sum(len(script) >= 10 for script in instructed) / len(instructed), 1) == 38.2
@@ -206,7 +206,7 @@ def test_remarks_on_figures_are_true(data_store: Store) -> None:
 
 
 def test_four_tasks_have_neither_goals_nor_a_temporal_goal(data_store: Store) -> None:
-    tasks = open_virtualhome(Source(data_store)).values()
+    tasks = open_records(Source(data_store)).values()
     assert {task.id for task in tasks if task.tl_goal is None} == {"627_1", "339_1", "84_1", "93_1"}
     assert all(
         (task.tl_goal is None) == (not (task.node_goals or task.edge_goals or task.action_goals))

@@ -15,13 +15,13 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.registry import of_the_paper
+from eai.benchmarks.registry import list_paper_benchmarks
 from eai.run.registry import TASKS
 
 EXAMPLE = ROOT / "examples/lm_eval"
-OF_HOUSEHOLDS = {f"{name}_{ability.value}" for name in of_the_paper() for ability in PAPER_ABILITIES} & set(
-    TASKS
-)
+OF_HOUSEHOLDS = {
+    f"{name}_{ability.value}" for name in list_paper_benchmarks() for ability in PAPER_ABILITIES
+} & set(TASKS)
 """The examples have the four abilities of the paper's households: no file of questions, and no pictures."""
 
 

@@ -18,7 +18,7 @@ from eai.abilities.attempt_options import AttemptOptions, FeedbackLevel
 from eai.abilities.feedback import REASONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import heeding_answer, noisy_answer
+from eai.benchmarks.gold_answers import make_heeding_answer, make_noisy_answer
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
 from eai.results.codec import record_to_json
@@ -64,10 +64,12 @@ def offline(options: AttemptOptions, store: Store, heed: float | None) -> dict[s
             attempt = len(inquiry.attempts) + 1
             if heed is None:
                 seed = "0 1" + (f" {attempt}" if attempt > 1 else "")
-                text = noisy_answer(book, task_id, RATE, seed).text
+                text = make_noisy_answer(book, task_id, RATE, seed).text
             else:
                 shown = inquiry.question.user
-                text = heeding_answer(book, task_id, shown, attempt, rate=RATE, seed="0 1", heed=heed).text
+                text = make_heeding_answer(
+                    book, task_id, shown, attempt, rate=RATE, seed="0 1", heed=heed
+                ).text
             inquiry.add_answer(text)
         found[task_id] = [(attempt.response, attempt.verdict) for attempt in inquiry.attempts]
     return found

@@ -18,7 +18,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.agents.setting import ACTING
 from eai.base.files import to_file_name
 from eai.base.store import Store
-from eai.benchmarks.errata import published_errata
+from eai.benchmarks.errata import load_all_errata
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -110,7 +110,7 @@ def test_all_ways_of_scoring_give_the_same_rates(
     for answers in (read_answers(ran.log, suite), read_answers(evaluated, suite)):
         assert answers.model == written.model
         assert set(answers.responses) == set(written.responses)
-    together = suite.over([response.text for response in written.responses])
+    together = suite.adapt_to_answers([response.text for response in written.responses])
     verdicts = [record.verdict for record in Scoring().records(together, written.model, written.responses)]
     assert shares(summarise(verdicts, ability)) == pytest.approx(numbers)
 
@@ -127,7 +127,7 @@ def test_all_ways_of_scoring_give_the_same_rates(
 def test_gold_answers_equal_the_published_ones_without_errata(
     data_store: Store, process: Executor, tmp_path: Path, protocol: Protocol, errata: ErrataChoice | None
 ) -> None:
-    entry = next(each for each in published_errata().entries if each.plan)
+    entry = next(each for each in load_all_errata().entries if each.plan)
     domain, ability, task_id = entry.domain, Ability.ACTION_SEQUENCING, entry.tasks[0]
     asked = Asked(domain, ability, protocol, (task_id,), errata or ErrataChoice.CURRENT)
     ran = process.submit(run_in_child, asked, Whom("eai/oracle", {}), tmp_path).result()

@@ -10,7 +10,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol, find_abilities
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmarks.registry import registered
+from eai.benchmarks.registry import list_benchmarks
 from eai.run.registry import TASKS
 from protocols import PROTOCOLS
 from suites import official_prompts
@@ -21,7 +21,7 @@ SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for abilit
 def test_inspect_finds_every_suite_under_its_name() -> None:
     of_files = {ability for ability in find_abilities() if declaration_of(ability).interaction.task_command}
     others = find_abilities().keys() - of_files
-    names = {*of_files, *(f"{domain}_{ability}" for domain in registered() for ability in others)}
+    names = {*of_files, *(f"{domain}_{ability}" for domain in list_benchmarks() for ability in others)}
     assert TASKS.keys() == names
     assert {registry_info(task).name for task in TASKS.values()} == {f"eai/{name}" for name in names}
 

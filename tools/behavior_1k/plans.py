@@ -18,7 +18,7 @@ from ways import NoWayError, Scope, Way
 import eai.logic.formula as f
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
-from eai.benchmarks.behavior_1k.operators import declared
+from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.scene import SetUp, make_set_up
 from eai.benchmarks.packs import open_pack
 from eai.logic.traversal import walk
@@ -316,7 +316,7 @@ def opened(source: Source | None = None) -> tuple[Sequence[str], SetUp]:
 def line_of(set_up: SetUp, name: str) -> str:
     """The line of an activity, which is empty where no plan is found."""
     activity, initial = set_up(name)
-    plan = write_plan(declared(), initial, activity.problem.goal, len(activity.objects))
+    plan = write_plan(build_domain(), initial, activity.problem.goal, len(activity.objects))
     return "" if isinstance(plan, str) else f"{name}\t{write_plan_line(plan)}\n"
 
 

@@ -30,7 +30,7 @@ from page import page_of, rows_with
 from published_scores import ANSWERS, find_answers
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
-from eai.benchmarks.registry import FIRST
+from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import NO_ROW, score_run
@@ -79,7 +79,9 @@ def from_records(paths: Sequence[Path]) -> Evidence:
 
 
 def from_answers(
-    folder: Path = ANSWERS, domains: Sequence[str] = FIRST, abilities: Sequence[Ability] = PAPER_ABILITIES
+    folder: Path = ANSWERS,
+    domains: Sequence[str] = PAPER_BENCHMARKS,
+    abilities: Sequence[Ability] = PAPER_ABILITIES,
 ) -> Evidence:
     """Evidence from the published answers, scored as the paper's package does; no planner is needed yet."""
     source = Source(planner=PlannerChoice.NONE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.registry import FIRST
+from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.results.paper_tables import PublishedSuite, read_published_scores
 
 _ABILITIES = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
@@ -20,13 +20,13 @@ def partial_success_table() -> Iterator[str]:
     columns = [
         (f"{domain}/{ability.value}", metric)
         for ability in _ABILITIES
-        for domain in FIRST
+        for domain in PAPER_BENCHMARKS
         for metric in _METRICS
     ]
     heads = [
         f"{_TITLES[domain]}, {_SHORT[ability]}: {label}"
         for ability in _ABILITIES
-        for domain in FIRST
+        for domain in PAPER_BENCHMARKS
         for label in _METRICS.values()
     ]
     yield "## Partial success of plans and subgoals"

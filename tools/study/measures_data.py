@@ -20,7 +20,7 @@ from rates import (
 )
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmarks.errata import published_errata
+from eai.benchmarks.errata import load_all_errata
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -465,7 +465,7 @@ def gold_plans(evidence: Evidence) -> Finding:
         book = open_answer_book(find_benchmark(domain), Ability.ACTION_SEQUENCING, source)
         suite = open_suite(domain, Ability.ACTION_SEQUENCING, Protocol.STRICT, source=source)
         texts = {task_id: book[task_id].text for task_id in suite.task_ids}
-        judge = suite.over(list(texts.values()))
+        judge = suite.adapt_to_answers(list(texts.values()))
         verdicts = [judge.score(task_id, text) for task_id, text in texts.items()]
         scored = [each for each in verdicts if each.excluded is None]
         counts[domain] = sum(bool(each.success) for each in scored), len(scored)
@@ -476,7 +476,7 @@ def gold_plans(evidence: Evidence) -> Finding:
 
 
 def errata(evidence: Evidence) -> Finding:
-    entries = published_errata().entries
+    entries = load_all_errata().entries
     return if_so(not entries, f"{len(entries)} [errata](errata.md) are known")
 
 

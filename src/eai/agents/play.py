@@ -24,7 +24,7 @@ from eai.agents.stage import Stage
 from eai.base.entry_points import load_offer
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.registry import loaded
+from eai.benchmarks.registry import load_object
 from eai.benchmarks.suite import Suite
 from eai.results.codec import sha256_of
 from eai.tasks.options import misfit
@@ -116,7 +116,7 @@ def in_setting(
         EaiError: the extra that draws pictures is not installed.
     """
     if setting.harness not in (REACT, TEXT):
-        loaded(setting.harness)  # an unknown harness raises before any model is called
+        load_object(setting.harness)  # an unknown harness raises before any model is called
     about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
     if setting == STANDARD:
         return prompts, about

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 FOLDER = "formats"
 
 
-def formats_of(package: str) -> Mapping[Ability, str]:
+def read_formats(package: str) -> Mapping[Ability, str]:
     """Return the texts in the folder ``formats`` of a package, by ability."""
     folder = files(package) / FOLDER
     files_by_ability = {ability: folder / f"{ability.value}.txt" for ability in find_abilities()}
@@ -132,13 +132,13 @@ class Benchmark:
         """Name in tables and on pages."""
         return self.data.title or self.name
 
-    def errata_for(self, source: Source) -> Errata:
+    def get_errata(self, source: Source) -> Errata:
         """Return the errata with which tasks are opened."""
         return NO_ERRATA if source.errata is ErrataChoice.NONE else self.data.errata
 
     def tasks(self, source: Source) -> TaskSet[Task]:
         """Return all tasks in the order of the data set."""
-        return self.errata_for(source).tasks(self.open_tasks(source))
+        return self.get_errata(source).correct_tasks(self.open_tasks(source))
 
     def with_changed(self, change: Callable[[Task], Task]) -> Benchmark:
         """Return the benchmark with changed tasks. Errata are applied before the change."""
@@ -179,7 +179,9 @@ class Benchmark:
     def operators(self, source: Source) -> TaskSet[TransitionTask]:
         """Return the tasks of transition modeling in the order of the data set."""
         if Ability.TRANSITION_MODELING in self.data.own_tasks:
-            return self.errata_for(source).operators(self.data.own_tasks[Ability.TRANSITION_MODELING](source))
+            return self.get_errata(source).correct_operators(
+                self.data.own_tasks[Ability.TRANSITION_MODELING](source)
+            )
         from eai.tasks.operator_task import declared_tasks
 
         tasks = self.open_tasks(source)
@@ -215,7 +217,7 @@ class Benchmark:
         if self.data.prompts is None or declaration_of(ability).interaction.make_question is not None:
             return None
         files = self.data.prompts(ability, source)
-        correct = self.errata_for(source).questions(ability, lambda: self.operators(source))
+        correct = self.get_errata(source).make_question_corrector(ability, lambda: self.operators(source))
         if correct is None:
             return files
         return files.corrected(lambda name, question: correct(self.data.task_id_of(name) or name, question))

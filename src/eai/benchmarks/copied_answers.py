@@ -23,7 +23,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import AnswerBook, book_of, no_answer, open_answer_book
+from eai.benchmarks.gold_answers import AnswerBook, make_answer_book, no_answer_error, open_answer_book
 from eai.logic.choice import Literal, choice_options, ground
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables, substitute
@@ -53,7 +53,7 @@ _AchieverMatch: TypeAlias = tuple[Achiever, Mapping[str, int]]
 """A way to achieve a fact, and the objects that the fact determines."""
 
 
-def copied_goal(task: Task, notation: SubgoalNotation) -> f.Formula:
+def copy_goal(task: Task, notation: SubgoalNotation) -> f.Formula:
     """Return the goal of a task as one subgoal: actions in order, on any objects, then final conditions.
 
     Quantifiers are expanded, since not every notation has them; a goal about pairs uses the first pairs.
@@ -127,8 +127,8 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUA
         DataError: the data cannot be obtained.
     """
     if ability not in _COPIERS:
-        raise no_answer("copy", benchmark, ability)
-    return book_of(benchmark, ability, source, partial(_COPIERS[ability], benchmark))
+        raise no_answer_error("copy", benchmark, ability)
+    return make_answer_book(benchmark, ability, source, partial(_COPIERS[ability], benchmark))
 
 
 def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
@@ -141,14 +141,14 @@ def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USU
     return TaskSet(book, lambda task_id: replace(book[task_id], parts=()), "")
 
 
-def mentions(words: Sequence[str], name: str) -> list[int]:
+def find_mentions(words: Sequence[str], name: str) -> list[int]:
     """Return the positions in a list of words where a name begins; endings do not matter."""
     stem = _stem("".join(_WORD.findall(name.lower())))
     spans = [(i, n) for i in range(len(words)) for n in range(1, _MAX_NAME_WORDS + 1) if i + n <= len(words)]
     return [i for i, n in spans if stem and _stem("".join(words[i : i + n])) == stem]
 
 
-def instruction_words(task: Task) -> list[str]:
+def list_instruction_words(task: Task) -> list[str]:
     """Return the words of a task's title and instruction, in order."""
     return _WORD.findall(f"{task.title} {task.instruction}".lower())
 
@@ -164,12 +164,12 @@ def _stem(word: str) -> str:
 def _copy_goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """Return each named state of each named object, each named relation of two objects, and named actions."""
     task = task.at_the_end
-    notation, words = benchmark.notation.goals, instruction_words(task)
+    notation, words = benchmark.notation.goals, list_instruction_words(task)
     lexicon = GoalLexicon(task, benchmark.domain, notation)
-    objects = {name: positions for name in lexicon.objects if (positions := mentions(words, name))}
+    objects = {name: positions for name in lexicon.objects if (positions := find_mentions(words, name))}
     goals = []
     for predicate, arity in lexicon.words:
-        mentioned_at = mentions(words, predicate)
+        mentioned_at = find_mentions(words, predicate)
         if arity == 1 and mentioned_at:
             goals += [WrittenGoal(predicate, (name,)) for name in objects]
         elif arity == 2:
@@ -180,13 +180,13 @@ def _copy_goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
                 if name != other and any(before[0] < position < after[-1] for position in mentioned_at)
             ]
     if notation.states_actions:
-        goals += [WrittenGoal(name, is_action=True) for name in lexicon.actions if mentions(words, name)]
+        goals += [WrittenGoal(name, is_action=True) for name in lexicon.actions if find_mentions(words, name)]
     return notation.write(goals)
 
 
 def _copy_subgoals(benchmark: Benchmark, task: Task) -> Iterable[str]:
     task = task.at_the_end
-    return [print_ltl(copied_goal(task, benchmark.subgoals()))] if task.goals else []
+    return [print_ltl(copy_goal(task, benchmark.subgoals()))] if task.goals else []
 
 
 _achievers = lru_cache(maxsize=8)(Achievers)
@@ -282,20 +282,26 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
         DataError: the data cannot be obtained.
     """
     if ability is Ability.TRANSITION_MODELING:
-        return book_of(benchmark, ability, source, _make_operator_copier(benchmark.operators(source)))
+        return make_answer_book(
+            benchmark, ability, source, _make_operator_copier(benchmark.operators(source))
+        )
     if ability not in _LOOKED_UP_ABILITIES:
-        raise no_answer("lookup", benchmark, ability)
+        raise no_answer_error("lookup", benchmark, ability)
     public_benchmark = replace(benchmark, open_tasks=benchmark.data.open_public or benchmark.open_tasks)
     public = public_benchmark.tasks_for(ability, source).values()
     if ability is Ability.GOAL_INTERPRETATION:
-        texts = [(task, Counter(instruction_words(task))) for task in public]
-        return book_of(benchmark, ability, source, partial(_adapt_goals, benchmark, texts))
+        texts = [(task, Counter(list_instruction_words(task))) for task in public]
+        return make_answer_book(benchmark, ability, source, partial(_adapt_goals, benchmark, texts))
     table = LookupTable(public, benchmark.domain)
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         answers = open_answer_book(public_benchmark, ability, source)
-        return book_of(benchmark, ability, source, partial(_adapt_subgoals, benchmark, table, answers))
+        return make_answer_book(
+            benchmark, ability, source, partial(_adapt_subgoals, benchmark, table, answers)
+        )
     plans = benchmark.notation.plans
-    return book_of(benchmark, ability, source, lambda task: plans.write(table.plan(task), task.scene))
+    return make_answer_book(
+        benchmark, ability, source, lambda task: plans.write(table.adapt_plan(task), task.scene)
+    )
 
 
 class LookupTable:
@@ -312,18 +318,18 @@ class LookupTable:
         self._of_goal = group_pairs((text, number) for number, (_, goals) in numbered for text in goals)
         self._domain = domain
 
-    def plan(self, task: Task) -> tuple[Action, ...]:
+    def adapt_plan(self, task: Task) -> tuple[Action, ...]:
         """Return the plan of the nearest other task about this task's objects, without unknown operators."""
-        nearest = self.nearest(task)
+        nearest = self.find_nearest(task)
         plan = () if nearest is None else tuple(_adapt_steps(nearest, task))
         arities = self._domain.arities
         return tuple([action for action in plan if arities.get(action.operator) == len(action.arguments)])
 
     def solves(self, task: Task) -> bool:
         """Whether the plan of the nearest other task solves a task."""
-        return solves(self._domain, task, self.plan(task))
+        return solves(self._domain, task, self.adapt_plan(task))
 
-    def nearest(self, task: Task) -> Task | None:
+    def find_nearest(self, task: Task) -> Task | None:
         """Return the other task with the largest share of common goals; the first of several."""
         goals = _lift_goals(task)
         sharing = sorted({number for text in goals for number in self._of_goal.get(text, ())})
@@ -335,7 +341,7 @@ def _adapt_subgoals(
     benchmark: Benchmark, table: LookupTable, answers: AnswerBook, task: Task
 ) -> Sequence[str]:
     """Return the nearest task's subgoals with this task's objects, without subgoals on other objects."""
-    nearest = table.nearest(task)
+    nearest = table.find_nearest(task)
     if nearest is None:
         return ()
     notation = benchmark.subgoals()
@@ -353,7 +359,7 @@ def _adapt_goals(
 ) -> Sequence[str]:
     """Return the goals of the task whose instruction shares most words, without names unknown here."""
     notation = benchmark.notation.goals
-    nearest = _find_most_similar(Counter(instruction_words(task)), task, texts)
+    nearest = _find_most_similar(Counter(list_instruction_words(task)), task, texts)
     parts = () if nearest is None else write_goals(nearest, benchmark.domain, notation)
     read = notation.read(notation.join(parts))
     stated = () if isinstance(read, Unreadable) else read.goals

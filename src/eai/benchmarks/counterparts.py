@@ -12,7 +12,7 @@ Counterpart: TypeAlias = tuple[str, tuple[int, ...]]
 """The action of an operator, and the positions of its objects among the operator's parameters."""
 
 
-def translate(
+def translate_steps(
     steps: Iterable[PlanStep],
     counterparts: Mapping[str, Counterpart],
     index_of: Callable[[str], int | None],

@@ -35,7 +35,7 @@ TaskT = TypeVar("TaskT", bound=Task)
 _FILE = "errata.toml"
 
 
-def asking_for_scored(task: TransitionTask, question: str) -> str:
+def ask_for_scored_operators(task: TransitionTask, question: str) -> str:
     """Return a question that asks for the scored operators of its task, instead of other operators."""
     before, mark, rest = question.rpartition(_HEADS_START)
     _, end, behind = rest.partition(_HEADS_END)
@@ -103,7 +103,7 @@ class _Erratum(Options):
         return tuple(name for name in names if getattr(self, name))
 
     @property
-    def about_questions(self) -> bool:
+    def is_about_question(self) -> bool:
         """Whether the erratum changes the question, and not the right answer."""
         return self.question is not None or self.asks_scored
 
@@ -121,20 +121,20 @@ class Errata:
     version: str = ""
     entries: tuple[_Erratum, ...] = ()
 
-    def use(self, ability: Ability, task_id: str) -> ErrataUse | None:
+    def find_use(self, ability: Ability, task_id: str) -> ErrataUse | None:
         """Return the version and the errata that can change verdicts on a task, for its record."""
         return ErrataUse(self.version, self._deciding.get((ability, task_id), ())) if self.version else None
 
     @cached_property
     def _deciding(self) -> Mapping[tuple[Ability, str], tuple[str, ...]]:
         """Ids of errata that can change verdicts, by ability and task: those not about questions or plans."""
-        deciding = [entry for entry in self.entries if not entry.about_questions and not entry.plan]
+        deciding = [entry for entry in self.entries if not entry.is_about_question and not entry.plan]
         pairs = ((key, entry.id) for entry in deciding for key in product(entry.abilities, entry.tasks))
         return {key: tuple(ids) for key, ids in group_pairs(pairs).items()}
 
-    def tasks(self, tasks: TaskSet[TaskT]) -> TaskSet[TaskT]:
+    def correct_tasks(self, tasks: TaskSet[TaskT]) -> TaskSet[TaskT]:
         """Return the tasks of plans and goals, corrected."""
-        by_task = self._by_task(Ability.ACTION_SEQUENCING)
+        by_task = self._group_by_task(Ability.ACTION_SEQUENCING)
 
         def corrected(task_id: str) -> TaskT:
             task = tasks[task_id]
@@ -146,9 +146,9 @@ class Errata:
 
         return TaskSet(tasks, corrected, tasks.sha256) if by_task else tasks
 
-    def operators(self, tasks: TaskSet[TransitionTask]) -> TaskSet[TransitionTask]:
+    def correct_operators(self, tasks: TaskSet[TransitionTask]) -> TaskSet[TransitionTask]:
         """Return the tasks of transition modeling, corrected."""
-        by_task = self._by_task(Ability.TRANSITION_MODELING)
+        by_task = self._group_by_task(Ability.TRANSITION_MODELING)
         names = {was: now for entry in self.entries for was, now in (entry.renamed or {}).items()}
 
         @cache
@@ -165,7 +165,7 @@ class Errata:
 
         return TaskSet(tasks, corrected, tasks.sha256) if by_task else tasks
 
-    def questions(
+    def make_question_corrector(
         self, ability: Ability, operators: Callable[[], Mapping[str, TransitionTask]]
     ) -> Callable[[str, str], str] | None:
         """Return the function that corrects the question of a task id, or None if all questions are right.
@@ -175,26 +175,26 @@ class Errata:
             operators: opens the tasks of transition modeling, for questions that must ask for their
                 operators.
         """
-        if not self.questioned(ability):
+        if not self.find_corrected_tasks(ability):
             return None
-        by_task = self._by_task(ability)
+        by_task = self._group_by_task(ability)
 
         def corrected(task_id: str, question: str) -> str:
             for entry in by_task.get(task_id, ()):
                 if entry.question is not None:
                     question = _replace_once(question, entry.question, entry.id)
                 if entry.asks_scored:
-                    question = asking_for_scored(operators()[task_id], question)
+                    question = ask_for_scored_operators(operators()[task_id], question)
             return question
 
         return corrected
 
-    def questioned(self, ability: Ability) -> frozenset[str]:
+    def find_corrected_tasks(self, ability: Ability) -> frozenset[str]:
         """Return the ids of tasks whose official questions are corrected."""
-        entries = [entry for entry in self.entries if entry.about_questions and ability in entry.abilities]
+        entries = [entry for entry in self.entries if entry.is_about_question and ability in entry.abilities]
         return frozenset(task_id for entry in entries for task_id in entry.tasks)
 
-    def _by_task(self, ability: Ability) -> Mapping[str, list[_Erratum]]:
+    def _group_by_task(self, ability: Ability) -> Mapping[str, list[_Erratum]]:
         entries = [entry for entry in self.entries if ability in entry.abilities]
         return group_pairs((task_id, entry) for entry in entries for task_id in entry.tasks)
 
@@ -203,14 +203,14 @@ NO_ERRATA = Errata()
 """The errata of a benchmark without errata, or with errata switched off."""
 
 
-def errata_of(domain: str) -> Errata:
+def load_errata(domain: str) -> Errata:
     """Return the packaged errata of a benchmark."""
-    errata = published_errata()
+    errata = load_all_errata()
     return replace(errata, entries=tuple(entry for entry in errata.entries if entry.domain == domain))
 
 
 @cache
-def published_errata() -> Errata:
+def load_all_errata() -> Errata:
     """Return the packaged table of all benchmarks."""
     return read_errata((resources.files("eai.benchmarks") / _FILE).read_text(encoding="utf-8"))
 

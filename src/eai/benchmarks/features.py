@@ -67,9 +67,9 @@ class Features:
     instruction_words: int
 
 
-def features_of(task: Task, benchmark: Benchmark) -> Features:
+def compute_features(task: Task, benchmark: Benchmark) -> Features:
     """Return the features of a task of a benchmark."""
-    steps, tools = [step.operator for step in task.script], operators_with_tools(benchmark.domain)
+    steps, tools = [step.operator for step in task.script], find_tool_operators(benchmark.domain)
     kinds = Counter(goal.kind for goal in task.goals)
     alternatives = benchmark.notation.goals.alternatives(task.at_the_end)
     conditions = [condition for goal in alternatives for condition in next(choice_options(goal.options), ())]
@@ -123,7 +123,7 @@ def _count_initial_facts(task: Task) -> int:
     )
 
 
-def operators_with_tools(domain: Domain) -> frozenset[str]:
+def find_tool_operators(domain: Domain) -> frozenset[str]:
     """Return the operators with a check for an object of some kind that the action does not name."""
     kinds = {p.name for p in domain.vocabulary.predicates if p.static and p.arity == 1}
     return frozenset(operator.name for operator in domain.operators if _requires_tool(operator, kinds))

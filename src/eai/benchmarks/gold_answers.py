@@ -35,7 +35,7 @@ _Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
 """Consecutive parts of a gold answer, and the parts that replace them."""
 
 
-def noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) -> WrittenAnswer:
+def make_noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) -> WrittenAnswer:
     """Return a gold answer with randomly corrupted parts. Equal arguments give equal answers.
 
     Each part is corrupted independently: it is dropped, repeated, swapped with the next, or replaced by a
@@ -47,10 +47,10 @@ def noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) -> Writ
         rate: probability that a part is corrupted.
         seed: seed of all random choices.
     """
-    return next(corrupted_versions(book, task_id, rate, seed))
+    return next(yield_corrupted_versions(book, task_id, rate, seed))
 
 
-def heeding_answer(
+def make_heeding_answer(
     book: AnswerBook, task_id: str, question: str, attempt: int, *, rate: float, seed: str, heed: float
 ) -> WrittenAnswer:
     """Return the answer of a noisy model that repairs only errors named by the question.
@@ -58,19 +58,21 @@ def heeding_answer(
     If the question contains the model's last answer, followed by a reason, the model repairs the first
     corrupted part of that answer with probability ``heed``. Otherwise it repeats its answer.
     """
-    versions = list(corrupted_versions(book, task_id, rate, seed))
+    versions = list(yield_corrupted_versions(book, task_id, rate, seed))
     position, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
     if attempt == 1 or position < 0:
         return versions[0]
     has_reason = REASONS in question[position + len(versions[last].text) :]
-    heeds = has_reason and chance(f"{seed} {attempt}", task_id).random() < heed
+    heeds = has_reason and make_random(f"{seed} {attempt}", task_id).random() < heed
     return versions[min(last + heeds, len(versions) - 1)]
 
 
-def corrupted_versions(book: AnswerBook, task_id: str, rate: float, seed: str) -> Iterator[WrittenAnswer]:
+def yield_corrupted_versions(
+    book: AnswerBook, task_id: str, rate: float, seed: str
+) -> Iterator[WrittenAnswer]:
     """Yield the corrupted answer, then versions with one more repaired part each, up to the gold answer."""
     answer = book[task_id]
-    segments = list(_corrupt_parts(book, answer.parts, rate, chance(seed, task_id)))
+    segments = list(_corrupt_parts(book, answer.parts, rate, make_random(seed, task_id)))
     yield _join_segments(segments, answer)
     for number, (gold, corrupted) in enumerate(segments):
         if gold != corrupted:
@@ -105,7 +107,7 @@ def _corrupt_parts(
                 yield (part,), ()
 
 
-def chance(seed: str, task_id: str) -> random.Random:
+def make_random(seed: str, task_id: str) -> random.Random:
     """Return the random generator for the answer to a task."""
     digest = hashlib.sha256(f"{seed} {task_id}".encode()).digest()
     return random.Random(digest)  # noqa: S311 - chance, not secrets
@@ -135,15 +137,15 @@ AnswerBook: TypeAlias = Mapping[str, WrittenAnswer]
 """Answers to the tasks of a suite by id, in the order of the suite; each is made on first use."""
 
 
-def book_of(
+def make_answer_book(
     benchmark: Benchmark, ability: Ability, source: Source, parts: Callable[[Any], Iterable[str]]
 ) -> AnswerBook:
     """Return answers whose parts are made from an ability's tasks, joined in the ability's notation."""
-    tasks, join = benchmark.tasks_for(ability, source), join_of(benchmark, ability)
+    tasks, join = benchmark.tasks_for(ability, source), get_joiner(benchmark, ability)
     return TaskSet(tasks, lambda task_id: WrittenAnswer(tuple(parts(tasks[task_id])), join), tasks.sha256)
 
 
-def join_of(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]], str]:
+def get_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]], str]:
     """Return the function that joins the parts of an answer; answers without a notation have one part."""
     match ability:
         case Ability.GOAL_INTERPRETATION:
@@ -173,15 +175,15 @@ def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = US
 
     match ability:
         case Ability.GOAL_INTERPRETATION:
-            return book_of(benchmark, ability, source, write_gold_goals)
+            return make_answer_book(benchmark, ability, source, write_gold_goals)
         case Ability.TRANSITION_MODELING:
-            return book_of(benchmark, ability, source, write_gold_operators)
+            return make_answer_book(benchmark, ability, source, write_gold_operators)
         case Ability.ACTION_SEQUENCING | Ability.SUBGOAL_DECOMPOSITION:
             return _open_plan_book(benchmark, ability, source, scripts=True)
     pose, world = declaration_of(ability).interaction.make_question, benchmark.world(source)
     if pose is None:
         raise InputError(f"{benchmark.name} {ability.value} has no known right answers")
-    return book_of(benchmark, ability, source, lambda task: pose(world, task)[1:])
+    return make_answer_book(benchmark, ability, source, lambda task: pose(world, task)[1:])
 
 
 def open_planned_book(
@@ -212,15 +214,15 @@ def open_planned_book(
         case Ability.SUBGOAL_DECOMPOSITION:
             return _open_plan_book(benchmark, ability, source)
         case _:
-            raise no_answer("planner", benchmark, ability)
+            raise no_answer_error("planner", benchmark, ability)
 
 
-def no_answer(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
+def no_answer_error(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
     """Return the error that a built-in model has no answers for a suite."""
     return InputError(f"eai/{model} has no answer to {benchmark.name} {ability.value}")
 
 
-def believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
+def replace_goals(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
     """Return the benchmark whose tasks have the meaningful goals of stated answers, given by task id."""
 
     def change_goals(task: Task) -> Task:
@@ -233,7 +235,7 @@ def believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
     return benchmark.with_changed(change_goals)
 
 
-def continuing(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
+def execute_actions(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
     """Return the benchmark in which some actions have been executed in the initial state of a task."""
 
     def change_initial(task: Task) -> Task:
@@ -244,7 +246,7 @@ def continuing(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Be
     return benchmark.with_changed(change_initial)
 
 
-def lacking(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
+def drop_reached_goals(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
     """Return the benchmark in which a task lacks the action goals that some actions have reached."""
     names = [action.operator for action in done]
 
@@ -267,7 +269,7 @@ def _open_plan_book(
 
     The data set's own plans are used if ``scripts`` is true and they exist; other plans are searched.
     """
-    planner, join = Planner(benchmark.domain), join_of(benchmark, ability)
+    planner, join = Planner(benchmark.domain), get_joiner(benchmark, ability)
     tasks, plans = benchmark.tasks_for(ability, source), benchmark.notation.plans
 
     def write(task: Task, plan: Sequence[Action]) -> Sequence[str]:

@@ -18,7 +18,7 @@ from eai.base.errors import DataError
 from eai.base.files import make_lock, stale_lock_hint
 from eai.base.source import Archive, open_bundle
 from eai.base.store import PackFile, ReportProgress, Store, ignore_progress, unwritable_error
-from eai.benchmarks.registry import FIRST, of_the_paper
+from eai.benchmarks.registry import PAPER_BENCHMARKS, list_paper_benchmarks
 from eai.tasks.source import Finding, Source
 
 GROUP = "eai.packs"
@@ -71,7 +71,7 @@ class _PackStatus:
     problem: str | None
 
 
-def registered_packs(benchmarks: Iterable[str] | None = None) -> tuple[Pack, ...]:
+def find_packs(benchmarks: Iterable[str] | None = None) -> tuple[Pack, ...]:
     """Return the registered packs of some benchmarks, or of all if None, each once."""
     points = _get_entry_points()
     names = [name for name in (points if benchmarks is None else benchmarks) if name in points]
@@ -79,7 +79,7 @@ def registered_packs(benchmarks: Iterable[str] | None = None) -> tuple[Pack, ...
 
 
 def _get_entry_points() -> Mapping[str, EntryPoint]:
-    return get_entry_points(GROUP, FIRST)
+    return get_entry_points(GROUP, PAPER_BENCHMARKS)
 
 
 def open_pack(name: str, source: Source | None = None, *, packs: Sequence[Pack] | None = None) -> PackFile:
@@ -96,7 +96,7 @@ def open_pack(name: str, source: Source | None = None, *, packs: Sequence[Pack] 
     source = source or Source()
     store = source.store or Store()
     if not store.has(name):
-        packs = registered_packs() if packs is None else packs
+        packs = find_packs() if packs is None else packs
         needed = {archive for pack in packs if pack.name == name for archive in pack.archives}
         packs = [pack for pack in packs if needed.issuperset(pack.archives)]
         fetch(store, packs=packs, report=source.report)
@@ -149,7 +149,7 @@ def fetch(
     return tuple(pack.name for pack in wanted)
 
 
-def info(store: Store, *, packs: Sequence[Pack]) -> tuple[_PackStatus, ...]:
+def get_pack_statuses(store: Store, *, packs: Sequence[Pack]) -> tuple[_PackStatus, ...]:
     """Return the status of each pack; an absent or damaged pack is reported and not raised."""
     return tuple(_get_status(store, pack) for pack in packs)
 
@@ -161,11 +161,11 @@ def is_at_hand(store: Store, benchmark: str) -> bool:
     begins with.
     """
     prefixes = [name for name in _get_entry_points() if benchmark.startswith(name)]
-    packs = registered_packs(sorted(prefixes, key=len)[-1:])
-    return not any(status.problem for status in info(store, packs=packs))
+    packs = find_packs(sorted(prefixes, key=len)[-1:])
+    return not any(status.problem for status in get_pack_statuses(store, packs=packs))
 
 
-def validate(store: Store, packs: Sequence[Pack] | None = None) -> tuple[Finding, ...]:
+def validate_packs(store: Store, packs: Sequence[Pack] | None = None) -> tuple[Finding, ...]:
     """Check every pack of a store; nothing is fetched.
 
     Args:
@@ -176,8 +176,8 @@ def validate(store: Store, packs: Sequence[Pack] | None = None) -> tuple[Finding
         The problems; empty if the store is valid.
     """
     if packs is None:
-        needed = {pack.name for pack in registered_packs(of_the_paper())}
-        packs = [pack for pack in registered_packs() if pack.name in needed or store.has(pack.name)]
+        needed = {pack.name for pack in find_packs(list_paper_benchmarks())}
+        packs = [pack for pack in find_packs() if pack.name in needed or store.has(pack.name)]
     broken = tuple(finding for pack in packs for finding in _check_files(store, pack))
     return broken or tuple(Finding(pack.name, problem) for pack in packs for problem in pack.check(store))
 

@@ -21,7 +21,7 @@ from eai.base.files import files_below
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import suite_name
-from eai.benchmarks.registry import registered
+from eai.benchmarks.registry import list_benchmarks
 from eai.tasks.prompts.own import Questions, operator_prompts, render, render_task, samples
 from eai.tasks.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
 from eai.tasks.prompts.template import Templates, template_names
@@ -111,7 +111,7 @@ class Library:
         """Return the number of tasks whose published question is corrected by errata."""
         if self.prompts != "official" or self._has_own_file(benchmark, ability):
             return 0
-        return len(benchmark.errata_for(self.source).questioned(ability).intersection(task_ids))
+        return len(benchmark.get_errata(self.source).find_corrected_tasks(ability).intersection(task_ids))
 
     def asker(
         self,
@@ -232,7 +232,7 @@ def _check_files(folder: Path, benchmark: Benchmark) -> None:
     """Raise InputError if the path is not a folder, or has prompts or templates that replace nothing."""
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of prompts")
-    names = dict.fromkeys((*registered(), benchmark.name))
+    names = dict.fromkeys((*list_benchmarks(), benchmark.name))
     suites = {suite_name(name, ability) for name in names for ability in find_abilities()}
     expected_names = {
         *template_names(),

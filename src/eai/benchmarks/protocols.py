@@ -44,11 +44,11 @@ class Implementation:
     trial: type[Trial]
     as_asked: Callable[[TaskReference, Verdict], Verdict]
     as_counted: Callable[[Sequence[PlanVerdict], int], Sequence[PlanVerdict]]
-    over: Callable[[Benchmark, Ability, Iterable[str]], Opener | None] | None = None
+    adapt_to_answers: Callable[[Benchmark, Ability, Iterable[str]], Opener | None] | None = None
 
 
 @cache
-def implementation_of(name: str) -> Implementation | None:
+def find_implementation(name: str) -> Implementation | None:
     """Return the implementation of a protocol, or None if the name is not registered.
 
     Raises:
@@ -62,13 +62,13 @@ def implementation_of(name: str) -> Implementation | None:
     return value
 
 
-def preset(name: str) -> Implementation:
+def find_preset(name: str) -> Implementation:
     """Return the protocol of a published script, by name.
 
     Raises:
         InputError: there is no such protocol.
     """
-    implementation = implementation_of(name)
+    implementation = find_implementation(name)
     if implementation is None:
         protocols = find_protocols()
         expected = f"expected {' or '.join(protocols)}" if protocols else "no protocol is registered"
@@ -82,4 +82,4 @@ def preset_attempts(name: str, slip: float, slip_seed: int, replans: int) -> Att
     Raises:
         InputError: there is no such preset.
     """
-    return preset(name).attempts(slip, slip_seed, replans) if name else None
+    return find_preset(name).attempts(slip, slip_seed, replans) if name else None

@@ -21,7 +21,7 @@ Render = Callable[[Source], Mapping[str, str]]
 """Renders prompts that the data set has only as a template, and returns the question by task id."""
 
 
-def official_prompts(name: str, rendered: Mapping[Ability, Render] | None = None) -> PublishedPrompts:
+def make_prompt_reader(name: str, rendered: Mapping[Ability, Render] | None = None) -> PublishedPrompts:
     """Return the reader of a benchmark's official prompts, byte for byte if the data set has them.
 
     Args:

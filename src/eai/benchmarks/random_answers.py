@@ -16,7 +16,13 @@ import eai.pddl.model as m
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import WrittenAnswer, chance, join_of, join_operators, no_answer
+from eai.benchmarks.gold_answers import (
+    WrittenAnswer,
+    get_joiner,
+    join_operators,
+    make_random,
+    no_answer_error,
+)
 from eai.logic.choice import Literal
 from eai.logic.formula import And, Atom, Constant, Not, Variable
 from eai.logic.ltl_printer import print_ltl
@@ -61,16 +67,16 @@ def open_random_answers(benchmark: Benchmark, ability: Ability, source: Source =
     if ability is Ability.TRANSITION_MODELING:
         return _open_operators(benchmark.operators(source))
     if ability not in _WRITERS:
-        raise no_answer("random", benchmark, ability)
+        raise no_answer_error("random", benchmark, ability)
     tasks = benchmark.tasks_for(ability, source)
     public = tasks if benchmark.data.open_public is None else benchmark.data.open_public(source)
     lengths = [len(task.script) for task in public.values() if task.script] or [_DEFAULT_STEPS]
-    write, join = _WRITERS[ability], join_of(benchmark, ability)
+    write, join = _WRITERS[ability], get_joiner(benchmark, ability)
 
     def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
         task = tasks[task_id]
         task = replace(task, initial=execute(benchmark.domain, task.initial, done).final) if done else task
-        rng = chance(seed, task_id)
+        rng = make_random(seed, task_id)
         steps = list(random_walk(benchmark.domain, task.initial, task.relevant, rng, rng.choice(lengths)))
         return WrittenAnswer(tuple(write(benchmark, task, steps, rng)), join)
 
@@ -156,7 +162,7 @@ def _open_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     changes = [len(list(m.effect_atoms(action.effect))) for action in gold]
 
     def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
-        task, rng = tasks[task_id], chance(seed, task_id)
+        task, rng = tasks[task_id], make_random(seed, task_id)
         written = []
         for action in task.gold.values():
             predicates = list(_list_predicates(task, action))

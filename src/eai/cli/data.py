@@ -13,9 +13,9 @@ from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.check import check_annotations
 from eai.benchmarks.packs import fetch as fetch_packs
-from eai.benchmarks.packs import info as info_on
-from eai.benchmarks.packs import registered_packs, validate
-from eai.benchmarks.registry import find_benchmark, of_the_paper
+from eai.benchmarks.packs import find_packs, validate_packs
+from eai.benchmarks.packs import get_pack_statuses as info_on
+from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, Errata, flag, opened_source, store
 from eai.cli.progress import data_progress
@@ -46,7 +46,7 @@ def fetch(
         force: Fetch and convert again.
     """
     with data_progress() as report:
-        packs = registered_packs()
+        packs = find_packs()
         made = fetch_packs(store(data), packs=packs, place=place, force=force, report=report)
     message = f"made {', '.join(made)}" if made else "everything is there already"
     folder = store(data).folder
@@ -79,12 +79,12 @@ def info(
         annotations: Carry out plans, test goals, solve planning problems instead.
     """
     if annotations:
-        _check_annotations(domain or of_the_paper(), errata, data, as_json=as_json)
+        _check_annotations(domain or list_paper_benchmarks(), errata, data, as_json=as_json)
         return
     if check:
-        tell_findings(validate(store(data)), "the data set is as published", as_json=as_json)
+        tell_findings(validate_packs(store(data)), "the data set is as published", as_json=as_json)
         return
-    packs = info_on(store(data), packs=registered_packs())
+    packs = info_on(store(data), packs=find_packs())
     if as_json:
         found: list[Json] = [
             {
@@ -137,7 +137,7 @@ def stats(
         shapes: Write and draw distributions (needs the extra 'plots').
         out: Where files go.
     """
-    benchmarks = [find_benchmark(name) for name in domain or of_the_paper()]
+    benchmarks = [find_benchmark(name) for name in domain or list_paper_benchmarks()]
     with opened_source(data, errata=ErrataChoice.NONE) as source:
         tables = [count_figures(each, source) for each in benchmarks]
     written: list[Path] = []

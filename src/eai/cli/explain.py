@@ -29,7 +29,7 @@ from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.packs import is_at_hand
-from eai.benchmarks.registry import registered
+from eai.benchmarks.registry import list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import counted, output, print_json, say
 from eai.cli.options import AsJson, DataFolder, flag, store
@@ -142,7 +142,7 @@ def explain(
 def _background(record: Record, records: Path, store: Store) -> _Background:
     """The data set's words on a record's task; none where it is not at hand, or another than was used."""
     own = find_benchmarks_of_runs([records]).get(record.domain)
-    if own is not None or (record.domain in registered() and is_at_hand(store, record.domain)):
+    if own is not None or (record.domain in list_benchmarks() and is_at_hand(store, record.domain)):
         with suppress(EaiError):
             suite = _suite(record, own or record.domain, store)
             task = suite.tasks.get(record.task_id)

@@ -19,7 +19,7 @@ from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark, registered
+from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.benchmarks.suite import open_suite
 from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, asked_by_default, counted, tell
@@ -200,7 +200,7 @@ def _answers(
             if not is_paid(ability):
                 left_out[training_data.NOT_PAID] += len(of_suite)
                 continue
-            if domain not in named and domain not in registered():
+            if domain not in named and domain not in list_benchmarks():
                 raise InputError(
                     f"{domain}: expected --domain to say where the benchmark of these records is"
                 )

@@ -21,7 +21,7 @@ from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import is_at_hand
 from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark, registered, title_of
+from eai.benchmarks.registry import find_benchmark, list_benchmarks, title_of
 from eai.cli.console import counted, note, output, say, tell
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, listed, store
 from eai.cli.progress import scoring_progress
@@ -156,7 +156,7 @@ def background(
     """
     if pictures and not is_at_hand(source, domain):
         raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
-    known = domain in own or (domain in registered() and is_at_hand(source, domain))
+    known = domain in own or (domain in list_benchmarks() and is_at_hand(source, domain))
     words = _words(own.get(domain) or find_benchmark(domain), source) if prompts and known else Background()
     if (out / _FILMS).is_dir():
         words = replace(words, film=partial(_film, out))

@@ -22,7 +22,7 @@ from eai.base.entry_points import load_offer
 from eai.base.errors import InputError
 from eai.base.files import lock_run_folder, to_file_name
 from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark, of_the_paper
+from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli import console, flags, options
 from eai.cli.flags import run_flag
@@ -139,7 +139,7 @@ def run(
     with options.opened_source(data, scoring.planner, scoring.errata, terms) as source:
         suites = [
             open_suite(name, each, scoring.protocol, source=source)
-            for name in spec.tasks.domain or of_the_paper()
+            for name in spec.tasks.domain or list_paper_benchmarks()
             for each in (
                 wanted if spec.tasks.ability else console.asked_by_default(find_benchmark(name), wanted)
             )

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from eai.abilities.protocol import Ability, ability_rank, find_abilities
 from eai.base.errors import EaiError, InputError
 from eai.base.files import MAX_UNPACKED, UNPACKED_PER_BYTE, read_toml
-from eai.benchmarks.registry import find_benchmark, registered
+from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.results.responses import ENDINGS, SUFFIX, attempt_name, find_response_files, model_name
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class _SuiteFile:
     @property
     def order(self) -> tuple[int, int, str]:
         """Key for sorting files by domain, ability and model."""
-        return (*registered(), self.domain).index(self.domain), ability_rank(self.ability), self.model
+        return (*list_benchmarks(), self.domain).index(self.domain), ability_rank(self.ability), self.model
 
 
 def find_benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:
@@ -68,7 +68,9 @@ def find_benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:
             try:
                 references = read_toml(file).get("tasks", {}).get("domain", ())
                 opened = [
-                    find_benchmark(reference) for reference in references if reference not in registered()
+                    find_benchmark(reference)
+                    for reference in references
+                    if reference not in list_benchmarks()
                 ]
             except EaiError:
                 continue
@@ -95,7 +97,7 @@ def find_suite_files(path: Path, unregistered: Collection[str] = ()) -> list[_Su
                 f"{file}: give --domain and --ability; its path does not name them ({expected_names})"
             )
         domain, ability = suite
-        if domain not in (*registered(), *unregistered):
+        if domain not in (*list_benchmarks(), *unregistered):
             raise InputError(f"{file}: {domain} is not a registered benchmark; give --domain")
         model = model_name(file)
         if model == f"{domain}_{ability}":
@@ -220,6 +222,8 @@ def _suite_of(file: Path) -> tuple[str, str] | None:
 def _other_suite(file: Path, domain: str, ability: Ability) -> tuple[str, str] | None:
     """Return the suite that a file names, if it is another; folders that name no benchmark are ignored."""
     suite = _suite_of(file)
-    if suite is None or (suite[1] == ability.value and (suite[0] == domain or suite[0] not in registered())):
+    if suite is None or (
+        suite[1] == ability.value and (suite[0] == domain or suite[0] not in list_benchmarks())
+    ):
         return None
     return suite

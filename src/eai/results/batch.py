@@ -60,7 +60,7 @@ class Scoring(Workers):
         """Yield the records of a model's answers, in order.
 
         Args:
-            suite: the tasks, opened for these answers (`Suite.over`).
+            suite: the tasks, opened for these answers (`Suite.adapt_to_answers`).
             model: name of the model that answered.
             responses: the answers; a task may have any number of answers.
             explanations: put the step-by-step explanation into each record.
@@ -70,7 +70,7 @@ class Scoring(Workers):
     def _records(
         self, suite: Suite, model: str, responses: Iterable[Response], settings: ScoringOptions
     ) -> Iterator[Record]:
-        workers = self if suite.portable else Scoring()  # workers open a suite by its name
+        workers = self if suite.is_portable else Scoring()  # workers open a suite by its name
         answered, to_score = tee(responses)
         batch_sizes = workers._batch_sizes(suite, length_hint(responses))
         outcomes = workers.map_batches(
@@ -101,13 +101,13 @@ class Scoring(Workers):
             finish: changes a record before it is written; it is pickled.
             shard: the part of the tasks to score; all of them if None.
         """
-        suite = suite.over(response.text for response in answers.responses)
+        suite = suite.adapt_to_answers(response.text for response in answers.responses)
         items, number = _rows_in_order(suite, answers, unanswered), len(answers.responses) + len(unanswered)
         if shard is not None:
             items, number = shard.select(items), -(-number // shard.of)
         mark = partial(_add_agent, first=_find_agent(suite.ability, answers))
         work = partial(_make_batch, suite, settings, answers.model, mark, finish)
-        if self._number < 2 or not suite.portable:
+        if self._number < 2 or not suite.is_portable:
             sizes = (
                 (1, 1)
                 if suite.ability is Ability.TRANSITION_MODELING
@@ -126,7 +126,7 @@ class Scoring(Workers):
             reward: the reward function of a suite.
             answers: ids of tasks with answers.
         """
-        workers = self if reward.suite.portable else Scoring()
+        workers = self if reward.suite.is_portable else Scoring()
         sizes = workers._batch_sizes(reward.suite, length_hint(answers))
         return workers.map_batches(partial(_rewards, reward), answers, batch_sizes=sizes)
 
@@ -159,7 +159,7 @@ def _score_batch(suite: Suite, settings: ScoringOptions, items: Sequence[Respons
 def _score_item(suite: Suite, settings: ScoringOptions, item: Response) -> _ScoringResult:
     explanation = None
     if item.unanswered is not None:
-        verdict = suite.unanswered(item.task_id)
+        verdict = suite.score_missing_answer(item.task_id)
         is_elsewhere = item.unanswered == OTHER_RULES
         if (
             settings.allow_missing
@@ -278,7 +278,7 @@ def score_run(
         settings: how to score.
         on_progress: called after each answer.
     """
-    suite = suite.over(response.text for response in answers.responses)
+    suite = suite.adapt_to_answers(response.text for response in answers.responses)
     rows = _rows_in_order(suite, answers, unanswered)
     items = [response_of(row, suite.benchmark.data.task_id_of) for row in rows]
     records: list[Record] = []

@@ -16,7 +16,7 @@ from statistics import fmean, median
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.files import parse_toml
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.features import Features, features_of
+from eai.benchmarks.features import Features, compute_features
 from eai.logic.traversal import predicates_of
 from eai.pddl.model import effect_atoms, effect_conditions
 from eai.pddl.reader import read_action
@@ -89,7 +89,9 @@ def profile_tasks(benchmark: Benchmark, source: Source) -> tuple[_Profile, ...]:
     """
     operator_tasks = benchmark.operators(source)
     tasks = benchmark.tasks(source).values()
-    return tuple(_Profile(task, features_of(task, benchmark), operator_tasks.get(task.id)) for task in tasks)
+    return tuple(
+        _Profile(task, compute_features(task, benchmark), operator_tasks.get(task.id)) for task in tasks
+    )
 
 
 LONG_PLAN_STEPS = 10

@@ -18,8 +18,8 @@ from eai.base.errors import InputError
 from eai.base.files import files_below, read_content, write_whole
 from eai.base.grouping import group_pairs
 from eai.benchmarks.names import TaskReference
-from eai.benchmarks.protocols import implementation_of
-from eai.benchmarks.registry import registered
+from eai.benchmarks.protocols import find_implementation
+from eai.benchmarks.registry import list_benchmarks
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import read_paper_setting
 from eai.results.record import Record
@@ -65,7 +65,7 @@ class RunKey(NamedTuple):
     @property
     def order(self) -> tuple[int, int, str, int, str, str]:
         """Sort key of runs; unknown domains come last."""
-        names_of_domains = registered()
+        names_of_domains = list_benchmarks()
         position = (
             names_of_domains.index(self.domain) if self.domain in names_of_domains else len(names_of_domains)
         )
@@ -101,7 +101,7 @@ class Run:
 def count_goals_as_paper(run: Run) -> Run:
     """Return the run, counted by the goals that the prompts of the paper's runs stated."""
     name = read_paper_setting().protocol
-    protocol = implementation_of(name) if run.key.protocol.value == name else None
+    protocol = find_implementation(name) if run.key.protocol.value == name else None
     if protocol is None:
         return run
 
@@ -115,7 +115,7 @@ def count_goals_as_paper(run: Run) -> Run:
 
 def count_errors_as_paper(run: Run) -> Run:
     """Return the run of an experiment, with errors counted as the script of the paper's runs did."""
-    protocol = implementation_of(read_paper_setting().protocol)
+    protocol = find_implementation(read_paper_setting().protocol)
     if protocol is None:
         return run
 

@@ -14,7 +14,7 @@ from itertools import product, takewhile
 
 from eai.abilities.explanation import Statement
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.features import features_of
+from eai.benchmarks.features import compute_features
 from eai.logic.formula import Atom, Constant
 from eai.results.lines import WrongGoalReason
 from eai.tasks.goal_test import alternatives
@@ -41,7 +41,9 @@ class TaskBook:
 
     def _features(self, task_id: str) -> Mapping[str, int | None]:
         """Return the features of a task by column; empty if the task is unknown."""
-        return asdict(features_of(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}
+        return (
+            asdict(compute_features(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}
+        )
 
     def _reason(self, task_id: str, call: Statement) -> WrongGoalReason | None:
         """Return why an answer may state a wrong goal; None if the task is unknown.

@@ -11,7 +11,7 @@ from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import read_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE, PlanVerdict, Shares
-from eai.benchmarks.registry import find_benchmark, registered
+from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
 from eai.results.record import Record
 from eai.results.summary import goals_of, name_of, outcome_of, shares_by_task, steps_of
@@ -61,7 +61,7 @@ class TidyTables:
     def _open_book(self, domain: str) -> TaskBook | None:
         from eai.results.task_book import TaskBook
 
-        return TaskBook(find_benchmark(domain), self._source) if domain in registered() else None
+        return TaskBook(find_benchmark(domain), self._source) if domain in list_benchmarks() else None
 
 
 _COLUMNS = tuple(column.name for column in fields(AnswerLine))

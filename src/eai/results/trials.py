@@ -14,7 +14,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.trial import Trial
 from eai.base.errors import InputError
-from eai.benchmarks.protocols import preset
+from eai.benchmarks.protocols import find_preset
 from eai.benchmarks.suite import Suite
 from eai.results.record import Record
 from eai.results.records import make_record
@@ -133,7 +133,7 @@ class Trials:
     """Attempts at the tasks of a suite in an experiment; made by `open_trials`.
 
     Attributes:
-        suite: the suite, opened for the answers (`Suite.over`).
+        suite: the suite, opened for the answers (`Suite.adapt_to_answers`).
         options: number of attempts, and the world in which they are carried out.
         asker: makes the questions.
         stated: tasks with the goals that questions state instead of the tasks' own, by id.
@@ -158,7 +158,7 @@ def replay(
     """Return the outcomes of recorded answers.
 
     Args:
-        suite: the suite, opened for the answers to such questions (`Suite.over`).
+        suite: the suite, opened for the answers to such questions (`Suite.adapt_to_answers`).
         options: number of attempts, and the world in which they are carried out.
         task_id: id of the task.
         answers: the answers in order.
@@ -185,7 +185,7 @@ def begin_trial(
         raise InputError(
             f"{suite.domain} {suite.ability.value}: attempts need plans as answers; choose action_sequencing"
         )
-    kind = Trial if options.preset is None else preset(options.preset).trial
+    kind = Trial if options.preset is None else find_preset(options.preset).trial
     return kind(scorer, options, epoch, stated)
 
 
@@ -227,5 +227,5 @@ def open_trials(
         raise InputError(
             f"{suite.domain} {suite.ability.value}: attempts need plans as answers; choose action_sequencing"
         )
-    suite_of_questions = suite.over([asker.prompt_of(task_id).user for task_id in task_ids])
+    suite_of_questions = suite.adapt_to_answers([asker.prompt_of(task_id).user for task_id in task_ids])
     return Trials(suite_of_questions, options, asker, stated or {})

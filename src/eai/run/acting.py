@@ -27,7 +27,7 @@ from eai.agents.play import Arena, Play
 from eai.agents.setting import REACT, TEXT, Setting
 from eai.agents.tools import command_of, tools_of
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.registry import find_benchmark, loaded
+from eai.benchmarks.registry import find_benchmark, load_object
 from eai.benchmarks.suite import open_suite
 from eai.run.job import ERRATA, PROVIDER
 from eai.run.journal import RunState
@@ -176,7 +176,7 @@ def _store_output(state: TaskState, stop_reason: StopReason, ended: str) -> None
 async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
     """Let the model call tools until the episode is over or it calls none; or run the user's own agent."""
     if harness != REACT:
-        result = await loaded(harness)(state.tools)(agent)
+        result = await load_object(harness)(state.tools)(agent)
         agent.messages, agent.output = result.messages, result.output
         return
 

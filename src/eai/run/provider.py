@@ -30,14 +30,14 @@ from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_
 from eai.benchmarks.gold_answers import (
     AnswerBook,
     WrittenAnswer,
-    believing,
-    continuing,
-    heeding_answer,
-    lacking,
-    no_answer,
-    noisy_answer,
+    drop_reached_goals,
+    execute_actions,
+    make_heeding_answer,
+    make_noisy_answer,
+    no_answer_error,
     open_answer_book,
     open_planned_book,
+    replace_goals,
 )
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
@@ -228,7 +228,7 @@ class _BuiltInModel(ModelAPI):
 
     def _answer(self, question: _ModelQuestion) -> str:
         if not can_answer(f"{PROVIDER}/{self.model_name}", question.ability):
-            raise no_answer(self.model_name, question.benchmark, question.ability)
+            raise no_answer_error(self.model_name, question.benchmark, question.ability)
         if self.model_name == CAPTIONER:
             return self._describe_scene(question)
         if self.model_name == "replay":
@@ -271,11 +271,11 @@ class _BuiltInModel(ModelAPI):
         seed = f"{self._given.seed} {question.epoch}"
         if self._given.heed is not None:
             text, attempt, rate = question.text, question.attempt, self._given.rate
-            return heeding_answer(
+            return make_heeding_answer(
                 book, question.task_id, text, attempt, rate=rate, seed=seed, heed=self._given.heed
             )
         seed += f" {question.attempt}" if question.attempt > 1 else ""
-        return noisy_answer(book, question.task_id, self._given.rate, seed)
+        return make_noisy_answer(book, question.task_id, self._given.rate, seed)
 
     def _read_recorded(
         self, benchmark: Benchmark, ability: Ability, attempt: int, source: Source
@@ -290,15 +290,15 @@ def _benchmark_of_question(question: _ModelQuestion) -> Benchmark:
     """Return the benchmark with the task as a question states it: its state, its scene and its goals."""
     benchmark, task_id = question.benchmark, question.task_id
     if question.done:
-        benchmark = continuing(benchmark, task_id, question.done)
+        benchmark = execute_actions(benchmark, task_id, question.done)
     if question.scene is not None:
         from eai.studies.perception.belief import perceiving, scene_words
 
         graph = read_scene_graph(question.scene, scene_words(benchmark).arities)
         benchmark = perceiving(benchmark, {task_id: graph})
     if question.stated is not None:
-        benchmark = believing(benchmark, {task_id: question.stated})
-    return lacking(benchmark, task_id, question.done) if question.done else benchmark
+        benchmark = replace_goals(benchmark, {task_id: question.stated})
+    return drop_reached_goals(benchmark, task_id, question.done) if question.done else benchmark
 
 
 def _text_of(answer: WrittenAnswer) -> str:

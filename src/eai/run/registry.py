@@ -5,7 +5,7 @@ An ability whose benchmarks are files has one task, and ``-T domain=FILE`` names
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import find_abilities
-from eai.benchmarks.registry import registered
+from eai.benchmarks.registry import list_benchmarks
 from eai.run import provider
 from eai.run.acting import player
 from eai.run.scorer import SCORERS, paper_metrics
@@ -14,7 +14,7 @@ from eai.run.tasks import register_suite_task
 TASKS = {
     f"{name}_{ability}".lstrip("_"): register_suite_task(name, ability)
     for ability in find_abilities()
-    for name in ([""] if declaration_of(ability).interaction.task_command else registered())
+    for name in ([""] if declaration_of(ability).interaction.task_command else list_benchmarks())
 }
 """The tasks by name; their creation registers them."""
 

@@ -166,7 +166,7 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
     else:  # Inspect also scores samples of failed requests
         answer = Response(task_id, "", unanswered="the request failed")
     record = next(Scoring().records(suite, model, [answer], explanations=answer.unanswered is None))
-    return apply_experiment(record, suite.over([state.input_text]), state.metadata, state.epoch)
+    return apply_experiment(record, suite.adapt_to_answers([state.input_text]), state.metadata, state.epoch)
 
 
 def _merge_rules(stated: Experiment, record: Record) -> Experiment:
@@ -225,7 +225,7 @@ def make_logged_record(
         record: the record, scored as an answer to a plain question.
     """
     metadata, epoch, question = samples.get(record.task_id, ({EXPERIMENT: experiment}, 1, ""))
-    logged = apply_experiment(record, suite.over([question]), metadata, epoch)
+    logged = apply_experiment(record, suite.adapt_to_answers([question]), metadata, epoch)
     return logged.drop_explanations() if record.explanation is None else logged
 
 
@@ -273,7 +273,7 @@ def _verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
     verdicts = {str(score.sample_id): _verdict(score) for score in scores}
     if texts and not any(_metadata(score).get("attempts") for score in scores):
         suite = _suite_of(scores[0])
-        suite_of_answers = suite.over(list(texts.values()))
+        suite_of_answers = suite.adapt_to_answers(list(texts.values()))
         if suite_of_answers is not suite:
             verdicts |= {task_id: suite_of_answers.score(task_id, text) for task_id, text in texts.items()}
     return list(verdicts.values())

@@ -20,7 +20,7 @@ from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
 from sweeps import examples
 
 TASK = make_task()
-DOMAIN = domain.as_meant()
+DOMAIN = domain.domain_in_paper_order()
 STRICT = GoalInterpretation(TASK, DOMAIN, BehaviorGoals())
 
 ALL = [

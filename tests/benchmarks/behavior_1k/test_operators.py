@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eai.benchmarks.behavior_1k import predicates as p
-from eai.benchmarks.behavior_1k.operators import declared
+from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute
@@ -38,7 +38,7 @@ by_floor sink floor; by_floor oven floor; robot_on floor
 
 @pytest.fixture(scope="module")
 def domain() -> Domain:
-    return declared()
+    return build_domain()
 
 
 def make_state(*more: str) -> State:

@@ -9,10 +9,15 @@ from eai.agents.reference import staged
 from eai.agents.rules import STANDARD
 from eai.base.store import Store
 from eai.benchmarks.behavior.benchmark import behavior
-from eai.benchmarks.behavior_1k.benchmark import behavior_1k, challenge_2025, of_behavior_100, untold
+from eai.benchmarks.behavior_1k.benchmark import (
+    behavior_1k,
+    behavior_1k_challenge_2025,
+    behavior_1k_in_behavior_100,
+    behavior_1k_untold,
+)
 from eai.benchmarks.behavior_1k.conventions import HEADING
 from eai.benchmarks.behavior_1k.kinds import PACK
-from eai.benchmarks.behavior_1k.operators import declared
+from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.tasks import load_exclusions
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
@@ -39,7 +44,7 @@ CHARACTERS_A_TOKEN = 3.5
 
 @pytest.fixture(scope="module")
 def domain() -> Domain:
-    return declared()
+    return build_domain()
 
 
 def test_all_definitions_are_read_and_the_store_is_small(
@@ -117,7 +122,7 @@ def test_goals_do_not_hold_initially_except_in_one_activity(activities: TaskSet[
 
 
 def test_each_activity_of_the_challenge_has_a_plan(activity_store: Store) -> None:
-    tasks = challenge_2025().tasks(Source(store=activity_store))
+    tasks = behavior_1k_challenge_2025().tasks(Source(store=activity_store))
     assert len(tasks) == 50
     assert next(iter(tasks)) == "turning_on_radio"
     assert all(task.script and task.unsolvable is None for task in tasks.values())
@@ -126,7 +131,7 @@ def test_each_activity_of_the_challenge_has_a_plan(activity_store: Store) -> Non
 def test_the_subset_of_behavior_100_has_the_activities_of_equal_names(activity_store: Store) -> None:
     source = Source(store=activity_store)
     of_100 = {task_id.partition("_0_")[0] for task_id in behavior().tasks(source)}
-    assert list(of_behavior_100().tasks(source)) == [
+    assert list(behavior_1k_in_behavior_100().tasks(source)) == [
         name for name in behavior_1k().tasks(source) if name in of_100
     ]
 
@@ -167,7 +172,7 @@ def test_prompts_for_plans_list_conventions_unless_the_benchmark_tests_them(acti
     library, task_id = Library("eai", source=Source(store=activity_store)), "clean_a_patio"
     explained, silent = (
         {ability: library.open(benchmark, ability)[task_id].user for ability in PAPER_ABILITIES[:3]}
-        for benchmark in (behavior_1k(), untold())
+        for benchmark in (behavior_1k(), behavior_1k_untold())
     )
     for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
         assert "mud_1 is removed by wiping with broom_1" in explained[ability]

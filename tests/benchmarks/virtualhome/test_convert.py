@@ -14,17 +14,17 @@ from eai.base.errors import DataError
 from eai.base.store import Store, ignore_progress
 from eai.benchmarks.virtualhome.convert import convert_tasks
 from eai.benchmarks.virtualhome.records import (
-    VirtualHome,
+    VirtualHomeRecords,
 )
 
 
-def convert(tasks: tuple[MadeTask, ...], folder: Path) -> VirtualHome:
+def convert(tasks: tuple[MadeTask, ...], folder: Path) -> VirtualHomeRecords:
     members = convert_tasks(bundle(files(tasks)), ignore_progress)
-    return VirtualHome.of(Store(folder).write("virtualhome", {}, members))
+    return VirtualHomeRecords.from_pack(Store(folder).write("virtualhome", {}, members))
 
 
 @pytest.fixture
-def tasks(tmp_path: Path) -> VirtualHome:
+def tasks(tmp_path: Path) -> VirtualHomeRecords:
     return convert(TASKS, tmp_path)
 
 
@@ -49,7 +49,7 @@ def assert_objects(graph: PlainGraph, values: dict[str, Any]) -> None:
         assert record.states == tuple(sorted(set(expected["states"])))
 
 
-def test_tasks_come_in_the_order_of_the_annotations(tasks: VirtualHome) -> None:
+def test_tasks_come_in_the_order_of_the_annotations(tasks: VirtualHomeRecords) -> None:
     assert list(tasks) == ["1_1", "2_1", "3_1"]
     assert [task.title for task in tasks.values()] == ["Turn on light", "Turn on light", "Put cup"]
     assert tasks["1_1"] is tasks["1_1"]
@@ -57,7 +57,7 @@ def test_tasks_come_in_the_order_of_the_annotations(tasks: VirtualHome) -> None:
         tasks["4_1"]
 
 
-def test_scripts_and_goals_are_stored_as_annotated(tasks: VirtualHome) -> None:
+def test_scripts_and_goals_are_stored_as_annotated(tasks: VirtualHomeRecords) -> None:
     cup, sofa = ("cup", 1000), ("sofa", 90)
     assert tasks["3_1"].script == (("GRAB", (cup,)), ("PUTBACK", (cup, sofa)))
     assert tasks["3_1"].description == "Put it on the sofa."
@@ -69,7 +69,7 @@ def test_scripts_and_goals_are_stored_as_annotated(tasks: VirtualHome) -> None:
 
 
 @pytest.mark.parametrize("made", TASKS, ids=lambda made: made.id)
-def test_graphs_can_be_restored_from_their_differences(tasks: VirtualHome, made: MadeTask) -> None:
+def test_graphs_can_be_restored_from_their_differences(tasks: VirtualHomeRecords, made: MadeTask) -> None:
     graph_read = build_initial_graph(tasks.base, tasks[made.id])
     assert_objects(graph_read, made.initial)
     assert graph_read.targets() == expected_targets(made.initial)
@@ -80,7 +80,7 @@ def test_graphs_can_be_restored_from_their_differences(tasks: VirtualHome, made:
     }
 
 
-def test_relevant_objects_have_their_order_of_occurrence(tasks: VirtualHome) -> None:
+def test_relevant_objects_have_their_order_of_occurrence(tasks: VirtualHomeRecords) -> None:
     assert tasks["1_1"].relevant_from_nodes == (7,)
     assert tasks["1_1"].relevant_from_edges == (65, 90)
     assert tasks["2_1"].relevant_from_nodes == tasks["2_1"].relevant_from_edges == ()

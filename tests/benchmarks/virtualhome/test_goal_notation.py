@@ -28,7 +28,7 @@ TASK = make_task(
     ),
     more_objects=("cup.40",),
 )
-DOMAIN = domain.as_meant()
+DOMAIN = domain.domain_in_paper_order()
 STRICT = GoalInterpretation(TASK, DOMAIN, VirtualHomeGoals())
 
 OPEN = {"name": "fridge", "state": "OPEN"}

@@ -17,8 +17,8 @@ from eai.benchmarks.virtualhome.records import (
     CHARACTER_ID,
     GraphDelta,
     TaskRecord,
-    VirtualHome,
-    open_virtualhome,
+    VirtualHomeRecords,
+    open_records,
 )
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
 from eai.tasks.source import Source
@@ -27,10 +27,10 @@ from oracle import Oracle
 LOAD = """
 import sys, time
 from pathlib import Path
-from eai.benchmarks.virtualhome.records import open_virtualhome
+from eai.benchmarks.virtualhome.records import open_records
 from eai.base.store import Store
 from eai.tasks.source import Source
-tasks = open_virtualhome(Source(Store(Path(sys.argv[1]))))
+tasks = open_records(Source(Store(Path(sys.argv[1]))))
 seconds = time.process_time()
 assert len([task.script for task in tasks.values()]) == 342
 status = Path("/proc/self/status")
@@ -42,11 +42,11 @@ print(seconds, *peak)
 
 
 @pytest.fixture(scope="module")
-def tasks(data_store: Store) -> VirtualHome:
-    return open_virtualhome(Source(data_store))
+def tasks(data_store: Store) -> VirtualHomeRecords:
+    return open_records(Source(data_store))
 
 
-def test_a_task_is_read_as_the_data_set_has_it(tasks: VirtualHome) -> None:
+def test_a_task_is_read_as_the_data_set_has_it(tasks: VirtualHomeRecords) -> None:
     task = tasks["27_2"]
     assert (task.title, len(task.script)) == ("Wash clothes", 14)
     assert task.script[-1] == ("SWITCHON", (("washing_machine", 1001),))
@@ -59,7 +59,7 @@ def test_a_task_is_read_as_the_data_set_has_it(tasks: VirtualHome) -> None:
     assert {1001, 1002, 1003, CHARACTER_ID} <= set(task.relevant_from_edges)
 
 
-def test_every_graph_is_complete(tasks: VirtualHome) -> None:
+def test_every_graph_is_complete(tasks: VirtualHomeRecords) -> None:
     for task in tasks.values():
         graph = build_initial_graph(tasks.base, task)
         assert 280 <= len(graph.objects) <= 300
@@ -68,7 +68,7 @@ def test_every_graph_is_complete(tasks: VirtualHome) -> None:
         assert [obj.id for obj in graph.objects.values() if obj.class_name == "character"] == [CHARACTER_ID]
 
 
-def test_every_object_that_a_task_names_exists(tasks: VirtualHome) -> None:
+def test_every_object_that_a_task_names_exists(tasks: VirtualHomeRecords) -> None:
     for task in list(tasks.values())[::7]:
         objects = build_final_graph(tasks.base, task).objects
         named = {number for number, _, _ in task.node_goals}
@@ -79,17 +79,17 @@ def test_every_object_that_a_task_names_exists(tasks: VirtualHome) -> None:
         assert named <= objects.keys()
 
 
-def test_tasks_share_the_base_scene(tasks: VirtualHome) -> None:
+def test_tasks_share_the_base_scene(tasks: VirtualHomeRecords) -> None:
     assert (len(tasks.base.added_objects), len(tasks.base.added_edges)) == (275, 5635)
     assert sum(len(task.initial.added_edges) for task in tasks.values()) < 70 * len(tasks)
 
 
-def test_tasks_have_the_order_of_the_references_rows(tasks: VirtualHome, oracle: Oracle) -> None:
+def test_tasks_have_the_order_of_the_references_rows(tasks: VirtualHomeRecords, oracle: Oracle) -> None:
     rows = oracle("virtualhome", "action_sequencing", "gpt-4o-2024-05-13")["tasks"]
     assert [row["id"] for row in rows] == list(tasks)
 
 
-def test_resources_and_prompts_are_complete(data_store: Store, tasks: VirtualHome) -> None:
+def test_resources_and_prompts_are_complete(data_store: Store, tasks: VirtualHomeRecords) -> None:
     resources, prompts = [open_pack(name, Source(data_store)) for name in (RESOURCES, PROMPTS)]
     with_goals = {task.id for task in tasks.values() if task.tl_goal is not None}
     assert resources.read_json("problems.json").keys() == with_goals
@@ -118,7 +118,7 @@ def test_sets_of_ids_have_the_order_on_which_verdicts_depend() -> None:
     same, orders = GraphDelta((), (), (), (), ()), []
     for nodes, edges in zip(ids[::2], ids[1::2], strict=True):
         record = TaskRecord("", "", "", (), (), (), (), None, same, same, tuple(nodes), tuple(edges))
-        orders += [record.relevant_in_order, list(set(nodes))]
+        orders += [record.relevant_ids, list(set(nodes))]
     assert hashlib.sha256(repr(orders).encode()).hexdigest()[:16] == "209fa4f71264e7df"
 
 

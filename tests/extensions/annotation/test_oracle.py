@@ -14,7 +14,7 @@ from eai.benchmarks.behavior.activities import build_problem
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.benchmark import open_demonstrations
-from eai.benchmarks.virtualhome.domain import as_meant
+from eai.benchmarks.virtualhome.domain import domain_in_paper_order
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.extensions.annotation.decisions import (
@@ -88,7 +88,7 @@ def _kind(values: Mapping[str, Any]) -> _Kind:
 
 
 def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, Difference]:
-    found = [difference(tasks[task_id], as_meant()) for task_id in task_ids]
+    found = [difference(tasks[task_id], domain_in_paper_order()) for task_id in task_ids]
     return dict(zip(task_ids, found, strict=True))
 
 

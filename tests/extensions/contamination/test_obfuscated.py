@@ -14,7 +14,7 @@ from by_path import ROOT
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import noisy_answer, open_answer_book
+from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -44,7 +44,7 @@ def test_verdicts_are_those_of_the_plain_answers(name: str, ability: Ability) ->
     assert twin.task_ids == plain.task_ids
     for task_id in plain.task_ids[:: max(1, len(plain.task_ids) // 12)]:
         for rate in (0.0, 0.4):
-            text = noisy_answer(book, task_id, rate, "1").text
+            text = make_noisy_answer(book, task_id, rate, "1").text
             assert _decoded(words, _encoded(words, text)) == text
             assert twin.score(task_id, _encoded(words, text)) == plain.score(task_id, text)
 
@@ -93,7 +93,7 @@ def test_the_same_prompts_in_true_words_differ_in_words_alone(name: str, ability
     plain, suite = open_suite(name, ability), open_suite(told, ability)
     book = open_answer_book(plain.benchmark, ability)
     for task_id in plain.task_ids[:: max(1, len(plain.task_ids) // 6)]:
-        text = noisy_answer(book, task_id, 0.4, "1").text
+        text = make_noisy_answer(book, task_id, 0.4, "1").text
         assert suite.score(task_id, text) == plain.score(task_id, text)
 
 

@@ -26,7 +26,7 @@ def file(name: str) -> Any:
 
 
 def after(task: BehaviorTask, *steps: str) -> State:
-    return execute(behavior.as_meant(), task.initial, parse_actions(task.initial, *steps)).final
+    return execute(behavior.domain_in_paper_order(), task.initial, parse_actions(task.initial, *steps)).final
 
 
 def satisfied(goal: str, *steps: str) -> tuple[bool, bool]:

@@ -15,7 +15,7 @@ from typing import Any
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import chance, noisy_answer
+from eai.benchmarks.gold_answers import make_noisy_answer, make_random
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import fields_of
@@ -46,7 +46,7 @@ def suite_lines(name: str, ability: Ability, store: Store) -> Iterator[str]:
     source = Source(store, planner=PlannerChoice.NONE)
     suite = open_suite(name, ability, Protocol("eai-1.0.5"), source=source)
     answers = list(damaged_answers(name, ability, store))
-    suite = suite.over([text for _, text in answers])
+    suite = suite.adapt_to_answers([text for _, text in answers])
     verdicts = [verdict_fields(fields_of(suite.score(task_id, text))) for task_id, text in answers]
     kinds = Counter(str(verdict["error"][0]) for verdict in verdicts if verdict["error"])
     yield f"{name}/{ability.value}: {len(answers)} answers {digest(answers)}"
@@ -61,8 +61,8 @@ def damaged_answers(name: str, ability: Ability, store: Store) -> Iterator[tuple
     for task_id in list(book)[::EVERY]:
         gold = book[task_id].text
         yield task_id, gold
-        yield task_id, noisy_answer(book, task_id, NOISE, "golden").text
-        yield task_id, gold[: chance("golden", task_id).randrange(len(gold))]
+        yield task_id, make_noisy_answer(book, task_id, NOISE, "golden").text
+        yield task_id, gold[: make_random("golden", task_id).randrange(len(gold))]
 
 
 def verdict_fields(fields: dict[str, Any]) -> dict[str, Any]:

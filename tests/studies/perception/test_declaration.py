@@ -35,5 +35,5 @@ def test_right_wrong_and_no_scene_graphs_are_told_apart(data_store: Store) -> No
     assert (rates["right"].numerator, rates["right"].denominator) == (1, LIMIT)
     assert rates["facts.precision"].percent == 100
     assert (rates["parsing"].numerator, rates["predicate_error"].numerator > 1) == (1, True)
-    unanswered = suite.unanswered(task_ids[0])
+    unanswered = suite.score_missing_answer(task_ids[0])
     assert (unanswered.error, outcome_of(records[0])) == (None, AnswerOutcome.SUCCESS)

@@ -18,12 +18,12 @@ from eai.agents.reference import staged
 from eai.agents.rules import Rules, View
 from eai.base.store import Store
 from eai.benchmarks.behavior_1k.benchmark import UNTOLD
-from eai.benchmarks.behavior_1k.conventions import HEADING, conventions
+from eai.benchmarks.behavior_1k.conventions import HEADING, describe_conventions
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import seeds_of
 from eai.benchmarks.generator.spec import Generated, TaskKind
 from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark, with_tasks
+from eai.benchmarks.registry import find_benchmark, replace_tasks
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import GoalTest
@@ -98,7 +98,7 @@ def own_prompt(ability: Ability, source: Source) -> PromptOf:
 
 def with_known_conventions(text: str, task: Task) -> str:
     """Return a prompt of the benchmark that hides conventions, as read by who knows them."""
-    _, heading, known = conventions(task).partition(HEADING)
+    _, heading, known = describe_conventions(task).partition(HEADING)
     before, start, after = text.rpartition("\n\nInitial state:\n")
     return f"{before}\n\n{heading}{known}{start}{after}"
 
@@ -219,7 +219,7 @@ def test_gold_plans_work_in_the_worlds_of_prompts_about_generated_tasks(
     outcomes = [made.task(seed) for seed in islice(seeds_of("sufficient", 1), seeds)]
     tasks = [each.task for each in outcomes if isinstance(each, Generated)]
     tasks += [each.twin.task for each in outcomes if isinstance(each, Generated) and each.twin is not None]
-    benchmark = with_tasks(find_benchmark(like), "made", given(*tasks))
+    benchmark = replace_tasks(find_benchmark(like), "made", given(*tasks))
     asked = list(benchmark.tasks_for(Ability.ACTION_SEQUENCING, fetched).values())
     if asked:
         prompt_of = own_prompt(Ability.ACTION_SEQUENCING, fetched)

@@ -13,7 +13,7 @@ from eai.benchmarks.generator.generator import Generator, generate
 from eai.benchmarks.generator.sets import seeds_of
 from eai.benchmarks.generator.spec import Generated, Spec, Split, Tier
 from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark, with_tasks
+from eai.benchmarks.registry import find_benchmark, replace_tasks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.reward import open_reward_suite
@@ -61,7 +61,7 @@ def new_tasks(domain: str, ability: Ability, split: Split, seed: int, tier: Tier
     found = (each for each in made if isinstance(each, Generated))
     while batch := list(islice(found, _TOGETHER)):
         asked = Library("eai", None, source).open(
-            with_tasks(base, split.value, given(*[each.task for each in batch])), ability
+            replace_tasks(base, split.value, given(*[each.task for each in batch])), ability
         )
         for each in batch:
             line = written(each.task, domain, base.domain, each.about)
@@ -77,5 +77,5 @@ def suite_of_one(line: str, ability: Ability) -> Suite:
     """
     read = read_line(line)
     base = find_benchmark(read.base)
-    made = with_tasks(base, "generated", given(task_of(read, base.domain)))
+    made = replace_tasks(base, "generated", given(task_of(read, base.domain)))
     return open_suite(made, ability, source=Source(planner=PlannerChoice.NONE))

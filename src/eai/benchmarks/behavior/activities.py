@@ -128,7 +128,7 @@ _SAME = "same_obj"
 """Predicate that relates each object to itself; no state has it."""
 
 
-def problem_text(task: Task, goals: Sequence[f.Formula]) -> str:
+def write_task_problem(task: Task, goals: Sequence[f.Formula]) -> str:
     """Return the planning problem of ground conditions of a task, as text."""
     if not isinstance(task, BehaviorTask):
         raise TypeError(f"task {task.id} is not a task of BEHAVIOR; only those have planning problems")

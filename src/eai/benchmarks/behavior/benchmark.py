@@ -18,15 +18,15 @@ from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
-from eai.benchmarks.behavior.activities import open_activities, problem_text
-from eai.benchmarks.behavior.domain import as_meant
+from eai.benchmarks.behavior.activities import open_activities, write_task_problem
+from eai.benchmarks.behavior.domain import domain_in_paper_order
 from eai.benchmarks.behavior.notation import PLANS, BehaviorGoals, BehaviorSubgoals
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
-from eai.benchmarks.benchmark import Benchmark, DataSet, formats_of
-from eai.benchmarks.errata import errata_of
-from eai.benchmarks.published import official_prompts, open_behavior
-from eai.benchmarks.reference_wheel import published_task
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_formats
+from eai.benchmarks.errata import load_errata
+from eai.benchmarks.published import make_prompt_reader, open_behavior
+from eai.benchmarks.reference_wheel import find_published_id
 from eai.benchmarks.registry import TITLES
 from eai.tasks.english import english_of
 from eai.tasks.prompts.prompt import Belief, GoalSection
@@ -147,13 +147,15 @@ NAME = "behavior"
 def wording(ability: Ability) -> Wording:
     """Return the wording of an ability. Subgoals also name hands; goal interpretation names instances."""
     if ability is Ability.GOAL_INTERPRETATION:
-        return Wording(as_meant(), _GOAL_PREDICATES, {}, _get_instance_name)
+        return Wording(domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
     predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), declared_name
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         predicates, names = (*_GOAL_PREDICATES, *_HANDS), _write_dotted_name
         written_as = {**_HANDS, "toggled_on": "toggledon"}
     halves = partial(_describe_halves, names)
-    return Wording(as_meant(), predicates, written_as, names, conventions=halves, unchanging=(part_of.name,))
+    return Wording(
+        domain_in_paper_order(), predicates, written_as, names, conventions=halves, unchanging=(part_of.name,)
+    )
 
 
 def _describe_halves(name: ObjectName, task: Task) -> str:
@@ -186,25 +188,25 @@ def behavior() -> Benchmark:
     """Return the benchmark."""
     return Benchmark(
         NAME,
-        as_meant(),
+        domain_in_paper_order(),
         open_tasks,
         Notation(
             PLANS,
             BehaviorGoals(),
             BehaviorSubgoals(),
-            formats=formats_of("eai.benchmarks.behavior"),
+            formats=read_formats("eai.benchmarks.behavior"),
             wordings=wording,
             also_observed=("in_left_hand", "in_right_hand", "robot_on"),
             english=english_of("eai.benchmarks.behavior"),
         ),
         DataSet(
             TITLES[NAME],
-            errata_of(NAME),
-            official_prompts(NAME),
+            load_errata(NAME),
+            make_prompt_reader(NAME),
             goal_sections=GOAL_SECTIONS,
-            task_id_of=published_task,
+            task_id_of=find_published_id,
             own_tasks={Ability.TRANSITION_MODELING: open_operators},
-            problem_of=problem_text,
+            problem_of=write_task_problem,
             open_bddl=lambda source: open_activities(open_tasks(source)),
             planner_seconds=200,
         ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from eai.benchmarks.behavior.notation import BehaviorGoals
-from eai.benchmarks.counterparts import Counterpart, translate
+from eai.benchmarks.counterparts import Counterpart, translate_steps
 from eai.pddl.execute import PlanStep
 from eai.tasks.task import Task
 from eai.world.action import Action
@@ -63,7 +63,7 @@ def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
     """
     names = BehaviorGoals().names(task)
     index = {name.replace(".", "_"): number for number, name in enumerate(names)}
-    return tuple(_choose_hands(translate(steps, COUNTERPARTS, index.get), steps))
+    return tuple(_choose_hands(translate_steps(steps, COUNTERPARTS, index.get), steps))
 
 
 def _choose_hands(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:

@@ -13,12 +13,12 @@ from eai.world.operator import Operator, sort_checks
 
 
 @cache
-def as_meant() -> Domain:
+def domain_in_paper_order() -> Domain:
     """Return the domain with the paper's order of checks; the robot moves to the objects of its actions."""
     return _build_household([add_movement(sort_checks(operator)) for operator in make_operators()])
 
 
-def as_declared() -> Domain:
+def domain_in_reference_order() -> Domain:
     """Return the domain with the reference's order of checks."""
     return _build_household(make_operators())
 

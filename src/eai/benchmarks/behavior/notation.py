@@ -91,7 +91,7 @@ DOMAIN_NAMES: Mapping[str, str] = {
 """Predicate of answers -> its name in the domain, if that differs."""
 
 ACTION_ARITIES: Mapping[str, int | None] = {
-    **{operator.name.lower(): operator.arity for operator in behavior.as_meant().operators},
+    **{operator.name.lower(): operator.arity for operator in behavior.domain_in_paper_order().operators},
     **dict.fromkeys(("burn", "stain", "unclean")),
 }
 """Number of objects of each action; None for three actions, which the vocabulary leaves open."""
@@ -148,7 +148,7 @@ class BehaviorSubgoals(SubgoalNotation):
     """Subgoals in the words of BEHAVIOR's prompts."""
 
     def __init__(self) -> None:
-        super().__init__(behavior.as_meant())
+        super().__init__(behavior.domain_in_paper_order())
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the lexicon of the prompts' states, actions and objects."""

@@ -125,14 +125,14 @@ held = Defined("held", (X,), in_left_hand(X) | in_right_hand(X))
 hands_full = Defined("hands_full", (), f.Exists(X, in_left_hand(X)) & f.Exists(X, in_right_hand(X)))
 closed = Defined("closed", (X,), openable(X) & ~is_open(X))
 labelled = Defined("labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LOOSE_RELATIONS)))
-carries, carried_by, within = support.carrying((lies_in, lies_on))
+carries, carried_by, within = support.make_carrying_predicates((lies_in, lies_on))
 shut_in = Defined("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
 floor_below = Lookup(
     "floor_below",
     2,
-    support.floors(_SUPPORTS, _find_floor),
+    support.make_floor_lookup(_SUPPORTS, _find_floor),
     (*_SUPPORTS, "floor", "stands_on"),
-    support.on_floor("floor_below", floor, carries, stands_on(X, Y)),
+    support.make_floor_predicate("floor_below", floor, carries, stands_on(X, Y)),
 )
 
 _BASIC_DERIVED = tuple([item for item in globals().values() if isinstance(item, Defined | Lookup)])

@@ -9,9 +9,9 @@ from functools import cache, partial
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.benchmarks.behavior_1k import predicates as p
-from eai.benchmarks.behavior_1k.conventions import conventions, describe_situation
-from eai.benchmarks.behavior_1k.operators import declared
-from eai.benchmarks.behavior_1k.tasks import open_tasks, subsets
+from eai.benchmarks.behavior_1k.conventions import describe_conventions, describe_situation
+from eai.benchmarks.behavior_1k.operators import build_domain
+from eai.benchmarks.behavior_1k.tasks import load_subsets, open_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet
 from eai.tasks.english import English, english_of
 from eai.tasks.operator_task import TransitionTask, declared_tasks
@@ -35,7 +35,7 @@ def _load_english() -> English:
 
 def _make_wording(describe: Callable[[Task], str], ability: Ability) -> Wording:
     """Return the wording of an ability; abilities that take plans also get hidden facts."""
-    plain = Wording(declared(), p.GOAL_PREDICATES)
+    plain = Wording(build_domain(), p.GOAL_PREDICATES)
     takes_plans = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
     return replace(plain, conventions=describe, unchanging=_UNCHANGING) if takes_plans else plain
 
@@ -47,17 +47,17 @@ def _open_activities(source: Source) -> TaskSet[Task]:
 
 def _open_subset(subset: str, source: Source) -> TaskSet[Task]:
     tasks = _open_activities(source)
-    return TaskSet(subsets()[subset], tasks.__getitem__, tasks.sha256)
+    return TaskSet(load_subsets()[subset], tasks.__getitem__, tasks.sha256)
 
 
 @once_per_store
 def _open_operators(source: Source) -> TaskSet[TransitionTask]:
     """Return the tasks of transition modeling. Problems list the rules that operators read, but no rooms."""
-    tasks, vocabulary = _open_activities(source), declared().vocabulary
+    tasks, vocabulary = _open_activities(source), build_domain().vocabulary
     shown = tuple(
         [replace(predicate, visible=predicate is not p.by_floor) for predicate in vocabulary.predicates]
     )
-    domain = replace(declared(), vocabulary=replace(vocabulary, predicates=shown))
+    domain = replace(build_domain(), vocabulary=replace(vocabulary, predicates=shown))
     rules = {rule.name: Category.NON_SPATIAL_RELATIONS for rule in p.RULES}
     operator_tasks = declared_tasks(domain, tasks, rules)
     return TaskSet(operator_tasks, operator_tasks.__getitem__, tasks.sha256)
@@ -72,28 +72,28 @@ def _make_variant(
     name: str,
     title: str,
     open_activities: OpenTasks[Task] = _open_activities,
-    describe: Callable[[Task], str] = conventions,
+    describe: Callable[[Task], str] = describe_conventions,
 ) -> Benchmark:
     wordings, operators = partial(_make_wording, describe), {Ability.TRANSITION_MODELING: _open_operators}
     return Benchmark(
         name,
-        declared(),
+        build_domain(),
         open_activities,
         Notation(wordings=wordings, also_observed=("held", "robot_on"), english=_load_english()),
         DataSet(title, own_tasks=operators, planner_seconds=200),
     )
 
 
-def untold() -> Benchmark:
+def behavior_1k_untold() -> Benchmark:
     """Return BEHAVIOR-1K with prompts that do not explain tools, heat and recipes."""
     return _make_variant(UNTOLD, "BEHAVIOR-1K, conventions untold", describe=describe_situation)
 
 
-def challenge_2025() -> Benchmark:
+def behavior_1k_challenge_2025() -> Benchmark:
     """Return the benchmark of the 50 activities of the 2025 BEHAVIOR challenge, in its order."""
     return _make_variant(CHALLENGE, "BEHAVIOR-1K, 2025 challenge", partial(_open_subset, "challenge_2025"))
 
 
-def of_behavior_100() -> Benchmark:
+def behavior_1k_in_behavior_100() -> Benchmark:
     """Return the benchmark of the 65 activities that BEHAVIOR-100 has under the same name."""
     return _make_variant(OF_100, "BEHAVIOR-1K, also in BEHAVIOR-100", partial(_open_subset, "behavior_100"))

@@ -71,7 +71,7 @@ class SceneReader:
         return [self._names[i] for i in bits(self._state.relation(predicate.name).column(self._index[name]))]
 
 
-def conventions(task: Task) -> str:
+def describe_conventions(task: Task) -> str:
     """Return the sources, floors and relevant conventions of a task, each kind below its heading."""
     return "\n\n".join(
         filter(

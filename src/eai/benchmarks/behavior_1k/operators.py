@@ -621,7 +621,7 @@ _MAKERS: tuple[Callable[[], Operator], ...] = (
 
 
 @cache
-def declared() -> Domain:
+def build_domain() -> Domain:
     """Return the domain.
 
     The robot sees held objects. At its floor, it sees all objects outside closed containers. Objects without

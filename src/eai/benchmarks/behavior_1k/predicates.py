@@ -88,7 +88,7 @@ has_cover, has_in, full_of = Predicate("has_cover", 2), Predicate("has_in", 2), 
 soaked_with = Predicate("soaked_with", 2)
 
 # Derived.
-carries, carried_by, within = support.carrying(_SUPPORTS)
+carries, carried_by, within = support.make_carrying_predicates(_SUPPORTS)
 
 
 def _find_root_floor(state: State, root: int) -> int:
@@ -99,11 +99,13 @@ def _find_root_floor(state: State, root: int) -> int:
 floor_of = Lookup(
     "floor_of",
     2,
-    support.floors(SUPPORTS, _find_root_floor),
+    support.make_floor_lookup(SUPPORTS, _find_root_floor),
     ("floor", "held", "robot_on", "by_floor", *SUPPORTS),
-    support.on_floor("floor_of", floor, carries, (held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))),
+    support.make_floor_predicate(
+        "floor_of", floor, carries, (held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))
+    ),
     single=True,
-    inverse=support.inverse(support.floors(SUPPORTS, _find_root_floor)),
+    inverse=support.invert_lookup(support.make_floor_lookup(SUPPORTS, _find_root_floor)),
 )
 real = Defined(
     "real", (X,), present(X) | held(X) | Exists(Y, carries(Y, X)) | Exists(C, has_in(C, X) | has_cover(C, X))

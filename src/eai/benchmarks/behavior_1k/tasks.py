@@ -39,7 +39,7 @@ def load_exclusions() -> Mapping[str, str]:
     return {name: entry["reason"] for entry in entries for name in entry["activities"]}
 
 
-def subsets() -> Mapping[str, tuple[str, ...]]:
+def load_subsets() -> Mapping[str, tuple[str, ...]]:
     """Return named lists of activities."""
     return {
         name: tuple(names)

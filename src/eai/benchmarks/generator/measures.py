@@ -19,7 +19,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.benchmarks.features import operators_with_tools
+from eai.benchmarks.features import find_tool_operators
 from eai.logic.traversal import bound_variables, children, object_names, walk
 from eai.tasks.task import Task
 from eai.world.derived import Defined
@@ -116,7 +116,7 @@ class _Lid(NamedTuple):
 
 def measured(task: Task, domain: Domain) -> Mapping[Measure, int]:
     """Return all measures of a task."""
-    needed, tools = needed_by(task), operators_with_tools(domain)
+    needed, tools = needed_by(task), find_tool_operators(domain)
     operators = [action.operator for action in task.script]
     containers, hidden = _opened(task, needed, domain)
     return {

@@ -21,17 +21,17 @@ from eai.abilities.protocol import Ability
 from eai.base.source import open_bundle
 from eai.base.store import ReportProgress, Store, ignore_progress
 from eai.benchmarks import reference_wheel as packs
-from eai.benchmarks.benchmark import Benchmark, DataSet, formats_of
-from eai.benchmarks.errata import errata_of
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_formats
+from eai.benchmarks.errata import load_errata
 from eai.benchmarks.packs import open_pack
-from eai.benchmarks.published import official_prompts, open_virtualhome
+from eai.benchmarks.published import make_prompt_reader, open_virtualhome
 from eai.benchmarks.registry import TITLES
-from eai.benchmarks.virtualhome.domain import as_meant
+from eai.benchmarks.virtualhome.domain import domain_in_paper_order
 from eai.benchmarks.virtualhome.notation import VirtualHomeGoals, VirtualHomeSubgoals
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION, room
-from eai.benchmarks.virtualhome.records import PACK, ObjectRecord, TaskRecord, VirtualHome
-from eai.benchmarks.virtualhome.records import open_virtualhome as open_records
+from eai.benchmarks.virtualhome.records import PACK, ObjectRecord, TaskRecord, VirtualHomeRecords
+from eai.benchmarks.virtualhome.records import open_records as open_records
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, build_tasks
 from eai.benchmarks.virtualhome.tasks import open_tasks as open_virtualhome_tasks
 from eai.logic.formula import Atom, Formula
@@ -163,7 +163,7 @@ def _get_task_values(
     """Return the text of each placeholder of the template for one task."""
     changed = (*task.initial.changed_objects, *task.initial.added_objects)
     objects = {**base, **{record.id: record for record in changed}}
-    relevant = [objects[i] for i in task.relevant_in_order]
+    relevant = [objects[i] for i in task.relevant_ids]
     lines = "".join(_format_object(record, possible) for record in relevant)
     # Title and description are lines of a file in the reference, and keep their line ends.
     goal = f"Goal name: {task.title}\n\nGoal description: {task.description}\n\n"
@@ -204,7 +204,7 @@ def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) ->
         from eai.benchmarks.virtualhome.convert import convert_demonstrations
 
         content = convert_demonstrations(wheel, report)
-    return build_tasks(VirtualHome(content, hashlib.sha256(content).hexdigest()))
+    return build_tasks(VirtualHomeRecords(content, hashlib.sha256(content).hexdigest()))
 
 
 def _find_surroundings(task: Task) -> Iterator[int]:
@@ -225,10 +225,15 @@ def wording(ability: Ability) -> Wording:
     """
     from eai.tasks.wording import Wording
 
-    predicates = Wording.of(as_meant()).predicates
+    predicates = Wording.of(domain_in_paper_order()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:
-        return Wording(as_meant(), predicates, surroundings=_find_surroundings)
-    return Wording(as_meant(), predicates, _RELATIONS, lambda task, index: task.scene.objects[index].category)
+        return Wording(domain_in_paper_order(), predicates, surroundings=_find_surroundings)
+    return Wording(
+        domain_in_paper_order(),
+        predicates,
+        _RELATIONS,
+        lambda task, index: task.scene.objects[index].category,
+    )
 
 
 open_tasks = once_per_store(open_virtualhome_tasks)
@@ -242,40 +247,40 @@ def virtualhome() -> Benchmark:
     """Return the benchmark. Subgoals are asked for in tasks with a temporal goal."""
     return Benchmark(
         NAME,
-        as_meant(),
+        domain_in_paper_order(),
         open_tasks,
         Notation(
             VirtualHomePlans(),
             VirtualHomeGoals(),
             VirtualHomeSubgoals(),
-            formats=formats_of("eai.benchmarks.virtualhome"),
+            formats=read_formats("eai.benchmarks.virtualhome"),
             wordings=wording,
             english=english_of("eai.benchmarks.virtualhome"),
         ),
         DataSet(
             TITLES[NAME],
-            errata_of(NAME),
-            official_prompts(NAME, {Ability.GOAL_INTERPRETATION: goal_interpretation_prompts}),
+            load_errata(NAME),
+            make_prompt_reader(NAME, {Ability.GOAL_INTERPRETATION: goal_interpretation_prompts}),
             goal_sections=GOAL_SECTIONS,
-            task_id_of=packs.published_task,
+            task_id_of=packs.find_published_id,
             own_tasks={Ability.TRANSITION_MODELING: open_operators},
             asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
-            own_figures=annotated_figures,
+            own_figures=compute_figures,
             open_demonstrations=open_demonstrations,
         ),
     )
 
 
-def annotated_figures(source: Source) -> dict[str, tuple[int, str]]:
+def compute_figures(source: Source) -> dict[str, tuple[int, str]]:
     """Return the figures of the published data set. Raises DataError if it cannot be obtained."""
     resources = open_pack(packs.RESOURCES, source)
     tasks = open_records(source)
     operators = resources.read_json("gold_action.json")
-    return count_annotated(tasks, resources.read_json("success_task.json"), len(operators))
+    return count_annotated_figures(tasks, resources.read_json("success_task.json"), len(operators))
 
 
-def count_annotated(
-    tasks: VirtualHome, transition_tasks: Collection[str], operators: int
+def count_annotated_figures(
+    tasks: VirtualHomeRecords, transition_tasks: Collection[str], operators: int
 ) -> dict[str, tuple[int, str]]:
     """Return the figures of records by label, each with a note.
 
@@ -345,9 +350,9 @@ def check_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -
         counts: expected figures by label; those of the published data set if None.
     """
     counts = PUBLISHED_COUNTS if counts is None else counts
-    tasks, resources = VirtualHome.of(store.open(PACK)), store.open(packs.RESOURCES)
+    tasks, resources = VirtualHomeRecords.from_pack(store.open(PACK)), store.open(packs.RESOURCES)
     operators = resources.read_json("gold_action.json")
-    figures = count_annotated(tasks, resources.read_json("success_task.json"), len(operators))
+    figures = count_annotated_figures(tasks, resources.read_json("success_task.json"), len(operators))
     for label, (value, _) in figures.items():
         if counts.get(label, value) != value:
             yield f"{label}: {value}, expected {counts[label]}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from eai.benchmarks.counterparts import Counterpart, translate
+from eai.benchmarks.counterparts import Counterpart, translate_steps
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.pddl.execute import PlanStep
 from eai.tasks.task import Task
@@ -55,4 +55,4 @@ def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
 
     Planning problems name objects by class. A class means the same object as in a plan.
     """
-    return tuple(translate(steps, COUNTERPARTS, VirtualHomePlans().objects(task)))
+    return tuple(translate_steps(steps, COUNTERPARTS, VirtualHomePlans().objects(task)))

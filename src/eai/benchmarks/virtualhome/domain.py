@@ -12,18 +12,18 @@ from eai.world.operator import Operator, sort_checks
 
 
 @cache
-def as_meant() -> Domain:
+def domain_in_paper_order() -> Domain:
     """Return the domain with the paper's order of checks."""
     return _build_household([sort_checks(operator) for operator in make_operators()])
 
 
 @cache
-def with_either_hand() -> Domain:
+def domain_with_hand_switch() -> Domain:
     """Return the domain for subgoals, which name hands: SWITCH_HANDS moves an object to the other hand."""
-    return as_meant().replace_operators(switch_hands())
+    return domain_in_paper_order().replace_operators(switch_hands())
 
 
-def as_declared() -> Domain:
+def domain_in_reference_order() -> Domain:
     """Return the domain with the reference's order of checks."""
     return _build_household(make_operators())
 

@@ -152,7 +152,7 @@ def _write_entry(goal: WrittenGoal) -> tuple[GoalKind, dict[str, str]]:
     return kind, dict(zip(FIELDS[kind], (name, goal.predicate, *others), strict=True))
 
 
-ACTIONS = (
+SUBGOAL_ACTIONS = (
     "DRINK",
     "EAT",
     "CUT",
@@ -176,7 +176,7 @@ ACTIONS = (
 )
 """The actions that the reference allows in subgoals (``resources/vocabulary.json``, ``subgoal_actions``)."""
 
-FORGOTTEN = "POUR"
+MISSING_ACTION = "POUR"
 """An action that the goals of five tasks ask for, although the reference's vocabulary lacks it."""
 
 
@@ -187,8 +187,8 @@ class VirtualHomeSubgoals(SubgoalNotation):
         actions: names of the actions that subgoals may contain.
     """
 
-    def __init__(self, actions: Sequence[str] = (*ACTIONS, FORGOTTEN)) -> None:
-        super().__init__(virtualhome.as_meant())
+    def __init__(self, actions: Sequence[str] = (*SUBGOAL_ACTIONS, MISSING_ACTION)) -> None:
+        super().__init__(virtualhome.domain_in_paper_order())
         self._actions: dict[str, int | None] = {
             operator.name: operator.arity for operator in self.domain.operators if operator.name in actions
         }
@@ -199,7 +199,7 @@ class VirtualHomeSubgoals(SubgoalNotation):
 
     def acting_domain(self) -> Domain:
         """Return the domain with the actions that subgoals do not name."""
-        return virtualhome.with_either_hand()
+        return virtualhome.domain_with_hand_switch()
 
     def lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the lexicon of a scene: the data set's names of objects and the scene's classes."""

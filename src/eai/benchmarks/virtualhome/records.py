@@ -101,7 +101,7 @@ class TaskRecord:
     relevant_from_edges: tuple[int, ...]
 
     @property
-    def relevant_in_order(self) -> list[int]:
+    def relevant_ids(self) -> list[int]:
         """Ids of the relevant objects, in the order of the reference's Python sets.
 
         The hash of a small integer is the integer itself. So the order depends on the ids alone.
@@ -146,7 +146,7 @@ class _LineTables(NamedTuple):
         return TaskRecord(**{**values, **read})
 
 
-class VirtualHome(TaskSet[TaskRecord]):
+class VirtualHomeRecords(TaskSet[TaskRecord]):
     """Records by task id, in data set order; each is decoded once, on first use.
 
     Attributes:
@@ -169,7 +169,7 @@ class VirtualHome(TaskSet[TaskRecord]):
         super().__init__(texts, lambda task_id: tables.read_task(json.loads(texts[task_id])), sha256)
 
     @classmethod
-    def of(cls, pack: PackFile) -> VirtualHome:
+    def from_pack(cls, pack: PackFile) -> VirtualHomeRecords:
         """Return the records of a pack."""
         return cls(pack.read(TASKS_MEMBER), pack.sha256)
 
@@ -178,10 +178,10 @@ CHARACTER_ID = 65
 """Id of the acting character in every VirtualHome graph of the data set."""
 
 
-def open_virtualhome(source: Source | None = None) -> VirtualHome:
+def open_records(source: Source | None = None) -> VirtualHomeRecords:
     """Return the records of the VirtualHome tasks; download them first if they are missing.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return VirtualHome.of(open_pack(PACK, source))
+    return VirtualHomeRecords.from_pack(open_pack(PACK, source))

@@ -14,8 +14,8 @@ from eai.benchmarks.virtualhome.records import (
     GraphDelta,
     ObjectRecord,
     TaskRecord,
-    VirtualHome,
-    open_virtualhome,
+    VirtualHomeRecords,
+    open_records,
 )
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.tasks.source import Source, TaskSet
@@ -126,7 +126,7 @@ class VirtualHomeTask(Task):
 VirtualHomeTasks: TypeAlias = TaskSet[VirtualHomeTask]
 
 
-def build_tasks(records: VirtualHome) -> VirtualHomeTasks:
+def build_tasks(records: VirtualHomeRecords) -> VirtualHomeTasks:
     """Return the tasks of the records."""
     nothing = [()] * len(VOCABULARY.binary_slots)
     empty = _IndexedGraph((), {}, {}, [0] * len(_UNARY), nothing, nothing, [(0, 0)] * len(nothing))
@@ -161,7 +161,7 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return build_tasks(open_virtualhome(source))
+    return build_tasks(open_records(source))
 
 
 @cache

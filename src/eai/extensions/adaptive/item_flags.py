@@ -11,7 +11,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
-from eai.benchmarks.registry import find_benchmark, registered
+from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.adaptive.flag import Flag, TellsFlags
 from eai.logic.ltl_printer import print_ltl
@@ -37,7 +37,7 @@ def item_flags(source: Source) -> TellsFlags:
 
     @cache
     def tasks_of(domain: str) -> Mapping[str, Task]:
-        return find_benchmark(domain).tasks(source) if domain in registered() else {}
+        return find_benchmark(domain).tasks(source) if domain in list_benchmarks() else {}
 
     @cache
     def search(domain: str, task_id: str) -> SearchResult[Action]:
@@ -59,7 +59,7 @@ def item_flags(source: Source) -> TellsFlags:
         suite, books = opened(key)
         for book in books:
             answer = book[task_id].text
-            verdict = suite.over([answer]).score(task_id, answer)
+            verdict = suite.adapt_to_answers([answer]).score(task_id, answer)
             if isinstance(verdict, PlanVerdict) and verdict.success:
                 return "unsolved: plan exists"
         is_impossible = search(key.domain, task_id).end is SearchEnd.UNREACHABLE

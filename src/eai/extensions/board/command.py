@@ -10,7 +10,7 @@ import typer
 from eai.base.errors import InputError
 from eai.base.files import convert_write_errors, write_whole
 from eai.base.json_value import Json
-from eai.benchmarks.registry import find_benchmark, of_the_paper
+from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, counted, note, say, tell, tell_findings
 from eai.cli.options import RECORDS, AsJson, DataFolder, flag, opened_source
@@ -125,6 +125,8 @@ def croissant(
     from eai.extensions.board.croissant import write_croissant
 
     with opened_source(data) as source:
-        files = write_croissant([find_benchmark(name) for name in domain or of_the_paper()], source, out)
+        files = write_croissant(
+            [find_benchmark(name) for name in domain or list_paper_benchmarks()], source, out
+        )
     made: Json = {"folder": str(out), "files": [*map(str, files)]}
     tell(f"{counted(len(files), 'file')} written to {out}", value=made, as_json=as_json)

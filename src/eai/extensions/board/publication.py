@@ -23,7 +23,7 @@ from eai.abilities.declaration import declaration_of, label_of
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.names import suite_name
-from eai.benchmarks.registry import of_the_paper
+from eai.benchmarks.registry import list_paper_benchmarks
 from eai.studies.report.run_summary import RunSummary
 from eai.tasks.options import Options
 
@@ -149,7 +149,7 @@ def _source_data(said: _Publication, run: RunSummary) -> dict[str, Json]:
         "answered": str(run.coverage.answered),
     }
     place: dict[str, Json] = {"source_type": "other"}
-    if key.domain in of_the_paper():
+    if key.domain in list_paper_benchmarks():
         place = {"source_type": "url", "url": [_PAPER]}
     elif said.dataset:
         place = {"source_type": "hf_dataset", "hf_repo": said.dataset}

@@ -14,7 +14,7 @@ from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, require_file, write_whole
 from eai.base.store import Store
 from eai.benchmarks.reference_wheel import SCENE_PREFIX, task_id_of
-from eai.benchmarks.registry import FIRST, find_benchmark
+from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.results.answer_files import UNREADABLE, list_members
 from eai.results.responses import SUFFIX, find_response_files, read_responses
 from eai.tasks.prompts.prompt import read_prompt_file
@@ -23,7 +23,7 @@ from eai.tasks.source import Finding, Source
 _PROMPTS = "_prompts.json"
 """The ending of the names of a starter kit's prompt files."""
 
-_SUITES = [(domain, ability) for domain in FIRST for ability in PAPER_ABILITIES]
+_SUITES = [(domain, ability) for domain in PAPER_BENCHMARKS for ability in PAPER_ABILITIES]
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 

@@ -25,7 +25,7 @@ class Scores:
     again by another one. It needs nothing of Ray's itself.
 
     Args:
-        suite: the tasks, opened by name, for these answers (`Suite.over`); an actor opens them again.
+        suite: the tasks, opened by name for these answers (`Suite.adapt_to_answers`); actors reopen them.
         model: who answered.
         explanations: put the step-by-step explanation into each record.
     """

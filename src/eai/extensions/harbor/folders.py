@@ -19,7 +19,7 @@ from eai.base.errors import InputError
 from eai.base.files import files_below, read_content, write_whole
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import TaskReference
-from eai.benchmarks.registry import PDDL, registered
+from eai.benchmarks.registry import PDDL, list_benchmarks
 from eai.benchmarks.suite import Suite
 from eai.extensions.harbor.verify import is_right
 from eai.tasks.prompts.prompt import Prompt
@@ -206,7 +206,7 @@ def _carried(reference: str, task_ids: Collection[str]) -> tuple[str, _Files]:
         beside = {part.relative_to(problems.parent).as_posix(): read_content(part) for part in parts}
         return f"{PDDL}:{domain.name},{problems.name}", {domain.name: read_content(domain), **beside}
     path = Path(reference)
-    if reference in registered() or not path.exists():
+    if reference in list_benchmarks() or not path.exists():
         return reference, {}
     name = f"{path.resolve().name.partition('.')[0]}.jsonl"
     kept = [place.content for place in lines_in(path) if json.loads(place.content)["id"] in task_ids]

@@ -18,7 +18,7 @@ from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep, strip_nam
 from eai.abilities.notation.plans import Execution, JsonPlans, PlanExecutor
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.benchmarks.behavior.domain import as_meant
+from eai.benchmarks.behavior.domain import domain_in_paper_order
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.extensions.reference import behavior_quirks
 from eai.extensions.reference.behavior_quirks import behavior_goal_test
@@ -55,7 +55,7 @@ class BehaviorActionSequencing(ActionSequencing):
         return beside_strict(super().assess(text), text, self.notation, self._as_strict)
 
     def _as_strict(self) -> ActionSequencing:
-        return ActionSequencing(self.task, as_meant(), JsonPlans())
+        return ActionSequencing(self.task, domain_in_paper_order(), JsonPlans())
 
     def _final(self, execution: Execution) -> State:
         """The final state of a plan, which an action may leave half done."""

@@ -27,7 +27,7 @@ import eai.logic.formula as f
 from eai.base.errors import InputError
 from eai.benchmarks.behavior import operators as o
 from eai.benchmarks.behavior import predicates as p
-from eai.benchmarks.behavior.domain import as_declared
+from eai.benchmarks.behavior.domain import domain_in_reference_order
 from eai.benchmarks.behavior.predicates import X, Y
 from eai.logic.choice import ObjectsByCategory, Option, value_of
 from eai.logic.formula import FALSE, Exists
@@ -54,7 +54,7 @@ SUBGOAL_PRECEDENCE = (
 @cache
 def as_in_reference() -> Domain:
     """The reference's order of checks and all of its quirks."""
-    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, as_declared())
+    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
 @cache
@@ -71,7 +71,7 @@ def half_done(state: State, action: Action) -> State:
 
 @cache
 def _half_done() -> Domain:
-    return replace(as_declared(), operators=tuple(half_done_transfers()))
+    return replace(domain_in_reference_order(), operators=tuple(half_done_transfers()))
 
 
 def _of_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], Domain]:

@@ -238,6 +238,6 @@ EAI_1_0_5 = Implementation(
     trial=_ScriptedTrial,
     as_asked=count_as_the_paper_did,
     as_counted=count_as_published,
-    over=read_together,
+    adapt_to_answers=read_together,
 )
 """The protocol."""

@@ -24,7 +24,7 @@ from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import Execution, PlanExecutor
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import ErrorReport, PlanVerdict, SummaryCounts, Unreadable
-from eai.benchmarks.virtualhome.domain import as_meant
+from eai.benchmarks.virtualhome.domain import domain_in_paper_order
 from eai.benchmarks.virtualhome.plan_notation import (
     ObjectWithId,
     VirtualHomePlans,
@@ -159,7 +159,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
         return beside_strict(super().assess(text), text, self.notation, self._as_strict)
 
     def _as_strict(self) -> ActionSequencing:
-        return ActionSequencing(self.task, as_meant(), VirtualHomePlans())
+        return ActionSequencing(self.task, domain_in_paper_order(), VirtualHomePlans())
 
     def _rejection(self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor) -> PlanVerdict:
         verdict = super()._rejection(error, plan, execute)

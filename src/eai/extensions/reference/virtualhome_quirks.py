@@ -13,7 +13,7 @@ from functools import cache, reduce, wraps
 
 from eai.benchmarks.virtualhome import operators as o
 from eai.benchmarks.virtualhome import predicates as p
-from eai.benchmarks.virtualhome.domain import as_declared
+from eai.benchmarks.virtualhome.domain import domain_in_reference_order
 from eai.benchmarks.virtualhome.predicates import R, X, Y
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.logic.formula import FALSE, Exists, Formula
@@ -31,7 +31,7 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 @cache
 def as_in_reference() -> Domain:
     """The reference's order of checks and all of its quirks."""
-    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, as_declared())
+    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
 def first_target(state: State, predicate: str, source: int, wanted: int) -> int:
@@ -105,7 +105,7 @@ IN_SLOT_ORDER = Vocabulary(p.VOCABULARY.predicates, tuple(map(_in_this_order, p.
 def relevant_objects(task: VirtualHomeTask) -> tuple[int, ...]:
     """The objects that a task is about, by index, as the reference finds them (``get_symbolic_goal_nl``)."""
     by_id = {p.object_id(task.initial, i): i for i in task.relevant}
-    return tuple([by_id[i] for i in task.record.relevant_in_order])
+    return tuple([by_id[i] for i in task.record.relevant_ids])
 
 
 SOUGHT: Mapping[Formula, tuple[Formula, ...]] = {

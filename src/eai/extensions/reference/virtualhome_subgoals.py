@@ -22,7 +22,7 @@ from eai.abilities.subgoal_decomposition.program import (
     reject_unparseable,
 )
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits, ExplorationResult, GoalProgress
-from eai.benchmarks.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
+from eai.benchmarks.virtualhome.notation import SUBGOAL_ACTIONS, VirtualHomeSubgoals
 from eai.extensions.reference import virtualhome_quirks
 from eai.extensions.reference.subgoals import ReferenceSubgoals, halting
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
@@ -117,7 +117,7 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
     """VirtualHome subgoals as the reference scores them: the goal counts if it held at any time."""
 
     def __init__(self, task: Task, *, limits: ExplorationLimits | None = None) -> None:
-        domain, words = virtualhome_quirks.as_in_reference(), VirtualHomeSubgoals(ACTIONS)
+        domain, words = virtualhome_quirks.as_in_reference(), VirtualHomeSubgoals(SUBGOAL_ACTIONS)
         super().__init__(task, domain, words, goals=_ActionsSingly(task), limits=limits)
         self.excluded = None
 

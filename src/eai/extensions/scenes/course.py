@@ -14,7 +14,7 @@ from typing import runtime_checkable
 from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmarks.registry import registered
+from eai.benchmarks.registry import list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.scenes.diagrams import picture_words
 from eai.extensions.scenes.tiles import tiles_of
@@ -47,7 +47,7 @@ def courses(source: Source) -> Callable[[Record], Course]:
         return open_suite(domain, ability, protocol, source=replace(source, errata=choice))
 
     def course(record: Record) -> Course:
-        if record.domain not in registered() or _steps(record.explanation) == ():
+        if record.domain not in list_benchmarks() or _steps(record.explanation) == ():
             return ()
         errata = record.errata is not None
         return course_of(record, suite_of(record.domain, record.ability, record.protocol, errata=errata))

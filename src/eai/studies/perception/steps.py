@@ -8,7 +8,7 @@ from statistics import fmean
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.registry import find_benchmark, registered
+from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.results.record import Record
 
 
@@ -18,7 +18,7 @@ def mean_steps(records: Sequence[Record]) -> float | None:
     None if no answer can be read, or answers of this ability have no steps.
     """
     first = records[0]
-    if first.domain not in registered():
+    if first.domain not in list_benchmarks():
         return None
     count = _counter(find_benchmark(first.domain), first.ability)
     numbers = [] if count is None else list(_counts(records, count))

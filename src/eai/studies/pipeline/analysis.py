@@ -22,7 +22,7 @@ from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import believing, open_planned_book
+from eai.benchmarks.gold_answers import open_planned_book, replace_goals
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.search import Limits
@@ -371,7 +371,7 @@ def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search:
 def _reached(benchmark: Benchmark, answers: Mapping[str, str], source: Source) -> Iterator[tuple[str, bool]]:
     """Whether a plan for the stated goals, where there is one, reaches those of the task."""
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
-    stated = believing(benchmark, answers)
+    stated = replace_goals(benchmark, answers)
     book = open_planned_book(stated, Ability.ACTION_SEQUENCING, source, Limits(_EFFORT))
     for task_id in suite.task_ids:
         if task_id in answers:
