@@ -119,7 +119,7 @@ def main() -> int:
         possible = _Possible(benchmark.domain, task.initial, task.relevant)
         never = [goal for goal in task.goals if not possible.holds(goal.formula, {})]
         shown = "; ".join(str(goal.formula) for goal in never)
-        if not never and rules.exclusion_from(task.initial).excludes(_literals(task)):
+        if not never and rules.make_exclusion(task.initial).excludes(_literals(task)):
             never, shown = list(task.goals), "its facts exclude each other"
         proved += bool(never)
         print(f"{task.id}: {'out of reach' if never else 'open'} {shown}"[:200], flush=True)

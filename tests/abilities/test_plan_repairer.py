@@ -203,7 +203,7 @@ def test_the_single_edits_include_the_one_that_undoes_a_planted_fault(
         if repair.distance != 1 or (undoing.action and is_idle(scorer, undoing.action)):
             continue
         harmful += 1
-        singles = {*scorer.repairer._make_repairer(faulty).single_edits(faulty)}
+        singles = {*scorer.repairer._make_repairer(faulty).find_single_edits(faulty)}
         assert singles & {undoing, undoing._replace(action=None)}, "a step that was skipped may as well go"
         assert repair.blame != "step" or repair.blamed == undoing.step
     assert harmful

@@ -56,7 +56,7 @@ def check_states(world: World, random: Random) -> None:
     """Check that literals called impossible or exclusive hold in no state."""
     domain, initial = world.domain, world.task.initial
     possible = PossibleFacts(domain, initial, world.task.relevant)
-    exclusion = ExclusionRules(domain).exclusion_from(initial)
+    exclusion = ExclusionRules(domain).make_exclusion(initial)
     names = [*initial.scene.index]
     literals = []
     for name, types in {**PREDICATES, **DERIVED}.items():
@@ -119,7 +119,7 @@ def check_repairs(world: World, random: Random) -> bool:
 
 
 def check_singles(world: World, repairer: Repairer, plan: tuple[Action | None, ...]) -> None:
-    singles = {edited(plan, [each]) for each in repairer.single_edits(plan)}
+    singles = {edited(plan, [each]) for each in repairer.find_single_edits(plan)}
     assert all(map(world.succeeds, singles))
     for each in one_edit(plan, [*world.steps]):
         if world.succeeds(each) and each not in singles:

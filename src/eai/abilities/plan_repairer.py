@@ -138,7 +138,7 @@ class PlanRepairer:
     ) -> Repair:
         names = [o.name for o in self.domain.operators]
         mentioned = self._find_objects(steps)
-        single_edits = [*repairer.single_edits(steps)]
+        single_edits = [*repairer.find_single_edits(steps)]
         needless = {edit.removed for edit in single_edits if edit.action is None}
         failed = steps[shown] if shown is not None and shown < len(steps) else None
         failing = set() if failed is None else {*failed.arguments}

@@ -71,7 +71,7 @@ _HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, INFINITE)
 """Cost limits, tried one after the other, so that cheap supporters are found before costly ones are tried."""
 
 
-def _horizon(limit: float) -> float:
+def _find_horizon(limit: float) -> float:
     """Return the lowest horizon that covers a cost limit. So estimates are cached for few limits."""
     return next(horizon for horizon in _HORIZONS if horizon >= limit)
 
@@ -171,7 +171,7 @@ class Estimates:
         for limit in _HORIZONS:
             best = _Supporter(limit, None, ())
             for achiever in self._heuristic.achievers.find_operators(names):
-                best = self._improve_by(
+                best = self._improve_by_effect(
                     achiever, achiever.bindings(self.state, {}, self._usable, self.bindings), best
                 )
             if best.action is not None:
@@ -222,7 +222,7 @@ class Estimates:
         if atom.predicate in self._heuristic.static:
             return _NO_SUPPORTER
         self._open.add(atom)
-        horizon = _horizon(limit)
+        horizon = _find_horizon(limit)
         best = self._improve_supporter(atom, _Supporter(horizon, None, ()))
         if best.action is None and horizon == INFINITE:
             best = self._improve_supporter(atom, best, wide=True)
@@ -235,7 +235,7 @@ class Estimates:
         for match in self._matches.find_matches(atom, wide=wide):
             if match.fails_at_least(self.state, best.cost - _MIN_COST):
                 continue
-            best = self._improve_by(
+            best = self._improve_by_effect(
                 match.achiever, match.bindings(self.state, self._usable, self.bindings), best
             )
             if best.cost <= _MIN_COST:
@@ -267,7 +267,7 @@ class Estimates:
         if cached < INFINITE or tried_limit >= limit or self._is_open(key):
             return INFINITE
         self._open.add(key)
-        horizon = _horizon(limit)
+        horizon = _find_horizon(limit)
         cost = self._cost_of_parts(subgoal, horizon)
         self._open.discard(key)
         self._costs[key] = (cost, horizon)
@@ -318,14 +318,14 @@ class Estimates:
             case AllOf(conditions):
                 return conditions
             case AnyOf(conditions):
-                cheapest = self._cheapest_of(conditions)
+                cheapest = self._find_cheapest(conditions)
                 return None if cheapest is None else (cheapest,)
             case Choose(number, conditions):
                 return choose_exactly(number, conditions, self.estimate)
             case Pairing(number, cells):
                 return choose_pairs(number, cells, self.estimate)
 
-    def _cheapest_of(self, conditions: Sequence[Subgoal]) -> Subgoal | None:
+    def _find_cheapest(self, conditions: Sequence[Subgoal]) -> Subgoal | None:
         for condition in conditions:
             if self.holds(condition):
                 return condition
@@ -346,7 +346,7 @@ class Estimates:
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
 
-    def _improve_by(
+    def _improve_by_effect(
         self, achiever: Achiever, bindings: Iterable[FrameBinding], best: _Supporter
     ) -> _Supporter:
         for binding in bindings:

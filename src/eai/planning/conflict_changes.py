@@ -92,14 +92,14 @@ class ConflictChanges:
         """Return the actions that may make a change, given the facts that never change."""
         all_makers = self._writers.get(change)
         if all_makers is None:
-            unread = [a for name in self._unread_operators(change) for a in self.actions_of(name)]
+            unread = [a for name in self._operators_without_schema(change) for a in self.actions_of(name)]
             makers = [action for _, _, actions in self._schemas_making(change) for action in actions]
             all_makers = self._writers[change] = tuple(dict.fromkeys([*unread, *makers]))
         return all_makers
 
     def group_makers(self, change: FactChange) -> Iterator[tuple[Sequence[Action], list[ScopedCondition]]]:
         """Yield the actions that may make a change, grouped by the conditions that they need."""
-        yield from ((self.actions_of(name), []) for name in self._unread_operators(change))
+        yield from ((self.actions_of(name), []) for name in self._operators_without_schema(change))
         for schema, scope, actions in self._schemas_making(change):
             conditions = [(condition, self.names(condition)) for condition in schema.conditions]
             open_names = {name for _, names in conditions for name in names if name not in scope}
@@ -112,7 +112,7 @@ class ConflictChanges:
                 inner = {names[position]: value for position, value in zip(positions, values, strict=True)}
                 yield group, _select_closed(conditions, {**scope, **inner})
 
-    def _unread_operators(self, change: FactChange) -> list[str]:
+    def _operators_without_schema(self, change: FactChange) -> list[str]:
         """Return the operators that change a predicate by effects that no schema describes."""
         return [name for name, changed in self._unread.items() if change.predicate in changed]
 
@@ -212,10 +212,12 @@ class ConflictChanges:
             executed: whether the step is executed there, not skipped.
         """
         if action.operator in self._unread:
-            return frozenset(self._any_change(p.name for p in self._domain.vocabulary.predicates)), executed
+            return frozenset(
+                self._all_changes_of(p.name for p in self._domain.vocabulary.predicates)
+            ), executed
         earlier_changes: set[FactChange] = set()
         undoes = False
-        for schema, scope, helps in self._touching(action, changes):
+        for schema, scope, helps in self._find_relevant_effects(action, changes):
             if helps and not executed:
                 return self.changes_for_skipping(action, state, executed=False), False
             tried = schema.checks if schema.operator.tries else ()
@@ -235,7 +237,7 @@ class ConflictChanges:
             earlier_changes |= self.changes_for_skipping(action, state, executed=True)
         return frozenset(earlier_changes), undoes
 
-    def _touching(
+    def _find_relevant_effects(
         self, action: Action, changes: ChangeSet
     ) -> Iterator[tuple[EffectSchema, dict[str, int], bool]]:
         for schema in self._achievers.schemas[action.operator]:
@@ -323,7 +325,7 @@ class ConflictChanges:
             values = list(bits(remaining & ~holding))
             remaining &= holding
             if len(values) > _FEW_ACTIONS:
-                changes.update(self._patterns(part, {**scope, variable.name: None}, part_truth))
+                changes.update(self._find_patterns(part, {**scope, variable.name: None}, part_truth))
             else:
                 for value in values:
                     changes |= self.find_changes(
@@ -339,7 +341,7 @@ class ConflictChanges:
             cached = self._depths[id(formula)] = sum(name not in self._static for name in names), formula
         return cached[0]
 
-    def _patterns(
+    def _find_patterns(
         self, formula: f.Formula, scope: Mapping[str, int | None], truth: bool
     ) -> Iterator[FactChange]:
         """Yield the changes that may help a condition; None in a scope stands for any object."""
@@ -368,9 +370,9 @@ class ConflictChanges:
 
     def all_changes(self, formula: f.Formula) -> Iterator[FactChange]:
         """Yield all changes of the predicates that a condition reads."""
-        return self._any_change(find_stored_predicates(predicates_of(formula), self._domain.vocabulary))
+        return self._all_changes_of(find_stored_predicates(predicates_of(formula), self._domain.vocabulary))
 
-    def _any_change(self, names: Iterable[str]) -> Iterator[FactChange]:
+    def _all_changes_of(self, names: Iterable[str]) -> Iterator[FactChange]:
         for name in names:
             if name not in self._static:
                 anything = (None,) * (self._domain.vocabulary.arity(name) or 0)

@@ -205,7 +205,7 @@ def changes_towards(
 
 
 def _reduce_to_stored(
-    pending: list[FactChange], vocabulary: Vocabulary, object_named: FindObject
+    pending: list[FactChange], vocabulary: Vocabulary, find_object: FindObject
 ) -> list[FactChange]:
     """Replace changes of derived predicates by the changes of stored predicates that may cause them."""
     seen: dict[FactChange, None] = {}
@@ -222,7 +222,7 @@ def _reduce_to_stored(
         definition = find_definition(derived)
         if definition is not None:
             scope = dict(zip([p.name for p in definition.parameters], change.arguments, strict=True))
-            pending += _atoms(definition.definition, scope, change.truth, object_named)
+            pending += _atoms(definition.definition, scope, change.truth, find_object)
         else:
             for name in derived.reads:
                 anything = (None,) * (vocabulary.arity(name) or 0)
@@ -231,25 +231,25 @@ def _reduce_to_stored(
 
 
 def _atoms(
-    formula: f.Formula, scope: Mapping[str, int | None], truth: bool, object_named: FindObject
+    formula: f.Formula, scope: Mapping[str, int | None], truth: bool, find_object: FindObject
 ) -> Iterator[FactChange]:
     """Yield the atoms of a formula, each with the truth that helps the formula to have its truth."""
     match formula:
         case f.Atom(predicate, terms):
-            arguments = [scope.get(t.name) if isinstance(t, f.Variable) else object_named(t) for t in terms]
+            arguments = [scope.get(t.name) if isinstance(t, f.Variable) else find_object(t) for t in terms]
             yield FactChange(predicate, tuple(arguments), truth)
         case f.Not(operand):
-            yield from _atoms(operand, scope, not truth, object_named)
+            yield from _atoms(operand, scope, not truth, find_object)
         case f.Implies(premise, conclusion):
-            yield from _atoms(premise, scope, not truth, object_named)
-            yield from _atoms(conclusion, scope, truth, object_named)
+            yield from _atoms(premise, scope, not truth, find_object)
+            yield from _atoms(conclusion, scope, truth, find_object)
         case f.Exactly() | f.ForPairs():
             for part in children(formula):
-                yield from _atoms(part, {}, True, object_named)
-                yield from _atoms(part, {}, False, object_named)
+                yield from _atoms(part, {}, True, find_object)
+                yield from _atoms(part, {}, False, find_object)
         case f.ForAll(variable, body) | f.Exists(variable, body):
             inner = {name: value for name, value in scope.items() if name != variable.name}
-            yield from _atoms(body, inner, truth, object_named)
+            yield from _atoms(body, inner, truth, find_object)
         case _:
             for part in children(formula):
-                yield from _atoms(part, scope, truth, object_named)
+                yield from _atoms(part, scope, truth, find_object)

@@ -64,7 +64,7 @@ class ExclusionRules:
         self.denying = self._find_rivals(domain)
         self.rivals = {p: self.denying.get(p, set()) | ({p} & self.single) for p in self.changed}
 
-    def exclusion_from(self, initial: State) -> _Exclusion:
+    def make_exclusion(self, initial: State) -> _Exclusion:
         """Return the exclusion of literals in the episode that begins in a state."""
         return _Exclusion(self, initial)
 

@@ -227,8 +227,8 @@ class _RelaxationGraph:
                     parts = [(body, {**scope, variable.name: value}) for value in values]
                     return self._join(parts, truth, all_needed=isinstance(formula, f.ForAll) == truth)
             case f.Atom():
-                return self._atom(formula, scope, truth)
-        return self._any_change(
+                return self._add_atom(formula, scope, truth)
+        return self._add_changes(
             self._conflict_changes.find_changes(formula, scope, self._initial, truth=truth)
         )
 
@@ -243,20 +243,20 @@ class _RelaxationGraph:
             numbers.append(number)
         return self._conjoin(numbers) if all_needed else self._disjoin(numbers)
 
-    def _atom(self, atom: f.Atom, scope: Scope, truth: bool) -> int:
+    def _add_atom(self, atom: f.Atom, scope: Scope, truth: bool) -> int:
         arguments = arguments_of(atom, scope, self._initial.scene)
         derived = self._conflict_changes.derived(atom.predicate)
         defined = None if derived is None else find_definition(derived)
         if defined is None:
-            return self._any_change(
+            return self._add_changes(
                 self._conflict_changes.find_changes(atom, scope, self._initial, truth=truth)
             )
         key = atom.predicate, arguments, truth
         result = self._numbers.get(key)
         if result is not None and not truth and key in self._open:  # circular definition
-            return self._any_change(self._conflict_changes.all_changes(atom))
+            return self._add_changes(self._conflict_changes.all_changes(atom))
         if result is None:  # inside its own definition, the atom has the number of this condition
-            number = self._numbers[key] = self._new((), 1, 0)
+            number = self._numbers[key] = self._add_node((), 1, 0)
             self._open.add(key)
             inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
             part = self._condition(defined.definition, inner, truth)
@@ -267,16 +267,16 @@ class _RelaxationGraph:
             self._numbers[key] = result = part if part in (_TRUE, _FALSE) else number
         return result
 
-    def _any_change(self, changes: Iterable[FactChange]) -> int:
-        return self._disjoin([self._change(change) for change in sorted(changes, key=change_order)])
+    def _add_changes(self, changes: Iterable[FactChange]) -> int:
+        return self._disjoin([self._add_change(change) for change in sorted(changes, key=change_order)])
 
-    def _change(self, change: FactChange) -> int:
+    def _add_change(self, change: FactChange) -> int:
         number = self._numbers.get(change)
         if number is None:
             makers = self._conflict_changes.actions_making(change) or [
                 a for a in self._others if self._conflict_changes.may_make(a, change)
             ]
-            number = self._numbers[change] = self._new((), 1, len(makers)) if makers else _FALSE
+            number = self._numbers[change] = self._add_node((), 1, len(makers)) if makers else _FALSE
             if makers:
                 self._changes[number] = change
                 self._makers[number] = {}
@@ -300,10 +300,10 @@ class _RelaxationGraph:
         if number is None:
             widths = [self._widths[part] for part in parts]
             width = min(widths) if needed > 1 else sum(widths)
-            number = self._numbers[key] = self._new(parts, needed, width)
+            number = self._numbers[key] = self._add_node(parts, needed, width)
         return number
 
-    def _new(self, parts: tuple[int, ...], needed: int, width: int) -> int:
+    def _add_node(self, parts: tuple[int, ...], needed: int, width: int) -> int:
         number = len(self._parts)
         self._parts.append(parts)
         self._missing.append(needed)
@@ -342,13 +342,13 @@ class Landmarks:
         self._fewest: dict[int, tuple[int, tuple[Action, ...]]] = {0: (0, ())}
         self._done: set[frozenset[Action]] = set()
         for cut in filter(None, cuts):
-            self._take(cut)
+            self._add_cut(cut)
 
     @cached_property
     def _relaxation(self) -> _RelaxationGraph:
         return _RelaxationGraph(*self._given)
 
-    def _take(self, cut: Iterable[Action]) -> None:
+    def _add_cut(self, cut: Iterable[Action]) -> None:
         bit = 1 << len(self.cuts)
         self.cuts.append(frozenset(cut))
         for action in cut:
@@ -393,7 +393,7 @@ class Landmarks:
                 effort.used += 1 + self._relaxation.size // _CONDITIONS_PER_EFFORT
                 if not cut or (self.cuts and len(cut) > _MAX_CUT_SIZE):
                     break
-                self._take(cut)
+                self._add_cut(cut)
                 actions.update([action for action in cut if action.arguments == cut[0].arguments])
             if len(self.cuts) == number:
                 self._done.add(steps)
@@ -401,10 +401,10 @@ class Landmarks:
     def _min_hitting_set(self, mask: int) -> tuple[int, tuple[Action, ...]]:
         result = self._fewest.get(mask)
         if result is None:
-            result = self._fewest[mask] = self._add_condition(mask)
+            result = self._fewest[mask] = self._compute_hitting_set(mask)
         return result
 
-    def _add_condition(self, mask: int) -> tuple[int, tuple[Action, ...]]:
+    def _compute_hitting_set(self, mask: int) -> tuple[int, tuple[Action, ...]]:
         by_hits: dict[int, Action] = {}
         for action, hits in self._hits.items():
             if hits & mask:
@@ -435,14 +435,14 @@ class _HittingSets:
             bit: reduce(or_, patterns_of_bit) for bit, patterns_of_bit in self._with_bit.items()
         }
         self._branches = 0
-        self.best: tuple[int, ...] = self._greedy(mask)
+        self.best: tuple[int, ...] = self._cover_greedily(mask)
         self.least = self._count_disjoint_cuts(mask)
         if self.least < len(self.best):
             self._cover(mask, ())
             if self._branches <= _MAX_BRANCHES:
                 self.least = len(self.best)
 
-    def _greedy(self, mask: int) -> tuple[int, ...]:
+    def _cover_greedily(self, mask: int) -> tuple[int, ...]:
         chosen = []
         for bit, patterns in self._with_bit.items():
             if mask & bit:

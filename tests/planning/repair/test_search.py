@@ -139,7 +139,7 @@ def test_the_fewest_edits_agree_with_brute_force(name: str, number: int) -> None
         assert min(at_least, MAX_BRUTE_FORCE_EDITS) == expected, (scorer.task.id, plan, actions)
         seen.add(expected)
         if expected == 1:
-            single_edits = {edited(plan, [each]) for each in repairer.single_edits(plan)}
+            single_edits = {edited(plan, [each]) for each in repairer.find_single_edits(plan)}
             for each in one_edit(plan, actions):
                 if succeeds(scorer.domain, scorer.task, each) and each not in single_edits:
                     shorter = {(*each[:i], *each[i + 1 :]) for i in range(len(each))}
@@ -170,7 +170,7 @@ def test_a_reported_repair_succeeds_and_bounds_tighten_with_effort(name: str) ->
                 assert succeeds(scorer.domain, scorer.task, edited(plan, edits))
         assert at_most < float("inf")
         if at_least == at_most == 1:
-            singles = [*repairer.single_edits(plan)]
+            singles = [*repairer.find_single_edits(plan)]
             assert singles
             assert all(succeeds(scorer.domain, scorer.task, edited(plan, [each])) for each in singles)
 

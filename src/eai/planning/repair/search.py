@@ -229,7 +229,7 @@ class Repairer:
         )
         return result.plan if result.end is SearchEnd.SOLVED else None
 
-    def single_edits(self, plan: PlanSteps) -> Iterator[PlanEdit]:
+    def find_single_edits(self, plan: PlanSteps) -> Iterator[PlanEdit]:
         """Yield all single edits that make a plan succeed."""
         entries, find_edits, landmarks = (
             as_entries(plan),
