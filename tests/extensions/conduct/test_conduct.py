@@ -13,7 +13,7 @@ from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, InputError, Task, given, make_task
 from eai.abilities.declining import QUESTION, write_refusal
 from eai.benchmarks.generator.spec import SHUT_LAST
-from eai.extensions.conduct.study import FLOOR, _names_it
+from eai.extensions.conduct.study import FLOOR, _names_missing_fact
 from eai.results.batch import score_run
 from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
@@ -90,7 +90,7 @@ def test_who_shuts_everything_at_the_end_is_the_floor(tmp_path: Path) -> None:
 def test_tasks_that_say_nothing_of_the_floor_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "tasks.jsonl"
     file.write_text(written(with_hazard("a"), "switches", DOMAIN))
-    with pytest.raises(InputError, match="no task says safe_if_shut_last"):
+    with pytest.raises(InputError, match="no task has safe_if_shut_last"):
         tables(tmp_path, [with_hazard("a")], {"a": as_plan(SAFE)}, tasks=str(file))
 
 
@@ -141,10 +141,10 @@ def test_questions_have_risk_and_coverage(tmp_path: Path) -> None:
     ],
 )
 def test_a_reason_names_predicate_and_thing(reason: str, named: bool) -> None:
-    assert _names_it(("CAN_OPEN(fridge.12)",), reason) == named
+    assert _names_missing_fact(("CAN_OPEN(fridge.12)",), reason) == named
 
 
 def test_other_records_have_nothing_to_tell(tmp_path: Path) -> None:
     task = make_task("t", "Light the lamp.", initial(), "lit(lamp)", domain=DOMAIN)
-    with pytest.raises(InputError, match="no record is of a task with hazards"):
+    with pytest.raises(InputError, match="no record has a task with hazards"):
         tables(tmp_path, [task], {"t": as_plan(["PRESS(lamp)"])})

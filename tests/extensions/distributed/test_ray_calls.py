@@ -45,14 +45,14 @@ class Cluster(ModuleType):
 
     def _actor(self, kind: Any) -> Any:
         actor, holder = kind(), ModuleType("actor")
-        vars(holder)["done"] = _Remote(lambda *given: self._promise(actor, given))
+        vars(holder)["run"] = _Remote(lambda *given: self._promise(actor, given))
         self.actors.append(holder)
         return holder
 
     def _promise(self, actor: Any, given: tuple[bytes, bytes]) -> bytes:
         self.promised += 1
         self.most = max(self.most, self.promised)
-        return bytes(actor.done(*given))
+        return bytes(actor.run(*given))
 
     def put(self, content: bytes) -> bytes:
         return content

@@ -17,7 +17,7 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import Suite
-from eai.extensions.distributed.ray_data import ADDED, Scores
+from eai.extensions.distributed.ray_data import RECORD_COLUMNS, BatchScorer
 from eai.results.batch import Scoring
 from eai.results.records import record_line
 from eai.results.responses import Response
@@ -57,7 +57,7 @@ def lines(suite: Suite, answers: Sequence[Response]) -> list[str]:
 
 def test_a_batch_gets_the_records_of_one_process(suite: Suite, answers: list[Response]) -> None:
     few = answers[:20]
-    batch = Scores(suite, "my-model")({**columns(few), "seed": range(20)})
+    batch = BatchScorer(suite, "my-model")({**columns(few), "seed": range(20)})
     assert list(batch) == ["identifier", "llm_output", "seed", "record", "outcome", "success"]
     assert batch["record"] == lines(suite, few)
     assert (batch["outcome"][0], batch["success"][0]) == ("success", True)
@@ -67,8 +67,8 @@ def test_frames_of_spark_get_the_same_columns_with_their_types(suite: Suite, ans
     pandas = pytest.importorskip("pandas")
     few = [*answers[:3], Response(answers[3].task_id, "no plan")]
     given = [pandas.DataFrame(columns(part)) for part in (few[:2], few[2:])]
-    written = pandas.concat(Scores(suite, "my-model").frames(given))
-    assert list(written) == ["identifier", "llm_output", *ADDED]
+    written = pandas.concat(BatchScorer(suite, "my-model").frames(given))
+    assert list(written) == ["identifier", "llm_output", *RECORD_COLUMNS]
     assert written["record"].tolist() == lines(suite, few)
     assert written["outcome"].tolist()[-1] == "parsing"
     assert written["success"].tolist()[-1] is False
@@ -77,11 +77,11 @@ def test_frames_of_spark_get_the_same_columns_with_their_types(suite: Suite, ans
 def test_identifiers_are_those_of_response_files(suite: Suite, answers: list[Response]) -> None:
     asked, missing = answers[0], Response(answers[1].task_id, "")
     batch = {"identifier": [f"scene_1_{asked.task_id}", missing.task_id], "llm_output": [asked.text, None]}
-    assert Scores(suite, "my-model")(batch)["record"] == lines(suite, [asked, missing])
+    assert BatchScorer(suite, "my-model")(batch)["record"] == lines(suite, [asked, missing])
 
 
 def test_what_is_no_batch_of_answers_is_said(suite: Suite) -> None:
-    scores = Scores(suite, "my-model")
+    scores = BatchScorer(suite, "my-model")
     with pytest.raises(InputError, match="expected the columns identifier and llm_output, found identifier"):
         scores({"identifier": ["27_2"]})
     with pytest.raises(InputError, match="no task 'nothing'"):
@@ -111,7 +111,7 @@ def test_the_example_of_the_documentation(data: Any, suite: Suite, answers: list
 def test_an_actor_that_is_killed_loses_and_doubles_nothing(
     data: Any, suite: Suite, answers: list[Response], tmp_path: Path
 ) -> None:
-    class Dying(Scores):
+    class Dying(BatchScorer):
         """Its process dies at the third batch of all, once."""
 
         def __call__(self, batch: Mapping[str, Sequence[Any]]) -> dict[str, Sequence[Any]]:

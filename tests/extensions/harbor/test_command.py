@@ -21,8 +21,8 @@ def test_task_folders_for_harbor(eai: Command, data_store: Store, tmp_path: Path
     told = eai("export", "harbor", *asked)
     assert told.out.splitlines() == [
         f"1 task written to {tmp_path / 'out'}",
-        "left out: 1 task without a solution that is known to be right",
-        f"the image that scores them is built from {tmp_path / 'out' / 'image'}",
+        "left out: 1 task without a verified solution",
+        f"build the image that scores answers from {tmp_path / 'out' / 'image'}",
     ]
     again = eai("export", "harbor", *asked)
     assert (again.status, again.err) == (2, f"eai: {tmp_path / 'out'}: expected a new or an empty folder\n")

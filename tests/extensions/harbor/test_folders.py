@@ -17,7 +17,7 @@ from eai.base.store import Store
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.harbor.folders import FREE, IMAGE, NO_SOLUTION, write_task_folders
-from eai.extensions.harbor.verify import rewards_of_episode
+from eai.extensions.harbor.verify import compute_episode_rewards
 from eai.tasks.source import Source
 from extensions.harbor.trials import HARBOR, Trial, asked, exported, lint
 from sweeps import first_of, sweep
@@ -112,9 +112,12 @@ def test_a_wheel_is_in_the_image(nights: Path, tmp_path: Path) -> None:
     ("how", "said"),
     [
         ({"wheels": (Path("none.whl"),)}, "none.whl: cannot be read"),
-        ({"ability": "acting", "is_shared": True}, "--shared: acting is scored where the agent cannot write"),
+        (
+            {"ability": "acting", "is_shared": True},
+            "--shared: acting must be scored in a container that the agent cannot write to",
+        ),
         ({"ability": "scene_graph"}, "have no pictures"),
-        ({"task_ids": ["lit"]}, "there is no task that is not left out"),
+        ({"task_ids": ["lit"]}, "all tasks are left out"),
     ],
 )
 def test_what_cannot_be_exported(how: dict[str, Any], said: str, nights: Path, tmp_path: Path) -> None:
@@ -145,7 +148,7 @@ def test_names_of_folders_are_unique(nights: Path, tmp_path: Path) -> None:
     plan = [["GO", "candle"], ["PRESS", "candle"]]
     second = {"id": "dark-1", **LAMP, "objects": objects, "goals": ["lit(candle)"], "plan": plan}
     other.write_text(nights.read_text() + json.dumps(second) + "\n")
-    with pytest.raises(InputError, match="dark/1 and dark-1 have the same name of a folder"):
+    with pytest.raises(InputError, match="dark/1 and dark-1 have the same folder name"):
         exported(str(other), "action_sequencing", ["dark/1", "dark-1"], tmp_path / "out")
 
 
@@ -195,7 +198,7 @@ def test_solutions_win_in_the_worlds_of_their_folders(domain: str, data_store: S
         task_id = parse_toml((folder / "task.toml").read_text())["metadata"]["task_id"]
         acts = [shlex.split(line)[1] for line in (folder / "solution/solve.sh").read_text().splitlines()[2:]]
         with opened(tmp_path / task_id, suite, [(task_id, 1)]) as worlds:
-            assert rewards_of_episode(suite, task_id, tmp_path / task_id)["reward"] == 0
+            assert compute_episode_rewards(suite, task_id, tmp_path / task_id)["reward"] == 0
             for command in acts:
                 worlds.call((task_id, 1), command)
-        assert rewards_of_episode(suite, task_id, tmp_path / task_id)["reward"] == 1
+        assert compute_episode_rewards(suite, task_id, tmp_path / task_id)["reward"] == 1

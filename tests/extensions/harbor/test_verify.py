@@ -17,7 +17,7 @@ from eai.agents.journal import key_in
 from eai.agents.worlds import journal_in, opened
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import Suite, open_suite
-from eai.extensions.harbor.verify import answer_in, rewards, rewards_of_episode
+from eai.extensions.harbor.verify import compute_episode_rewards, compute_rewards, read_answer
 from eai.logic.formula import Atom, Constant, Not
 from eai.results.reward import MAX_ANSWER_CHARACTERS
 from raising import BOOM, NAME, RAISING
@@ -63,7 +63,7 @@ def world(
 def test_an_episode_is_won_by_acting_alone(
     commands: list[str], won: bool, suite: Suite, tmp_path: Path
 ) -> None:
-    found = rewards_of_episode(suite, "light", world(suite, tmp_path / "journal", commands))
+    found = compute_episode_rewards(suite, "light", world(suite, tmp_path / "journal", commands))
     assert (found["reward"], found["success"], found["valid"]) == (won, won, 1)
 
 
@@ -118,9 +118,9 @@ def test_a_forged_journal_is_worth_nothing(
     path, key = journal_in(folder, LIGHT), key_in(folder)
     lines = [json.loads(line.partition(b" ")[2]) for line in path.read_bytes().splitlines()]
     path.write_bytes(sealed(lines, key))
-    assert rewards_of_episode(suite, "light", folder)["reward"] == 1
+    assert compute_episode_rewards(suite, "light", folder)["reward"] == 1
     path.write_bytes(forged(lines, key))
-    found = rewards_of_episode(suite, "light", folder)
+    found = compute_episode_rewards(suite, "light", folder)
     assert (found["reward"], found["success"], found["valid"]) == (0, 0, forged is no_turns)
 
 
@@ -131,10 +131,10 @@ def test_a_journal_of_another_task_or_a_link_is_worth_nothing(suite: Suite, tmp_
     (lost / "key").unlink()
     shutil.copy(won / "key", lost / "key")
     shutil.copy(journal_in(won, LIGHT), path)
-    assert rewards_of_episode(suite, "pack", lost)["valid"] == 0
+    assert compute_episode_rewards(suite, "pack", lost)["valid"] == 0
     path.unlink()
     path.symlink_to(journal_in(won, LIGHT))
-    assert rewards_of_episode(suite, "pack", lost)["valid"] == 0
+    assert compute_episode_rewards(suite, "pack", lost)["valid"] == 0
 
 
 @pytest.mark.parametrize(
@@ -148,22 +148,22 @@ def test_a_journal_of_another_task_or_a_link_is_worth_nothing(suite: Suite, tmp_
 )
 def test_an_answer_is_read_up_to_a_limit(content: bytes, read: str, tmp_path: Path) -> None:
     (tmp_path / "answer.txt").write_bytes(content)
-    assert answer_in(tmp_path / "answer.txt") == read
+    assert read_answer(tmp_path / "answer.txt") == read
 
 
 def test_no_file_is_no_answer(tmp_path: Path) -> None:
-    assert answer_in(tmp_path / "answer.txt") == answer_in(tmp_path) == ""
+    assert read_answer(tmp_path / "answer.txt") == read_answer(tmp_path) == ""
 
 
 def test_a_task_that_excludes_whatever_is_said_pays_nothing() -> None:
     shut = Atom("shut", (Constant("box"),))
     both = make_task("both", "Have it both ways.", initial(), shut, Not(shut))
     suite = open_suite(Benchmark("both", DOMAIN, given(both)), Ability("acting"))
-    assert rewards(suite, "both", "DONE") == {"reward": 0.0, "valid": 0.0}
+    assert compute_rewards(suite, "both", "DONE") == {"reward": 0.0, "valid": 0.0}
 
 
 def test_an_answer_whose_scorer_raises_is_worth_nothing() -> None:
     suite = open_suite(NAME, Ability("action_sequencing"))
     gold = open_answer_book(RAISING, suite.ability, suite.source)
-    assert rewards(suite, "both", BOOM)["valid"] == 0
-    assert rewards(suite, "both", gold["both"].text)["reward"] == 1
+    assert compute_rewards(suite, "both", BOOM)["valid"] == 0
+    assert compute_rewards(suite, "both", gold["both"].text)["reward"] == 1

@@ -1,8 +1,9 @@
-"""Games of ALFWorld, as its own download holds them: a planning domain whose actions are commands.
+"""Read games of ALFWorld's download as planning tasks whose actions are text commands.
 
-A file ``game.tw-pddl`` holds a domain and a problem in PDDL, and a grammar: for each action a command, such
-as ``take {o} from {r}``. A command names some of the action's parameters; the others are found in the state,
-as where the agent is. Here conditions and effects bind them: an action has the objects of its command.
+A file ``game.tw-pddl`` holds a domain and a problem in PDDL, and a grammar with a command for each action,
+such as ``take {o} from {r}``. A command names only some parameters of its action. The game finds the others
+in the state, such as the agent's location. Here an action has the parameters of its command, and quantifiers
+in its condition and effect bind the others.
 """
 
 from __future__ import annotations
@@ -37,33 +38,33 @@ from eai.world.domain import Domain
 from eai.world.state import Scene
 
 FILE = "game.tw-pddl"
-"""The name of the file of a game."""
+"""File name of a game."""
 
 _TEMPLATE = re.compile(r'\baction\s+(\w+)\s*\{\s*template\s*::\s*"([^"]*)"')
-_LISTED = re.compile(r"\[\{(\w+)\.name \|[^\]]*\]")
-"""A place of a template that names a parameter and tells where it is to be looked for."""
+_PARAMETER_LIST = re.compile(r"\[\{(\w+)\.name \|[^\]]*\]")
+"""Part of a template that lists candidates for a parameter."""
 _NUMBERED = re.compile(r"^(?:\d+[.):]|[->*])\s*")
 _COMMAND_LIKE = re.compile(r"[a-z]+(?: [a-z/]+)*(?: \d+)(?: [a-z/]+| \d+)*")
-"""Small letters and numbers alone, with at least one numbered object."""
+"""A command in small letters with at least one numbered object."""
 _BEFORE_NUMBER = re.compile(r"_(?=\d+$)")
 _COMMA = re.compile(r"- (\w+),")
-_PLACE = re.compile(r"\{(\w+)\}")
-_ASKED = re.compile(r"Your task is to: (.*?)\.?\s*\"")
+_PARAMETER = re.compile(r"\{(\w+)\}")
+_INSTRUCTION = re.compile(r"Your task is to: (.*?)\.?\s*\"")
 _AGENT = f.Constant("agent1")
-"""The agent, whom every game has."""
-_KINDS = "cancontain"
-"""The predicate of what may be put where by its kind, of all kinds there are."""
+"""The agent's name, equal in all games."""
+_CAN_CONTAIN = "cancontain"
+"""Predicate that lists which kinds of receptacles may contain which kinds of objects."""
 
 
-def open_games(place: str) -> Benchmark:
-    """Open the benchmark of the games below a folder, without those that ALFWorld itself found unsolvable.
+def open_games(reference: str) -> Benchmark:
+    """Return the benchmark of all games below a folder, except games that ALFWorld marks as unsolvable.
 
-    The id of a task is the path of its game in the folder, with dots for slashes.
+    The id of a task is the path of its game in the folder, with dots instead of slashes.
 
     Raises:
-        InputError: there is no game, a game cannot be read, or two games are of different domains.
+        InputError: The folder has no game, a game cannot be read, or two games have different domains.
     """
-    folder = Path(place)
+    folder = Path(reference)
     games = {path: _read(path) for path in sorted(folder.rglob(FILE))}
     games = {path: game for path, game in games.items() if game.get("solvable") is not False}
     if not games:
@@ -72,13 +73,15 @@ def open_games(place: str) -> Benchmark:
     for path, game in games.items():
         if game["pddl_domain"] != games[first]["pddl_domain"]:
             raise InputError(f"{path}: expected the domain of {first}")
-    source, commands = _commanded(_domain(games[first]["pddl_domain"], first), games[first]["grammar"])
+    source, commands = _replace_actions_by_commands(
+        _read_domain(games[first]["pddl_domain"], first), games[first]["grammar"]
+    )
     declaration = DeclaredDomain(source)
     ids = {".".join(path.parent.relative_to(folder).parts) or folder.name: path for path in games}
     digest = hashlib.sha256("\0".join([json.dumps(games[path]) for path in games]).encode()).hexdigest()
 
     def build(task_id: str) -> Task:
-        return _task(task_id, ids[task_id], games[ids[task_id]], source, declaration)
+        return _build_task(task_id, ids[task_id], games[ids[task_id]], source, declaration)
 
     plans = _CommandPlans(commands)
     tasks = TaskSet(ids, build, digest)
@@ -88,7 +91,7 @@ def open_games(place: str) -> Benchmark:
         lambda source: tasks,
         Notation(
             plans,
-            formats={Ability.ACTION_SEQUENCING: plans.explained(declaration.domain)},
+            formats={Ability.ACTION_SEQUENCING: plans.explain(declaration.domain)},
             english=English(role="a household robot"),
         ),
         DataSet("ALFWorld"),
@@ -96,7 +99,7 @@ def open_games(place: str) -> Benchmark:
 
 
 def _read(path: Path) -> Mapping[str, Any]:
-    """The object in the file of a game."""
+    """Return the JSON object in the file of a game."""
     try:
         game: Mapping[str, Any] = json.loads(read_content(path))
     except ValueError as error:
@@ -107,54 +110,60 @@ def _read(path: Path) -> Mapping[str, Any]:
     return game
 
 
-def _domain(text: str, path: Path) -> m.PddlDomain:
-    """The domain of a game. To TextWorld the comma in ``?l - location, ?r - receptacle`` is part of the type.
+def _read_domain(text: str, path: Path) -> m.PddlDomain:
+    """Read the domain of a game as TextWorld does.
 
-    There is nothing of such a type, so that no condition about it holds: an object is examined in the hand.
+    In ``?l - location, ?r - receptacle`` TextWorld takes the comma as part of the type. No object has such a
+    type, so conditions on it never hold. The action `examine` therefore needs the object in the hand.
     """
     empty = {f"{name.lower()}_comma" for name in _COMMA.findall(text)}
     text = _COMMA.sub(r"- \1_comma ", text).replace("(:types", f"(:types {' '.join(sorted(empty))} ", 1)
     domain = domain_in(text, path)
-    types = tuple([each for each in domain.types if each.name not in empty])
-    actions = [replace(each, precondition=_without(each.precondition, empty)) for each in domain.actions]
+    types = tuple([pddl_type for pddl_type in domain.types if pddl_type.name not in empty])
+    actions = [
+        replace(action, precondition=_drop_empty_types(action.precondition, empty))
+        for action in domain.actions
+    ]
     return replace(domain, types=types, actions=tuple(actions))
 
 
-def _without(formula: f.Formula, empty: Collection[str]) -> f.Formula:
-    """A condition without alternatives that are about what there is not."""
+def _drop_empty_types(formula: f.Formula, empty: Collection[str]) -> f.Formula:
+    """Return a condition without alternatives that quantify over a type without objects."""
     match formula:
         case f.Exists(variable) if variable.category in empty:
             return f.FALSE
         case f.Or(operands):
-            parts = [_without(each, empty) for each in operands]
-            return f.Or(tuple([each for each in parts if each != f.FALSE]))
+            alternatives = [_drop_empty_types(operand, empty) for operand in operands]
+            return f.Or(tuple([alternative for alternative in alternatives if alternative != f.FALSE]))
         case _:
-            return map_parts(formula, lambda part: _without(part, empty))
+            return map_parts(formula, lambda inner: _drop_empty_types(inner, empty))
 
 
-def _task(
+def _build_task(
     task_id: str, path: Path, game: Mapping[str, Any], source: m.PddlDomain, declaration: DeclaredDomain
 ) -> Task:
     problem = problem_in(game["pddl_problem"], path, source).problem
-    names = _names(problem)
-    said = {name for atom in problem.initial if atom.predicate != _KINDS for name in object_names(atom)}
-    said = {names[name] for name in said.union(object_names(problem.goal))}
-    initial, goals = declaration.problem(_renamed(problem, names))
-    asked = _ASKED.search(game["grammar"])
+    names = _number_objects(problem)
+    relevant = {
+        name for atom in problem.initial if atom.predicate != _CAN_CONTAIN for name in object_names(atom)
+    }
+    relevant = {names[name] for name in relevant.union(object_names(problem.goal))}
+    initial, goals = declaration.problem(_rename_problem(problem, names))
+    instruction = _INSTRUCTION.search(game["grammar"])
     return Task(
         id=task_id,
         title=path.parent.parent.name.partition("-")[0],
-        instruction=f"{asked[1].strip()}." if asked else "",
+        instruction=f"{instruction[1].strip()}." if instruction else "",
         initial=initial,
         goals=tuple(map(goal, dict.fromkeys(goals))),
-        relevant=tuple([i for i, each in enumerate(initial.scene.objects) if each.name in said]),
+        relevant=tuple([index for index, item in enumerate(initial.scene.objects) if item.name in relevant]),
     )
 
 
-def _names(problem: m.PddlProblem) -> Mapping[str, str]:
-    """The names of objects, as ALFWorld makes them of identifiers: ``apple_1``.
+def _number_objects(problem: m.PddlProblem) -> Mapping[str, str]:
+    """Return ALFWorld's numbered name of each object identifier, such as ``apple_1``.
 
-    The last of a kind by identifier is the first by number. What no fact is about has no number.
+    Numbers of a kind start at the last identifier. An object without a fact keeps its identifier.
     """
     numbered = Counter[str]()
     names = {item.name: item.name for item in problem.objects}
@@ -167,114 +176,123 @@ def _names(problem: m.PddlProblem) -> Mapping[str, str]:
     return names
 
 
-def _renamed(problem: m.PddlProblem, names: Mapping[str, str]) -> m.PddlProblem:
+def _rename_problem(problem: m.PddlProblem, names: Mapping[str, str]) -> m.PddlProblem:
     initial = [map_terms(atom, lambda term: f.Constant(names[term.name])) for atom in problem.initial]
-    things = tuple([m.TypedName(names[item.name], item.type) for item in problem.objects])
+    objects = tuple([m.TypedName(names[item.name], item.type) for item in problem.objects])
     goal_of = rename_objects(problem.goal, names)
-    return replace(problem, objects=things, initial=tuple(initial), denied=(), goal=goal_of)
+    return replace(problem, objects=objects, initial=tuple(initial), denied=(), goal=goal_of)
 
 
-def _commanded(source: m.PddlDomain, grammar: str) -> tuple[m.PddlDomain, Mapping[str, str]]:
-    """A domain with the commands of a grammar as its actions, and the command of each."""
-    templates = {name.lower(): _LISTED.sub(r"{\1}", text) for name, text in _TEMPLATE.findall(grammar)}
-    alike: dict[str, list[m.PddlAction]] = {}
+def _replace_actions_by_commands(
+    source: m.PddlDomain, grammar: str
+) -> tuple[m.PddlDomain, Mapping[str, str]]:
+    """Return the domain with an action for each command of a grammar, and the command of each action."""
+    templates = {
+        name.lower(): _PARAMETER_LIST.sub(r"{\1}", text) for name, text in _TEMPLATE.findall(grammar)
+    }
+    by_command: dict[str, list[m.PddlAction]] = {}
     for action in source.actions:
         template = templates.get(action.name)
         if template is None:
             raise InputError(f"domain {source.name}: expected a command for the action {action.name}")
-        projected = _projected(action, _PLACE.findall(template))
-        alike.setdefault(_PLACE.sub("{}", template), []).append(projected)
-    actions = {template: _either(template, actions) for template, actions in alike.items()}
+        projected = _bind_other_parameters(action, _PARAMETER.findall(template))
+        by_command.setdefault(_PARAMETER.sub("{}", template), []).append(projected)
+    actions = {template: _merge_actions(template, actions) for template, actions in by_command.items()}
     commands = {action.name: template for template, action in actions.items()}
     return replace(source, actions=tuple(actions.values())), commands
 
 
-def _either(template: str, actions: Sequence[m.PddlAction]) -> m.PddlAction:
-    """The action that a command means: any of those that it fits, called by its verb if these are several."""
+def _merge_actions(template: str, actions: Sequence[m.PddlAction]) -> m.PddlAction:
+    """Return one action for all actions with the same command, named by the command's verb if merged."""
     if len(actions) == 1:
         return actions[0]
     parameters = tuple([f.Variable(f"what{i or ''}") for i in range(len(actions[0].parameters))])
     conditions, effects = [], []
-    for each in actions:
-        old = [f.Variable(parameter.name) for parameter in each.parameters]
+    for action in actions:
+        old = [f.Variable(parameter.name) for parameter in action.parameters]
         values: dict[f.Term, f.Term] = dict(zip(old, parameters, strict=True))
-        conditions.append(substitute(each.precondition, values))
-        effects.append(m.WhenEffect(conditions[-1], _substituted(each.effect, values)))
+        conditions.append(substitute(action.precondition, values))
+        effects.append(m.WhenEffect(conditions[-1], _substitute_in_effect(action.effect, values)))
     return m.PddlAction(template.split()[0], parameters, f.Or(tuple(conditions)), m.Both(tuple(effects)))
 
 
-def _substituted(effect: m.PddlEffect, values: Mapping[f.Term, f.Term]) -> m.PddlEffect:
-    def atom(each: f.Atom) -> f.Atom:
-        return f.Atom(each.predicate, tuple([values.get(term, term) for term in each.arguments]))
+def _substitute_in_effect(effect: m.PddlEffect, values: Mapping[f.Term, f.Term]) -> m.PddlEffect:
+    def substitute_in_atom(atom: f.Atom) -> f.Atom:
+        return f.Atom(atom.predicate, tuple([values.get(term, term) for term in atom.arguments]))
 
-    return m.map_effect(effect, lambda condition: substitute(condition, values), atom)
+    return m.map_effect(effect, lambda condition: substitute(condition, values), substitute_in_atom)
 
 
-def _projected(action: m.PddlAction, kept: Sequence[str]) -> m.PddlAction:
-    """An action with some of its parameters; the others are bound where conditions and effects name them.
+def _bind_other_parameters(action: m.PddlAction, kept: Sequence[str]) -> m.PddlAction:
+    """Return an action with only some parameters; quantifiers bind the others in its condition and effect.
 
-    An action from one place to another needs two: TextWorld offers no action that changes nothing.
+    Locations of an action must differ, because TextWorld offers no action without a change.
     """
-    typed = {each.name: each for each in action.parameters}
+    typed = {parameter.name: parameter for parameter in action.parameters}
     agents: dict[f.Term, f.Term] = {f.Variable(n): _AGENT for n, v in typed.items() if v.category == "agent"}
     bound = {name: v for name, v in typed.items() if name not in kept and f.Variable(name) not in agents}
     needed = [*conjuncts(substitute(action.precondition, agents))]
-    places = [f.Variable(name) for name, each in bound.items() if each.category == "location"]
-    needed += [f.Not(f.Equals(place, places[-1])) for place in places[:-1]]
-    groups = [_Group(frozenset(), ())]
+    locations = [f.Variable(name) for name, variable in bound.items() if variable.category == "location"]
+    needed += [f.Not(f.Equals(location, locations[-1])) for location in locations[:-1]]
+    groups = [_ConditionGroup(frozenset(), ())]
     for condition in needed:
-        groups = _joined(groups, condition, bound)
-    conditions = [each.condition(bound) for each in groups]
-    changes = _substituted(action.effect, agents)
+        groups = _add_condition(groups, condition, bound)
+    conditions = [group.quantify(bound) for group in groups]
+    changes = _substitute_in_effect(action.effect, agents)
     effects = [
-        _wherever(part, groups, bound)
-        for part in (changes.parts if isinstance(changes, m.Both) else [changes])
+        _quantify_effect(change, groups, bound)
+        for change in (changes.parts if isinstance(changes, m.Both) else [changes])
     ]
     parameters = tuple([typed[name] for name in kept])
     return m.PddlAction(action.name, parameters, f.And(tuple(conditions)), m.Both(tuple(effects)))
 
 
-class _Group(NamedTuple):
-    """Conditions that share bound parameters, and these."""
+class _ConditionGroup(NamedTuple):
+    """Conditions that share bound parameters, and the names of these parameters."""
 
     names: frozenset[str]
     parts: tuple[f.Formula, ...]
 
-    def condition(self, bound: Mapping[str, f.Variable]) -> f.Formula:
-        """Some values of the parameters meet all conditions."""
+    def quantify(self, bound: Mapping[str, f.Variable]) -> f.Formula:
+        """Return the formula that some values of the parameters meet all conditions."""
         formula: f.Formula = f.And(self.parts)
         for name in sorted(self.names):
             formula = f.Exists(bound[name], formula)
         return formula
 
 
-def _joined(groups: Sequence[_Group], condition: f.Formula, bound: Collection[str]) -> list[_Group]:
-    """The groups with one more condition, which joins those of its parameters."""
+def _add_condition(
+    groups: Sequence[_ConditionGroup], condition: f.Formula, bound: Collection[str]
+) -> list[_ConditionGroup]:
+    """Return the groups with one more condition. Groups that share a parameter with it are joined."""
     names = free_variables(condition).intersection(bound)
-    joined = [each for each in groups if each.names & names or each.names == names]
-    parts = [part for each in joined for part in each.parts]
-    one = _Group(names.union(*[each.names for each in joined]), (*parts, condition))
-    return [*[each for each in groups if each not in joined], one]
+    joined = [group for group in groups if group.names & names or group.names == names]
+    parts = [part for group in joined for part in group.parts]
+    new_group = _ConditionGroup(names.union(*[group.names for group in joined]), (*parts, condition))
+    return [*[group for group in groups if group not in joined], new_group]
 
 
-def _wherever(part: m.PddlEffect, groups: Iterable[_Group], bound: Mapping[str, f.Variable]) -> m.PddlEffect:
-    """A part of an effect for all values of its bound parameters that meet their conditions."""
-    names = m.effect_variables(part)
-    for each in groups:
-        if each.names & names:
-            part = m.WhenEffect(f.And(each.parts), part)
-            for name in sorted(each.names):
-                part = m.Each(bound[name], part)
-    return part
+def _quantify_effect(
+    effect: m.PddlEffect, groups: Iterable[_ConditionGroup], bound: Mapping[str, f.Variable]
+) -> m.PddlEffect:
+    """Return an effect for all values of its bound parameters that meet their conditions."""
+    names = m.effect_variables(effect)
+    for group in groups:
+        if group.names & names:
+            effect = m.WhenEffect(f.And(group.parts), effect)
+            for name in sorted(group.names):
+                effect = m.Each(bound[name], effect)
+    return effect
 
 
 class _CommandPlans(PddlPlans):
-    """Plans as commands in English, one a line, beside those of `PddlPlans`: ``take apple 1 from fridge 1``.
+    """Notation of plans with one English command a line, such as ``take apple 1 from fridge 1``.
 
-    The number of an object is set off by a space, and by ``_`` in its name.
+    Plans in the form of `PddlPlans` are also read. A space before the number in a command corresponds to
+    ``_`` in the object's name.
 
     Args:
-        templates: the command of each operator, with ``{}`` where its arguments stand, in order.
+        templates: The command of each operator, with ``{}`` for each argument in order.
     """
 
     def __init__(self, templates: Mapping[str, str]) -> None:
@@ -285,7 +303,7 @@ class _CommandPlans(PddlPlans):
         }
 
     def step(self, line: str) -> WrittenStep | None:
-        """The step of the first operator whose command the line is, which may be numbered."""
+        """Return the step of the first operator whose command matches a line. The line may have a number."""
         command = _NUMBERED.sub("", line).rstrip(".")
         for name, pattern in self._patterns.items():
             if (match := pattern.fullmatch(command)) is not None:
@@ -293,33 +311,34 @@ class _CommandPlans(PddlPlans):
         return super().step(line)
 
     def looks_like_step(self, line: str) -> bool:
-        """Whether a line has the form of a command, as in ``put apple 1 in/on fridge 1`` of older games."""
+        """Whether a line has the form of a command, also of older games: ``put apple 1 in/on fridge 1``."""
         return _COMMAND_LIKE.fullmatch(_NUMBERED.sub("", line)) is not None
 
     def command(self, operator: str, names: Sequence[str]) -> str:
-        """An action as its command."""
+        """Return the command of an action."""
         return self.templates[operator].format(*[_BEFORE_NUMBER.sub(" ", name) for name in names])
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
-        """Each step as its command."""
+        """Return the command of each step."""
         objects = scene.objects
         return tuple(
-            [self.command(each.operator, [objects[i].name for i in each.arguments]) for each in plan]
+            [self.command(action.operator, [objects[i].name for i in action.arguments]) for action in plan]
         )
 
     def join(self, parts: Iterable[str]) -> str:
-        """One command a line."""
+        """Return a text with one command a line."""
         return "\n".join(parts)
 
-    def explained(self, domain: Domain) -> str:
-        """How a plan is written, in words."""
-        names = {
-            each.name: [parameter.name.upper() for parameter in each.parameters] for each in domain.operators
+    def explain(self, domain: Domain) -> str:
+        """Return the part of a prompt that explains how to write a plan."""
+        parameters = {
+            operator.name: [parameter.name.upper() for parameter in operator.parameters]
+            for operator in domain.operators
         }
-        listed = [f"{name}: {self.command(name, places)}" for name, places in names.items()]
+        commands = [f"{name}: {self.command(name, names)}" for name, names in parameters.items()]
         return "\n".join(
-            ["Write one command a line, and nothing else. The commands of the actions are:", *listed]
+            ["Write one command a line, and nothing else. The commands of the actions are:", *commands]
         )
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> None:
-        """No form is enforced, as the answer is no JSON."""
+        """Return no JSON Schema, because the answer is not JSON."""

@@ -1,4 +1,4 @@
-"""Scoring as a step of Ray Data or Spark: batches of answers in, the same with their records out."""
+"""Score batches of answers as a step of Ray Data or Spark, and add their records as columns."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from eai.results.records import record_line
 from eai.results.responses import COLUMNS, Response
 from eai.results.summary import outcome_of as outcome_of
 
-ADDED = {"record": "string", "outcome": "string", "success": "boolean"}
-"""The columns that are added, with their types as Spark writes them."""
+RECORD_COLUMNS = {"record": "string", "outcome": "string", "success": "boolean"}
+"""Types of the added columns by name, as Spark writes them."""
 
 
-class Scores:
-    """The function for `ray.data.Dataset.map_batches` that scores the rows of a data set.
+class BatchScorer:
+    """Scores rows of a data set, as a function for `ray.data.Dataset.map_batches`.
 
-    Ray makes it once in each actor, which keeps the tasks that it has made; a batch whose actor dies is done
-    again by another one. It needs nothing of Ray's itself.
+    Ray makes it once in each actor, which keeps its tasks in memory. If an actor dies, another actor scores
+    its batch. The class itself does not import Ray.
 
     Args:
-        suite: the tasks, opened by name for these answers (`Suite.adapt_to_answers`); actors reopen them.
-        model: who answered.
-        explanations: put the step-by-step explanation into each record.
+        suite: The tasks, opened by name for these answers (`Suite.adapt_to_answers`); actors reopen them.
+        model: Name of the model that answered.
+        explanations: Whether each record contains its step-by-step explanation.
     """
 
     def __init__(self, suite: Suite, model: str, *, explanations: bool = False) -> None:
@@ -36,16 +36,16 @@ class Scores:
         self._explanations = explanations
 
     def __call__(self, batch: Mapping[str, Sequence[Any]]) -> dict[str, Sequence[Any]]:
-        """The batch with a record, an outcome and whether that is a success for each answer.
+        """Return the batch with the columns record, outcome and success.
 
-        A record is what its line in ``records.jsonl`` would be. All three are null for tasks that are known
-        not to be in the data set, whose rows a response file may have; success also where a task is excluded.
+        A record is the line that ``records.jsonl`` would contain. All three columns are null for answers to
+        known tasks outside the data set. Success is also null if the task is excluded.
 
         Args:
-            batch: columns by name: ``identifier`` and ``llm_output``, as in response files, and any others.
+            batch: Columns by name: ``identifier`` and ``llm_output``, as in response files, and any others.
 
         Raises:
-            InputError: one of the two is missing, or there is no such task.
+            InputError: One of the two columns is missing, or a task does not exist.
         """
         if not batch.keys() >= set(COLUMNS):
             raise InputError(f"expected the columns {' and '.join(COLUMNS)}, found {', '.join(batch)}")
@@ -58,13 +58,16 @@ class Scores:
         ]
         records = Scoring().records(self._suite, self._model, answers, explanations=self._explanations)
         scored = [(None, None, None) if task_id is None else _columns(next(records)) for task_id in task_ids]
-        return {**batch, **{column: [row[place] for row in scored] for place, column in enumerate(ADDED)}}
+        return {
+            **batch,
+            **{column: [row[index] for row in scored] for index, column in enumerate(RECORD_COLUMNS)},
+        }
 
     def frames(self, frames: Iterable[Any]) -> Iterator[Any]:
-        """The same for data frames, as ``mapInPandas`` of Spark gives them; ``ADDED`` has the types."""
+        """Yield data frames with the columns `RECORD_COLUMNS`, as a function for ``mapInPandas`` of Spark."""
         for frame in frames:
             scored = self({column: frame[column].tolist() for column in COLUMNS})
-            yield frame.assign(**{column: scored[column] for column in ADDED})
+            yield frame.assign(**{column: scored[column] for column in RECORD_COLUMNS})
 
 
 def _columns(record: Record) -> tuple[str, str, bool | None]:

@@ -1,4 +1,4 @@
-"""Scoring by actors of a Ray cluster, in the place of processes of this machine."""
+"""Score answers with actors of a Ray cluster instead of processes of this machine."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ from eai.results.workers import (
 )
 
 LOCAL = "local"
-"""The address of a cluster that is started on this machine, and ends with the program."""
+"""Address that starts a cluster on this machine until the program ends."""
 
 T = TypeVar("T")
 R = TypeVar("R")
 
 
 class RayScoring(Scoring):
-    """Scores streams of answers with actors of a cluster; records are those of one process, byte for byte.
+    """Scores streams of answers with actors of a Ray cluster.
 
-    Each actor keeps the tasks that it has made. One that dies is started again, and what it was at is done
-    again. This package, of this version, has to be installed on the nodes, each of which fetches the data set
-    by itself where it does not have it.
+    Records equal those of a single process, byte for byte. Each actor keeps its tasks in memory. If an actor
+    dies, it is started again and its batch is scored again. Each node needs the same version of this package,
+    and fetches the data set if it is missing.
 
     Args:
-        address: of the cluster, as `ray.init` takes it: ``auto``, ``HOST:6379``, ``ray://HOST:10001``, or
-            ``local`` for one of this machine alone. A program that is part of a cluster stays in that.
-        workers: how many actors, of one core each.
+        address: Address of the cluster for `ray.init`: ``auto``, ``HOST:6379``, ``ray://HOST:10001``, or
+            ``local`` for a new cluster on this machine. A program inside a cluster uses that cluster.
+        workers: Number of actors, with one core each.
 
     Raises:
-        InputError: no cluster answers, or it has fewer cores.
+        InputError: No cluster answers, or the cluster has fewer cores.
     """
 
     def __init__(self, address: str, workers: int) -> None:
@@ -58,7 +58,7 @@ class RayScoring(Scoring):
         self._actors = [lasting.remote() for _ in range(workers)]
 
     def close(self) -> None:
-        """End the actors, and leave the cluster where the program was not part of it before."""
+        """End the actors, and leave the cluster if this object joined it."""
         for actor in self._actors:
             ray.kill(actor)
         self._leave()
@@ -74,49 +74,49 @@ class RayScoring(Scoring):
         *,
         batch_sizes: tuple[int, int] = (MIN_BATCH_SIZE, MAX_BATCH_SIZE),
     ) -> Iterator[R]:
-        """Yield the results of a function on the items, in their order; a batch goes to who has least to do.
+        """Yield the results of a function on the items in order. Each batch goes to the idlest actor.
 
         Raises:
-            EaiError: actors die whenever they come to certain items.
+            EaiError: Actors die repeatedly at the same items.
         """
         content = ray.put(pickle.dumps(work))
         ahead: deque[Any] = deque()
-        doing: dict[Any, int] = {}  # what is promised and not known to be done -> which actor has it
+        running: dict[Any, int] = {}  # actor number by unfinished batch
         for batch in split_batches(items, self._number, *batch_sizes):
-            if len(doing) == self._number * MAX_BATCHES_PER_WORKER:
-                for done in ray.wait([*doing])[0]:
-                    del doing[done]
-            held = Counter(doing.values())
-            idlest = min(range(self._number), key=lambda number: held[number])
-            ahead.append(self._actors[idlest].done.remote(content, pickle.dumps(batch)))
-            doing[ahead[-1]] = idlest
+            if len(running) == self._number * MAX_BATCHES_PER_WORKER:
+                for done in ray.wait([*running])[0]:
+                    del running[done]
+            batches = Counter(running.values())
+            idlest = min(range(self._number), key=lambda number: batches[number])
+            ahead.append(self._actors[idlest].run.remote(content, pickle.dumps(batch)))
+            running[ahead[-1]] = idlest
             if len(ahead) == self._number * MAX_BATCHES_AHEAD:
-                yield from _results(ahead.popleft())
+                yield from _get_results(ahead.popleft())
         while ahead:
-            yield from _results(ahead.popleft())
+            yield from _get_results(ahead.popleft())
 
 
 def _connect(address: str, workers: int) -> None:
-    here = {"num_cpus": workers} if address == LOCAL else {}
+    settings = {"num_cpus": workers} if address == LOCAL else {}
     try:
-        ray.init(address, log_to_driver=False, logging_level="error", **here)
+        ray.init(address, log_to_driver=False, logging_level="error", **settings)
     except (ConnectionError, ValueError) as error:
-        raise InputError(f"{address}: no cluster of Ray's answers ({error})") from error
+        raise InputError(f"{address}: no Ray cluster answers ({error})") from error
 
 
-def _results(promised: Any) -> Sequence[Any]:
+def _get_results(promise: Any) -> Sequence[Any]:
     try:
-        found: Sequence[Any] = pickle.loads(ray.get(promised))  # noqa: S301 - of an actor of this program
+        results: Sequence[Any] = pickle.loads(ray.get(promise))  # noqa: S301 - written by an actor of this program
     except RayActorError as error:
         raise EaiError(
             f"actors died {MAX_DEATHS} times at the same answers; is there enough memory?"
         ) from error
-    return found
+    return results
 
 
 class _Actor:
-    """An actor on a node."""
+    """A process on a node of the cluster that applies functions to batches."""
 
-    def done(self, work: bytes, items: bytes) -> bytes:
-        """Do some work on a batch."""
-        return pickle.dumps(load_work(work)(pickle.loads(items)))  # noqa: S301 - of the program that started it
+    def run(self, work: bytes, items: bytes) -> bytes:
+        """Apply a pickled function to a pickled batch, and return the pickled results."""
+        return pickle.dumps(load_work(work)(pickle.loads(items)))  # noqa: S301 - written by this program

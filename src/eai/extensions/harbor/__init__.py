@@ -1,4 +1,4 @@
-"""Tasks as folders for Harbor, which runs agents in containers and has a verifier score them.
+"""Task folders for Harbor, a program that runs agents in containers and scores them with a verifier.
 
 Entry point: `export harbor` (a command).
 Extra: `mcp`, in the image that serves a world.

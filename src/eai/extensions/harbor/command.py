@@ -29,22 +29,22 @@ def harbor(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Write tasks as folders for Harbor and what reads its format, and the image that scores them.
+    """Write tasks as folders for Harbor, and the folder of the image that scores answers.
 
-    An agent writes its answer to a file; in acting it calls tools, or the command act. Before the first run:
+    An agent writes its answer to a file. In acting, it calls tools or the command act. Before the first run:
     docker build -t eai-worlds:VERSION DIR/image. docs/extensions/harbor lists programs that
     read the folders.
 
     Example: eai export harbor --domain virtualhome --ability acting --sample 20 --out harbor
 
     Options:
-        out: The folder to write to, a new one.
-        wheel: Install eai, and a benchmark's package, from these.
-        verifier_image: The image built from DIR/image, for readers that build none.
-        image: The image of the agent's box, for readers that build none.
-        shared: Score in the agent's box, for readers that know no other way.
+        out: A new folder for the tasks.
+        wheel: Install eai and the package of a benchmark from this file.
+        verifier_image: The image built from DIR/image, for programs that build none.
+        image: The image of the agent's container, for programs that build none.
+        shared: Score in the agent's container, for programs without a second one.
     """
-    from eai.extensions.harbor.folders import IMAGE, write_task_folders  # which load what games need
+    from eai.extensions.harbor.folders import IMAGE, write_task_folders  # loads libraries of games
 
     with opened_source(data) as source:
         suite = open_suite(domain, ability, source=source)
@@ -61,7 +61,7 @@ def harbor(
         )
     lines = [f"left out: {counted(n, 'task')} {why}" for why, n in left_out.items()]
     if not shared:
-        lines.append(f"the image that scores them is built from {out / IMAGE}")
+        lines.append(f"build the image that scores answers from {out / IMAGE}")
     made: dict[str, Json] = {"path": str(out), "tasks": written}
     made["left_out"] = {**left_out}
     tell(f"{counted(written, 'task')} written to {out}", *lines, value=made, as_json=as_json)

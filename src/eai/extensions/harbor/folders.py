@@ -1,4 +1,4 @@
-"""Task folders for Harbor: one a task, and a folder from which the image with their worlds is built."""
+"""Write task folders for Harbor, and the folder from which the image with their worlds is built."""
 
 from __future__ import annotations
 
@@ -26,31 +26,31 @@ from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.task_files import lines_in
 
 _Files: TypeAlias = dict[str, str | bytes]
-"""The contents of files by their places in a folder."""
+"""Contents of files by their paths in a folder."""
 
 IMAGE = "image"
-"""The folder, beside those of tasks, from which the image with their worlds is built."""
+"""Name of the folder, beside the task folders, from which the image with their worlds is built."""
 
 _PACKAGE = "eai-bench"
 
 _EXECUTABLE = frozenset({"act", "solve.sh", "test.sh"})
 
-_NO_NAME = re.compile(r"[^A-Za-z0-9_.-]+")
-"""The characters that the name of a task folder does not have."""
+_INVALID_CHARACTERS = re.compile(r"[^A-Za-z0-9_.-]+")
+"""Characters that the name of a task folder may not contain."""
 
-NO_SOLUTION = "without a solution that is known to be right"
+NO_SOLUTION = "without a verified solution"
 FREE = "in which doing nothing, or copying the question, is right"
-"""Why a task has no folder."""
+"""Reasons why a task has no folder."""
 
 _EMPTY_ANSWERS = ("", "[]", "{}", DONE)
 """Answers of an agent that does nothing: empty texts, plans and episodes."""
 
 
-def _written(answer: str) -> str:
+def _write_answer(answer: str) -> str:
     return f"cat > /workdir/answer.txt <<'END_OF_ANSWER'\n{answer}\nEND_OF_ANSWER"
 
 
-def _acted(answer: str) -> str:
+def _act_commands(answer: str) -> str:
     return "\n".join([f"act {quote(command)}" for command in answer.splitlines()])
 
 
@@ -64,25 +64,30 @@ def write_task_folders(
     verifier_image: str | None = None,
     is_shared: bool = False,
 ) -> tuple[int, Counter[str]]:
-    """Write a folder for each task that has a prompt, and `IMAGE`; counts the tasks, and those left out.
+    """Write a folder for each task with a prompt, and the folder `IMAGE`.
 
     Args:
-        suite: the tasks.
-        prompts: what is asked.
-        out: the folder, which is new or empty.
-        wheels: the files from which eai, and what else a benchmark needs, is installed; an index if none.
-        image: the image of the agent's box; None if it is built from the folder of the task.
-        verifier_image: the image with the worlds; None if it is built from `IMAGE`.
-        is_shared: whether answers are scored in the agent's box.
+        suite: The tasks.
+        prompts: The prompt of each task, by task id.
+        out: A new or empty folder.
+        wheels: Files from which eai and the package of a benchmark are installed; if empty, an index is used.
+        image: Image of the agent's container; None if it is built from the folder of the task.
+        verifier_image: Image with the worlds; None if it is built from `IMAGE`.
+        is_shared: Whether answers are scored in the agent's container.
+
+    Returns:
+        The number of written tasks, and the numbers of left-out tasks by reason.
 
     Raises:
-        InputError: the folder is not empty or cannot be written, a wheel or a file of tasks cannot be read,
-            the tasks cannot be asked in this way, or all are left out.
+        InputError: The folder is not empty or cannot be written, a wheel or a file of tasks cannot be read,
+            the tasks cannot be asked in this way, or all tasks are left out.
     """
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError(f"{out}: expected a new or an empty folder")
     if is_shared and declaration_of(suite.ability).takes_turns:
-        raise InputError(f"--shared: {suite.ability} is scored where the agent cannot write")
+        raise InputError(
+            f"--shared: {suite.ability} must be scored in a container that the agent cannot write to"
+        )
     contents: _Files = {wheel.name: read_content(wheel) for wheel in wheels}
     exporter = _Exporter(suite, contents, image, verifier_image, is_shared)
     gold = open_answer_book(suite.benchmark, suite.ability, suite.source)
@@ -90,27 +95,27 @@ def write_task_folders(
     left_out = Counter[str]()
     for task_id, prompt in prompts.items():
         solution = gold[task_id].text
-        reason = _reason(suite, task_id, prompt, solution)
+        reason = _find_reason_to_leave_out(suite, task_id, prompt, solution)
         if reason is not None:
             left_out[reason] += 1
             continue
-        slug = _NO_NAME.sub("-", f"{suite.domain}-{suite.ability}-{task_id}")
+        slug = _INVALID_CHARACTERS.sub("-", f"{suite.domain}-{suite.ability}-{task_id}")
         if slug in chosen:
-            raise InputError(f"the tasks {chosen[slug]} and {task_id} have the same name of a folder, {slug}")
+            raise InputError(f"the tasks {chosen[slug]} and {task_id} have the same folder name, {slug}")
         chosen[slug] = task_id
         _write(out / slug, exporter.task_folder(slug, task_id, prompt, solution))
     if not chosen:
-        raise InputError(f"{suite.domain} {suite.ability}: there is no task that is not left out")
+        raise InputError(f"{suite.domain} {suite.ability}: all tasks are left out")
     if not is_shared:
         _write(out / IMAGE, exporter.image_folder(chosen.values()))
     return len(chosen), left_out
 
 
-def _reason(suite: Suite, task_id: str, prompt: Prompt, solution: str) -> str | None:
-    """Why a task is left out, if it is.
+def _find_reason_to_leave_out(suite: Suite, task_id: str, prompt: Prompt, solution: str) -> str | None:
+    """Return why a task gets no folder, or None if it gets one.
 
     Raises:
-        InputError: its question has pictures.
+        InputError: The prompt has pictures.
     """
     if prompt.images:
         raise InputError(f"{suite.domain} {suite.ability}: Harbor's instructions have no pictures")
@@ -122,7 +127,7 @@ def _reason(suite: Suite, task_id: str, prompt: Prompt, solution: str) -> str | 
 
 @dataclass(frozen=True, slots=True)
 class _Exporter:
-    """The contents of folders; the fields are the arguments of `write_task_folders`."""
+    """Makes the contents of folders. The fields are arguments of `write_task_folders`."""
 
     suite: Suite
     wheels: _Files
@@ -132,41 +137,41 @@ class _Exporter:
 
     @property
     def acts(self) -> bool:
-        """Whether answers are episodes, in a world of their own."""
+        """Whether answers are episodes, each in its own world."""
         return declaration_of(self.suite.ability).takes_turns
 
     def task_folder(self, slug: str, task_id: str, prompt: Prompt, solution: str) -> _Files:
-        """The files of a task, by their places."""
-        reference, tasks = _carried(self.suite.benchmark.reference, [task_id])
-        about = {
-            **self._about(reference),
+        """Return the files of a task by their paths."""
+        reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, [task_id])
+        values = {
+            **self._template_values(reference),
             "slug": slug,
             "task_id": json.dumps(task_id),
             "task": json.dumps(str(TaskReference(reference, self.suite.ability, task_id))),
             "question": "\n\n".join(filter(None, [prompt.system, prompt.user])),
-            "solution": _acted(solution) if self.acts else _written(solution),
+            "solution": _act_commands(solution) if self.acts else _write_answer(solution),
             "world": _world(reference, task_id) if self.acts else "",
         }
-        tests = _filled(["script"], about) | (self.wheels | tasks if self.is_shared else {})
+        tests = _fill_templates(["script"], values) | (self.wheels | tasks if self.is_shared else {})
         groups = ["every", "acting" if self.acts else "answer", *([] if self.is_shared else ["separate"])]
-        return _filled(groups, about) | {f"tests/{name}": content for name, content in tests.items()}
+        return _fill_templates(groups, values) | {f"tests/{name}": content for name, content in tests.items()}
 
     def image_folder(self, task_ids: Collection[str]) -> _Files:
-        """The files from which the image with the worlds of tasks is built."""
-        reference, tasks = _carried(self.suite.benchmark.reference, task_ids)
-        return _filled(["image", "script"], self._about(reference)) | self.wheels | tasks
+        """Return the files from which the image with the worlds of some tasks is built."""
+        reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, task_ids)
+        return _fill_templates(["image", "script"], self._template_values(reference)) | self.wheels | tasks
 
-    def _about(self, reference: str) -> dict[str, str]:
-        """The values of the places in templates that all folders share."""
+    def _template_values(self, reference: str) -> dict[str, str]:
+        """Return the values of the placeholders that the templates of all folders share."""
         extra = "[mcp]" if self.acts else ""
-        found = [f"./{wheel}{extra}" for wheel in self.wheels] or [f"{_PACKAGE}{extra}=={__version__}"]
+        requirements = [f"./{wheel}{extra}" for wheel in self.wheels] or [f"{_PACKAGE}{extra}=={__version__}"]
         mode = "shared" if self.is_shared else "separate"
         own = f'\n\n[verifier.environment]\nnetwork_mode = "no-network"{_image_line(self.verifier_image)}'
         return {
             "ability": json.dumps(self.suite.ability.value),
             "agent_image": _image_line(self.image),
             "benchmark": json.dumps(reference),
-            "requirements": " ".join(map(quote, found)),
+            "requirements": " ".join(map(quote, requirements)),
             "verifier": f'environment_mode = "{mode}"{"" if self.is_shared else own}',
             "verifier_image": self.verifier_image or f"eai-worlds:{__version__}",
             "version": __version__,
@@ -178,43 +183,45 @@ def _image_line(image: str | None) -> str:
 
 
 def _world(reference: str, task_id: str) -> str:
-    """The command of the world of a task, as a list in Compose's YAML, where a dollar sign is doubled.
+    """Return the command that serves the world of a task, as a list in Compose's YAML.
+
+    Compose needs each dollar sign twice.
 
     Raises:
-        InputError: commands cannot name the task.
+        InputError: The task's id contains a comma, which `--tasks` reads as a separator.
     """
     if "," in task_id:
         raise InputError(f"the task {task_id!r}: expected an id without a comma, for eai serve mcp --tasks")
-    where = ("--out=/journal", "--host=0.0.0.0", "--port=8000", "--allow-host=world", "--trust-network")
-    command = ["eai", "serve", "mcp", f"--domain={reference}", f"--tasks={task_id}", *where]
+    settings = ("--out=/journal", "--host=0.0.0.0", "--port=8000", "--allow-host=world", "--trust-network")
+    command = ["eai", "serve", "mcp", f"--domain={reference}", f"--tasks={task_id}", *settings]
     return json.dumps(command).replace("$", "$$")
 
 
-def _carried(reference: str, task_ids: Collection[str]) -> tuple[str, _Files]:
-    """The reference of a benchmark where its files are beside, and those files: with these tasks alone."""
-    kind, _, named = reference.partition(":")
+def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _Files]:
+    """Return the files of a benchmark with only some tasks, and the reference that opens these files."""
+    kind, _, location = reference.partition(":")
     if kind == PDDL:
-        if "," not in named:
-            folder = Path(named).resolve()
-            inside = files_below(folder, "*.pddl")
+        if "," not in location:
+            folder = Path(location).resolve()
+            files = files_below(folder, "*.pddl")
             contents: _Files = {
-                part.relative_to(folder.parent).as_posix(): read_content(part) for part in inside
+                file.relative_to(folder.parent).as_posix(): read_content(file) for file in files
             }
             return f"{PDDL}:{folder.name}", contents
-        domain, problems = map(Path, named.split(",", 1))
-        parts = [problems] if problems.is_file() else files_below(problems, "*.pddl")
-        beside = {part.relative_to(problems.parent).as_posix(): read_content(part) for part in parts}
+        domain, problems = map(Path, location.split(",", 1))
+        files = [problems] if problems.is_file() else files_below(problems, "*.pddl")
+        beside = {file.relative_to(problems.parent).as_posix(): read_content(file) for file in files}
         return f"{PDDL}:{domain.name},{problems.name}", {domain.name: read_content(domain), **beside}
     path = Path(reference)
     if reference in list_benchmarks() or not path.exists():
         return reference, {}
     name = f"{path.resolve().name.partition('.')[0]}.jsonl"
-    kept = [place.content for place in lines_in(path) if json.loads(place.content)["id"] in task_ids]
-    return name, {name: b"\n".join(kept) + b"\n"}
+    lines = [line.content for line in lines_in(path) if json.loads(line.content)["id"] in task_ids]
+    return name, {name: b"\n".join(lines) + b"\n"}
 
 
-def _filled(groups: Sequence[str], values: Mapping[str, str]) -> _Files:
-    """The files of groups of templates, by their places in a folder."""
+def _fill_templates(groups: Sequence[str], values: Mapping[str, str]) -> _Files:
+    """Return the files of some groups of templates, by their paths in a folder."""
     return {
         file.relative_to(folder).as_posix(): Template(file.read_text("utf-8")).substitute(values)
         for folder in [Path(__file__).parent / "templates" / group for group in groups]

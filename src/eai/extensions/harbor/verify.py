@@ -1,6 +1,7 @@
-"""Scores what an agent left behind in a task of Harbor's; runs where the verifier does.
+"""Score the answer that an agent left in the container of a Harbor task.
 
-``python -m eai.extensions.harbor.verify BENCHMARK/ABILITY/TASK`` prints the rewards as Harbor reads them.
+``python -m eai.extensions.harbor.verify BENCHMARK/ABILITY/TASK`` runs in the verifier's container and prints
+rewards as Harbor reads them.
 """
 
 from __future__ import annotations
@@ -23,23 +24,24 @@ from eai.results.reward import MAX_ANSWER_CHARACTERS
 from eai.results.summary import summarise
 
 ANSWER = Path("/workdir/answer.txt")
-"""The file in which an agent leaves its answer."""
+"""File of the agent's answer."""
 
 WORLD = Path("/journal")
-"""The folder in which a world leaves the journal of an episode."""
+"""Folder in which the served world writes the journal of an episode."""
 
 
 def is_right(suite: Suite, verdict: Verdict) -> bool:
-    """Whether a verdict is on a right answer to a task that counts."""
+    """Whether an answer is right and its task is not excluded."""
     outcome = declaration_of(suite.ability).outcome(verdict)
     return verdict.excluded is None and outcome is AnswerOutcome.SUCCESS
 
 
-def rewards(suite: Suite, task_id: str, text: str) -> dict[str, float]:
-    """The rewards of an answer: 1 or 0, and beside it the main rates of the ability, from 0 to 1.
+def compute_rewards(suite: Suite, task_id: str, text: str) -> dict[str, float]:
+    """Return the rewards of an answer by name.
 
-    A rate that the answer adds nothing to is left out. An episode that does not replay, or an answer whose
-    scorer raises, has the rewards of an empty answer, and 0 for ``valid``.
+    ``reward`` is 1 for a right answer, else 0. The main rates of the ability follow, from 0 to 1, without
+    rates that the answer does not count in. ``valid`` is 1. If an episode cannot be replayed, or the scorer
+    raises an error, ``valid`` is 0 and the other rewards are those of an empty answer.
     """
     verdict = suite.score(task_id, text)
     if verdict.excluded is not None:
@@ -57,12 +59,12 @@ def _invalid(suite: Suite, task_id: str, reason: str) -> dict[str, float]:
 def _shares(suite: Suite, verdict: Verdict) -> dict[str, float]:
     rates = summarise([verdict], suite.ability)
     shares = {name: rates[name].share for name in declaration_of(suite.ability).overview_headings}
-    known = {name: float(share) for name, share in shares.items() if share is not None}
-    return {"reward": float(is_right(suite, verdict)), **known}
+    rated = {name: float(share) for name, share in shares.items() if share is not None}
+    return {"reward": float(is_right(suite, verdict)), **rated}
 
 
-def answer_in(file: Path) -> str:
-    """The answer in a file: nothing where there is none, or where it is longer than what is rewarded."""
+def read_answer(file: Path) -> str:
+    """Return the answer in a file, or an empty text if the file is missing or longer than the limit."""
     if not file.is_file():
         return ""
     with file.open(encoding="utf-8", errors="replace") as opened:
@@ -70,11 +72,11 @@ def answer_in(file: Path) -> str:
     return text if len(text) <= MAX_ANSWER_CHARACTERS else ""
 
 
-def episode_in(folder: Path, suite: Suite, task_id: str) -> str:
-    """The episode of a task in the folder of its world, as an answer; nothing if it was not begun.
+def read_episode(folder: Path, suite: Suite, task_id: str) -> str:
+    """Return the episode of a task from the folder of its world, or an empty text if it was not begun.
 
     Raises:
-        InputError: it has not ended, was changed, or is of another task or setting.
+        InputError: The episode has not ended, was changed, or belongs to another task or setting.
     """
     path = journal_in(folder, (task_id, 1))
     if not os.path.lexists(path):
@@ -83,23 +85,23 @@ def episode_in(folder: Path, suite: Suite, task_id: str) -> str:
     return read_journal(path, key_in(folder), Play(stage, STANDARD.slip_seed, epoch=1, harness=HARNESS))
 
 
-def rewards_of_episode(suite: Suite, task_id: str, folder: Path) -> dict[str, float]:
-    """The rewards of the episode in the folder of its world; those of nothing if it cannot be believed."""
+def compute_episode_rewards(suite: Suite, task_id: str, folder: Path) -> dict[str, float]:
+    """Return the rewards of an episode, or of an empty answer if the episode's file is invalid."""
     try:
-        return rewards(suite, task_id, episode_in(folder, suite, task_id))
+        return compute_rewards(suite, task_id, read_episode(folder, suite, task_id))
     except InputError as error:
         return _invalid(suite, task_id, str(error))
 
 
 def main() -> None:
-    """Print the rewards of what was left behind in the task that the command line names."""
+    """Print the rewards for the task that the command line names."""
     task = TaskReference.parse(sys.argv[1])
     suite = open_suite(task.benchmark, task.ability)
     if declaration_of(task.ability).takes_turns:
-        found = rewards_of_episode(suite, task.task_id, WORLD)
+        rewards = compute_episode_rewards(suite, task.task_id, WORLD)
     else:
-        found = rewards(suite, task.task_id, answer_in(ANSWER))
-    print(json.dumps(found))
+        rewards = compute_rewards(suite, task.task_id, read_answer(ANSWER))
+    print(json.dumps(rewards))
 
 
 if __name__ == "__main__":
