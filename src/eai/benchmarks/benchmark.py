@@ -155,8 +155,7 @@ class Benchmark:
         Transition modeling has operators as tasks, and some abilities have tasks of their own.
 
         Raises:
-            InputError: the ability needs tasks of its own and the benchmark has none, or it has only those of
-                others.
+            InputError: the benchmark has no tasks for this ability, or only tasks for other abilities.
         """
         own_tasks = self.data.own_tasks
         if ability in own_tasks and ability is not Ability.TRANSITION_MODELING:
@@ -164,11 +163,11 @@ class Benchmark:
         if own_tasks and not self.open_tasks(source):
             options = f"give --ability {' or '.join(own_tasks)}"
             raise InputError(f"--domain {self.reference}: {options}, as {ability} is not asked of this file")
-        asked = declaration_of(ability).interaction if ability in find_abilities() else None
-        if asked is not None and asked.task_command:
-            wanted = f"a file that {asked.task_command} writes"
+        interaction = declaration_of(ability).interaction if ability in find_abilities() else None
+        if interaction is not None and interaction.task_command:
+            wanted = f"a file that {interaction.task_command} writes"
             raise InputError(f"--domain {self.reference}: expected {wanted}, for --ability {ability}")
-        if asked is not None and asked.uses_operator_tasks:
+        if interaction is not None and interaction.uses_operator_tasks:
             return self.operators(source)
         tasks, asks = self.tasks(source), self.data.asks.get(ability)
         if asks is None:
@@ -200,7 +199,7 @@ class Benchmark:
         return AbilityWorld(self.domain, self.notation, self.subgoals, planner, words, seen, self)
 
     def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
-        """Return the corrected prompts of the data set by task id, or None if it has none for this ability.
+        """Return the data set's corrected prompts by task id, or None if it has no prompts of this ability.
 
         Raises:
             DataError: they cannot be obtained.
@@ -209,7 +208,7 @@ class Benchmark:
         return None if files is None else files.by_task(self.data.task_id_of)
 
     def official_files(self, ability: Ability, source: Source) -> PromptFiles | None:
-        """Return the official prompt files, or None if there are none; only errata change their bytes.
+        """Return the official prompt files, corrected by errata, or None if the data set has no prompts.
 
         Raises:
             DataError: they cannot be obtained.

@@ -50,7 +50,7 @@ def check_benchmark(
 ) -> tuple[list[Finding], Counter[SearchEnd]]:
     """Return all problems of a benchmark, and how the searches for plans of its tasks ended.
 
-    A plan is searched if a task has none of its own, unless the task is excluded as unsolvable.
+    A search runs for tasks without a plan of their own, except tasks excluded as unsolvable.
 
     Args:
         benchmark: the benchmark.
@@ -60,7 +60,7 @@ def check_benchmark(
     domain, tasks = benchmark.domain, benchmark.tasks(source)
     initial_states = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
     findings = [Finding(domain.name, defect) for defect in check(domain, initial_states)]
-    kinds = {thing.category for task in tasks.values() for thing in task.scene.objects}
+    kinds = {obj.category for task in tasks.values() for obj in task.scene.objects}
     for subject, formulas in _list_formulas(domain):
         for kind in dict.fromkeys(chain.from_iterable(map(_list_kinds, formulas))):
             if kind not in kinds:

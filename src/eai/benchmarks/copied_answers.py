@@ -87,7 +87,7 @@ def _require_action(action: str, arity: int) -> f.Formula:
 
 
 def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
-    """Return a formula without quantifiers that implies the given one, expanded for a scene's objects."""
+    """Return a formula without quantifiers, expanded for a scene, that implies the given formula."""
 
     def objects(variable: f.Variable) -> list[f.Constant]:
         return [f.Constant(scene.objects[i].name) for i in bits(scene.category(variable.category))]
@@ -230,7 +230,7 @@ def _find_achievers(literal: Literal, task: Task, achievers: Achievers) -> Itera
 
 
 def _choose_action(matches: Iterable[_AchieverMatch], task: Task) -> Action | None:
-    """Return the first of these actions that is possible with objects of the task in any state, or None."""
+    """Return the first possible action with objects of the task, in any state, or None."""
     usable = sum(1 << index for index in task.relevant)
     for achiever, scope in matches:
         for binding in achiever.bindings(task.initial, scope, usable, Effort(Limits().bindings)):
@@ -244,7 +244,9 @@ def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]
     denied = {
         p.operand.predicate for p in subformulas if isinstance(p, f.Not) and isinstance(p.operand, f.Atom)
     }
-    wanted = dict.fromkeys(part.predicate for part in subformulas if isinstance(part, f.Atom))
+    wanted = dict.fromkeys(
+        subformula.predicate for subformula in subformulas if isinstance(subformula, f.Atom)
+    )
     declared = {predicate.name: predicate.parameters for predicate in task.domain.header.predicates}
     effects = [_apply_to_all(n, declared[n], adds=n not in denied) for n in wanted if n in declared]
     effect = Both(tuple(effects))

@@ -1,6 +1,6 @@
 """Answers of the built-in models: gold answers, planned answers, and randomly corrupted gold answers.
 
-Corrupted answers are those of `eai/noisy`, which repairs them if feedback names the error.
+The model `eai/noisy` gives corrupted answers, and repairs them if feedback names the error.
 """
 
 from __future__ import annotations
@@ -90,21 +90,21 @@ def _corrupt_parts(
     """Yield the parts of a gold answer, some of them corrupted."""
     pending = list(parts)
     while pending:
-        part = pending.pop(0)
+        gold_part = pending.pop(0)
         if rng.random() >= rate:
-            yield (part,), (part,)
+            yield (gold_part,), (gold_part,)
             continue
         match rng.choice(("drop", "repeat", "swap", "replace")):
             case "repeat":
-                yield (part,), (part, part)
+                yield (gold_part,), (gold_part, gold_part)
             case "swap" if pending:
                 other = pending.pop(0)
-                yield (part, other), (other, part)
+                yield (gold_part, other), (other, gold_part)
             case "swap" | "replace":
                 foreign = book[rng.choice(tuple(book))].parts
-                yield (part,), (rng.choice(foreign) if foreign else part,)
+                yield (gold_part,), (rng.choice(foreign) if foreign else gold_part,)
             case _:
-                yield (part,), ()
+                yield (gold_part,), ()
 
 
 def make_random(seed: str, task_id: str) -> random.Random:

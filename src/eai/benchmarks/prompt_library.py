@@ -99,13 +99,13 @@ class Library:
             prompts = self._replace_prompts(published, benchmark, ability)
             return _insert_beliefs(prompts, benchmark, ability, beliefs)
         prompts = self._render(benchmark, ability, beliefs)
-        own = self._replace_prompts(prompts, benchmark, ability)
+        replaced = self._replace_prompts(prompts, benchmark, ability)
         for task_id in beliefs.keys() & prompts.keys():
-            if own[task_id].user != prompts[task_id].user:
+            if replaced[task_id].user != prompts[task_id].user:
                 raise InputError(
                     f"{self.folder}: the prompt of {task_id} states the task itself and not a belief"
                 )
-        return own
+        return replaced
 
     def corrected(self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]) -> int:
         """Return the number of tasks whose published question is corrected by errata."""
@@ -141,11 +141,11 @@ class Library:
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
         """Return our prompts, rendered from the domain, or as the ability poses them."""
-        templates, asked = self.templates, declaration_of(ability).interaction
-        if asked.uses_operator_tasks:
+        templates, interaction = self.templates, declaration_of(ability).interaction
+        if interaction.uses_operator_tasks:
             return operator_prompts(benchmark.operators(self.source), templates)
-        if asked.make_question is not None:
-            return self._pose_questions(asked.make_question, benchmark, ability, beliefs)
+        if interaction.make_question is not None:
+            return self._pose_questions(interaction.make_question, benchmark, ability, beliefs)
         return render(self._make_questions(benchmark, ability, beliefs), templates)
 
     def _pose_questions(
@@ -199,11 +199,15 @@ class Library:
         name = suite_name(benchmark.name, ability)
         file, system_file = self.folder / f"{name}.json", self.folder / f"{name}_system.json"
         if file.exists():
-            own = {benchmark.data.task_id_of(i) or i: text for i, text in read_prompt_file(file).items()}
-            for task_id in own:
+            user_prompts = {
+                benchmark.data.task_id_of(i) or i: text for i, text in read_prompt_file(file).items()
+            }
+            for task_id in user_prompts:
                 if task_id not in prompts:
                     raise InputError(f"{file}: identifier {task_id!r} is not one of the tasks")
-            prompts = {i: replace(prompt, user=own.get(i, prompt.user)) for i, prompt in prompts.items()}
+            prompts = {
+                i: replace(prompt, user=user_prompts.get(i, prompt.user)) for i, prompt in prompts.items()
+            }
         if system_file.exists():
             system = read_system_file(system_file)
             prompts = {i: replace(prompt, system=system) for i, prompt in prompts.items()}

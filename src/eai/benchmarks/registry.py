@@ -160,7 +160,7 @@ def open_pddl(files: str) -> Benchmark:
 
 
 def _open_own_tasks(path: Path) -> Benchmark | None:
-    """Return the benchmark of a file with an ability's own tasks, or None if the file has none."""
+    """Return the benchmark of a file with an ability's own tasks, or None for other files."""
     from eai.abilities.declaration import declaration_of
 
     for ability in find_abilities() if path.is_file() else ():

@@ -113,7 +113,10 @@ def _format_formula(entry: object, spelling: Callable[[str], str], *, nested: bo
             inner = _format_formula(operand, spelling, nested=True)
             return None if inner is None else _put_in_brackets(f"not {inner}", nested)
         case ["and" | "or" as word, first, *others]:
-            texts = [_format_formula(part, spelling, nested=True) for part in unwrap_parts((first, *others))]
+            texts = [
+                _format_formula(operand_entry, spelling, nested=True)
+                for operand_entry in unwrap_parts((first, *others))
+            ]
             readable = [text for text in texts if text is not None]
             return (
                 _put_in_brackets(f" {word} ".join(readable), nested) if len(readable) == len(texts) else None
@@ -185,7 +188,7 @@ open_operators = once_per_store(open_behavior)
 
 
 def behavior() -> Benchmark:
-    """Return the benchmark."""
+    """Return the benchmark BEHAVIOR."""
     return Benchmark(
         NAME,
         domain_in_paper_order(),

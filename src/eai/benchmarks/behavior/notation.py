@@ -76,7 +76,7 @@ PREDICATE_ARITIES: Mapping[str, int] = {
 """Number of objects of each predicate of subgoals (``base_vocabulary.json``)."""
 
 UNOBSERVED = frozenset(PREDICATE_ARITIES) - {*_UNARY_PREDICATES, *RELATIONS, "inHandOfRobot"}
-"""Predicates about rooms, sight and reach, which the symbolic scene cannot evaluate."""
+"""Predicates about rooms, sight and reach. The symbolic scene cannot evaluate them."""
 
 ROBOT_NAMES = frozenset(("agent", "agent_n_01", "agent.1", "agent_n_01.1"))
 """Names of the robot in subgoals. The symbolic scene does not know its position."""

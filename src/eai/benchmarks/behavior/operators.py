@@ -49,13 +49,13 @@ def require_not_in_other_hand(hand: _Hand) -> Check:
 
 
 def require_cut_off(obj: Variable) -> Check:
-    """Return the check that an object is whole, or a half of a sliced object."""
+    """Return the check that an object is not the half of an unsliced object."""
     condition = Implies(p.part(obj), p.is_sliced(obj))
     return missing(condition, f"{{{obj.name}}} has not been cut off yet")
 
 
 def require_interactable(obj: Variable) -> tuple[Check, ...]:
-    """Return the checks that an object is accessible and unsliced; of a sliced object only halves exist."""
+    """Return the checks that an object is accessible and unsliced. A sliced object exists only as halves."""
     shut = Exists(C, p.closed(C) & p.within(obj, C))
     return (
         missing(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut),
@@ -66,21 +66,21 @@ def require_interactable(obj: Variable) -> tuple[Check, ...]:
 
 def add_movement(operator: Operator) -> Operator:
     """Return the action with an effect: the robot moves to the floor below the last argument, if any."""
-    place = operator.parameters[-1]
-    go = Let(F, p.floor_below(place, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
+    target = operator.parameters[-1]
+    go = Let(F, p.floor_below(target, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
     return replace(operator, effects=(*operator.effects, go))
 
 
-def put_in(obj: Variable, place: Variable) -> tuple[Effect, ...]:
+def put_in(obj: Variable, container: Variable) -> tuple[Effect, ...]:
     """Return effects that put an unsupported object into a container."""
-    return (Add(p.lies_in(obj, place)),)
+    return (Add(p.lies_in(obj, container)),)
 
 
-def put_on(obj: Variable, place: Variable) -> tuple[Effect, ...]:
+def put_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
     """Return effects that put an unsupported object onto a support, or let it stand on a floor."""
     return (
-        When(p.floor(place), (Add(p.stands_on(obj, place)),)),
-        When(~p.floor(place), (Add(p.lies_on(obj, place)),)),
+        When(p.floor(support), (Add(p.stands_on(obj, support)),)),
+        When(~p.floor(support), (Add(p.lies_on(obj, support)),)),
     )
 
 
@@ -135,16 +135,16 @@ def release(hand: _Hand) -> Operator:
     return Operator(f"{hand.name}_RELEASE", (X,), checks, effects, text, role=Role.RELEASES)
 
 
-def require_place(hand: _Hand, place: Variable) -> tuple[Check, ...]:
+def require_place(hand: _Hand, target: Variable) -> tuple[Check, ...]:
     """Return the checks of all placing: the hand is not empty, and its object does not carry the target."""
     return (
         missing(~hand.empty, "that hand holds nothing"),
-        missing(~hand.holds(place), f"{{{place.name}}} is the object in that hand"),
+        missing(~hand.holds(target), f"{{{target.name}}} is the object in that hand"),
         missing(
-            ~Exists(H, hand.holds(H) & p.carried_by(place, H)),
-            f"{{{place.name}}} is carried by the object in that hand",
+            ~Exists(H, hand.holds(H) & p.carried_by(target, H)),
+            f"{{{target.name}}} is carried by the object in that hand",
         ),
-        *require_interactable(place),
+        *require_interactable(target),
     )
 
 

@@ -27,16 +27,16 @@ def make_target_lookup(relation: str) -> LookupFunction:
 
 
 def combine_halves(values: LookupFunction) -> LookupFunction:
-    """Return a lookup for goals: the targets of a sliced object are those that all its halves share."""
+    """Return a lookup for goals: the targets of a sliced object are the common targets of its halves."""
 
     def find_common_values(state: State, arguments: tuple[int, ...]) -> int:
         (x,) = arguments
-        parts = state.relation("part_of").column(x) if state.mask("is_sliced") >> x & 1 else 0
-        if not parts:
+        halves = state.relation("part_of").column(x) if state.mask("is_sliced") >> x & 1 else 0
+        if not halves:
             return values(state, arguments)
         common = state.scene.everything
-        for part in bits(parts):
-            common &= values(state, (part,))
+        for half in bits(halves):
+            common &= values(state, (half,))
         return common
 
     return find_common_values
@@ -140,21 +140,21 @@ _BASIC_DERIVED = tuple([item for item in globals().values() if isinstance(item, 
 # Derived predicates of goals.
 
 
-def _make_goal_state(name: str, own: Predicate) -> Defined:
+def _make_goal_state(name: str, stored: Predicate) -> Defined:
     """Return a state as goals use it: a sliced object has the state if all its halves do."""
-    of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P)))
-    return Defined(name, (X,), (own(X) & ~halved(X)) | (halved(X) & of_parts))
+    of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P)))
+    return Defined(name, (X,), (stored(X) & ~halved(X)) | (halved(X) & of_parts))
 
 
-def _make_goal_relation(name: str, own: Predicate | Defined) -> Defined:
+def _make_goal_relation(name: str, stored: Predicate | Defined) -> Defined:
     """Return a relation as goals use it: a sliced object has it if all its halves do."""
-    values = own.values if isinstance(own, Defined) else None
-    of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P, Y)))
-    seen = (own(X, Y) & ~halved(X)) | (halved(X) & of_parts)
-    return Defined(name, (X, Y), seen, combine_halves(values or make_target_lookup(own.name)))
+    values = stored.values if isinstance(stored, Defined) else None
+    of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P, Y)))
+    seen = (stored(X, Y) & ~halved(X)) | (halved(X) & of_parts)
+    return Defined(name, (X, Y), seen, combine_halves(values or make_target_lookup(stored.name)))
 
 
-GOAL_STATES = tuple(_make_goal_state(own.name.removeprefix("is_"), own) for _, own in STATES)
+GOAL_STATES = tuple(_make_goal_state(state.name.removeprefix("is_"), state) for _, state in STATES)
 STORED = {
     "inside": lies_in,
     "ontop": lies_on,
@@ -165,7 +165,7 @@ STORED = {
 """The stored relation of each BDDL relation, in the order of entry of initial facts."""
 
 GOAL_RELATIONS = tuple(
-    _make_goal_relation(name, within if own is lies_in else own) for name, own in STORED.items()
+    _make_goal_relation(name, within if stored is lies_in else stored) for name, stored in STORED.items()
 )
 directly_inside = _make_goal_relation("directly_inside", lies_in)
 

@@ -104,8 +104,8 @@ def collect_initial_relations(
     """Return the initial relations of objects by name: listed, assumed and added by evidence."""
     listed = read_listed_relations(record)
     removed = evidence.removed.get(record.id, ())
-    kept = tuple(relation for relation in listed if relation[:2] not in removed)
-    return (*kept, *assume_standing_relations(record, evidence), *evidence.added.get(record.id, ()))
+    remaining = tuple(relation for relation in listed if relation[:2] not in removed)
+    return (*remaining, *assume_standing_relations(record, evidence), *evidence.added.get(record.id, ()))
 
 
 def read_listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:

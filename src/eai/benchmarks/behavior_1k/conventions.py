@@ -53,7 +53,7 @@ class SceneReader:
     def __init__(self, state: State) -> None:
         self._state = state
         self._index = state.scene.index
-        self._names = [thing.name for thing in state.scene.objects]
+        self._names = [obj.name for obj in state.scene.objects]
 
     def _has(self, predicate: Predicate, *names: str) -> bool:
         return self._state.has(predicate.name, *[self._index[name] for name in names])
@@ -142,7 +142,9 @@ class _ConventionWriter(SceneReader):
         if washing:
             ways.append(f"by washing or rinsing in {_join_names(washing)}")
         machines = [
-            one for one in (*self._find_things(p.washer), *self._find_things(p.sink)) if one not in washing
+            machine
+            for machine in (*self._find_things(p.washer), *self._find_things(p.sink))
+            if machine not in washing
         ]
         if solvents and machines:
             ways.append(

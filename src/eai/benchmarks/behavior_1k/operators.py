@@ -34,7 +34,7 @@ def require_existing(obj: Variable) -> Check:
 
 
 def require_reachable(obj: Variable) -> Check:
-    """Return the check that an object is in no closed container."""
+    """Return the check that no closed container contains an object."""
     shut = Exists(Z, p.closed(Z) & p.within(obj, Z))
     return missing(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut)
 
@@ -46,7 +46,7 @@ def require_object(obj: Variable) -> Check:
 
 
 def require_in_hand(obj: Variable) -> Check:
-    """Return the check that an object is in a hand."""
+    """Return the check that a hand holds an object."""
     return missing(p.held(obj), f"{{{obj.name}}} is not in a hand")
 
 
@@ -62,9 +62,9 @@ def require_ability(obj: Variable, ability: Predicate, reason: str) -> Check:
 
 def take_from_place(obj: Variable) -> tuple[Effect, ...]:
     """Return effects that remove an object from its place."""
-    places = (p.lies_in, p.lies_on, p.laid_over, p.draped_on, p.stands_under)
+    relations = (p.lies_in, p.lies_on, p.laid_over, p.draped_on, p.stands_under)
     return (
-        *(Delete(place(obj, ANYTHING)) for place in places),
+        *(Delete(relation(obj, ANYTHING)) for relation in relations),
         *both_ways(Delete, p.stands_by(obj, ANYTHING)),
         Delete(p.stands_under(ANYTHING, obj)),
     )
@@ -241,7 +241,8 @@ def slice_() -> Operator:
         for state in (p.is_cooked, p.is_frozen, p.is_hot)
     )
     placed = (
-        Let(C, place(X, C), (ForEach(P, halves, (Add(place(P, C)),)),)) for place in (p.lies_in, p.lies_on)
+        Let(C, relation(X, C), (ForEach(P, halves, (Add(relation(P, C)),)),))
+        for relation in (p.lies_in, p.lies_on)
     )
     covered = ForEach(S, p.has_cover(X, S), (ForEach(P, halves, (Add(p.has_cover(P, S)),)),))
     effects = (ForEach(P, halves, (Add(p.present(P)),)), *placed, *inherited, covered, *use_up(X))
@@ -267,8 +268,8 @@ def dice() -> Operator:
     """
     diced = (p.diced_as(X, S) & ~p.is_cooked(X)) | (p.diced_cooked_as(X, S) & p.is_cooked(X))
 
-    def drop_dice(place: Formula, *held_as: Predicate) -> Effect:
-        return ForEach(C, place, (ForEach(S, diced, tuple(Add(each(C, S)) for each in held_as)),))
+    def drop_dice(container: Formula, *held_as: Predicate) -> Effect:
+        return ForEach(C, container, (ForEach(S, diced, tuple(Add(relation(C, S)) for relation in held_as)),))
 
     effects = (
         ForEach(S, diced, (Add(p.present(S)),)),
@@ -622,11 +623,11 @@ _MAKERS: tuple[Callable[[], Operator], ...] = (
 
 @cache
 def build_domain() -> Domain:
-    """Return the domain.
+    """Return the domain of BEHAVIOR-1K.
 
-    The robot sees held objects. At its floor, it sees all objects outside closed containers. Objects without
-    a known floor are seen from everywhere, as they are reached from everywhere. A substance is seen with an
-    object that it covers or soaks, with its source, or in an open container.
+    The robot sees held objects. At its floor, it sees all objects outside closed containers. It sees, and
+    reaches, objects without a known floor from everywhere. It sees a substance with an object that it covers
+    or soaks, with its source, or in an open container.
     """
     operators = (*make_placing_actions(), *make_state_actions(), *(make() for make in _MAKERS))
 

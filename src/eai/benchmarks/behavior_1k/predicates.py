@@ -136,7 +136,7 @@ _BASIC_DERIVED = tuple([item for item in globals().values() if isinstance(item, 
 # Derived predicates of goals.
 
 
-GOAL_STATES = (*(Defined(own.name.removeprefix("is_"), (X,), own(X)) for own in STATES), real)
+GOAL_STATES = (*(Defined(state.name.removeprefix("is_"), (X,), state(X)) for state in STATES), real)
 STORED = {
     "inside": lies_in,
     "ontop": lies_on,
@@ -155,7 +155,7 @@ STORED = {
 GOAL_RELATIONS = (
     Defined("inside", (X, Y), within.definition, within.values),
     Defined("touching", (X, Y), carries(X, Y) | carries(Y, X) | stands_by(X, Y)),
-    *(Defined(name, (X, Y), own(X, Y)) for name, own in STORED.items() if name != "inside"),
+    *(Defined(name, (X, Y), stored(X, Y)) for name, stored in STORED.items() if name != "inside"),
 )
 GOAL_PREDICATES = (*(state.name for state in GOAL_STATES), *(relation.name for relation in GOAL_RELATIONS))
 """The predicates of goals and prompts."""

@@ -159,10 +159,10 @@ class _SentenceWriter:
             case f.Not(operand):
                 return f"it is not so that {self.write_clause(operand, names)}"
             case f.And(parts):
-                comma = ", and " if any(isinstance(part, f.Or) for part in parts) else " and "
-                return comma.join(self.write_clause(part, names) for part in parts)
+                comma = ", and " if any(isinstance(operand, f.Or) for operand in parts) else " and "
+                return comma.join(self.write_clause(operand, names) for operand in parts)
             case f.Or(parts):
-                return f"either {' or '.join(self.write_clause(part, names) for part in parts)}"
+                return f"either {' or '.join(self.write_clause(operand, names) for operand in parts)}"
             case f.Implies(premise, conclusion):
                 return f"if {self.write_clause(premise, names)} then {self.write_clause(conclusion, names)}"
             case f.ForAll() | f.Exists() | f.Exactly() | f.ForPairs():

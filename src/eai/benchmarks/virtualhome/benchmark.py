@@ -244,7 +244,7 @@ open_operators = once_per_store(open_virtualhome)
 
 
 def virtualhome() -> Benchmark:
-    """Return the benchmark. Subgoals are asked for in tasks with a temporal goal."""
+    """Return the benchmark VirtualHome. Only tasks with a temporal goal have subgoals."""
     return Benchmark(
         NAME,
         domain_in_paper_order(),

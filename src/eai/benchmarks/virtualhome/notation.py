@@ -177,7 +177,7 @@ SUBGOAL_ACTIONS = (
 """The actions that the reference allows in subgoals (``resources/vocabulary.json``, ``subgoal_actions``)."""
 
 MISSING_ACTION = "POUR"
-"""An action that the goals of five tasks ask for, although the reference's vocabulary lacks it."""
+"""An action in the goals of five tasks that the reference's vocabulary lacks."""
 
 
 class VirtualHomeSubgoals(SubgoalNotation):

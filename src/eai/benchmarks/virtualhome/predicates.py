@@ -226,9 +226,9 @@ def _make_full_predicate(name: str, capacities: Mapping[str, int]) -> Computed:
     """Return the predicate of a full seat or bed, given capacities by category; 1 for other categories."""
 
     def test(state: State, arguments: tuple[int, ...]) -> bool:
-        (place,) = arguments
-        capacity = capacities.get(state.scene.objects[place].category, 1)
-        return state.relation("ONTOP").column(place).bit_count() >= capacity
+        (seat,) = arguments
+        capacity = capacities.get(state.scene.objects[seat].category, 1)
+        return state.relation("ONTOP").column(seat).bit_count() >= capacity
 
     by_size = {n: [c for c, fits in capacities.items() if fits == n] for n in sorted({*capacities.values()})}
     sized = tuple(is_a(X, *categories) & _require_at_least(X, n) for n, categories in by_size.items())
@@ -237,7 +237,8 @@ def _make_full_predicate(name: str, capacities: Mapping[str, int]) -> Computed:
 
 
 lies_on, lies_in, lies_next_to = (
-    _make_origin_predicate(place, name) for place, name in enumerate(("lies_on", "lies_in", "lies_next_to"))
+    _make_origin_predicate(position, name)
+    for position, name in enumerate(("lies_on", "lies_in", "lies_next_to"))
 )
 seat_full = _make_full_predicate("seat_full", SEAT_CAPACITIES)
 bed_full = _make_full_predicate("bed_full", BED_CAPACITIES)

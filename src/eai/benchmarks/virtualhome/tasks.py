@@ -88,7 +88,7 @@ class _IndexedGraph:
         return _IndexedGraph(objects, labels, index, unary, rows, columns, ends)
 
     def _relabel(self, unary: list[int], records: Iterable[ObjectRecord], index: Mapping[int, int]) -> None:
-        """Update the masks of unary predicates to the labels of these records, of old or new objects."""
+        """Update the masks of unary predicates to the labels of some records, also for new objects."""
         for record in records:
             bit = 1 << index[record.id]
             for slot in _find_changed_slots(self.labels.get(record.id, _UNLABELLED), record.labels):
@@ -176,7 +176,7 @@ def _make_relation(rows: Sequence[int], columns: Sequence[int], ends: tuple[int,
 
 @cache
 def _make_empty_relation(size: int) -> Relation:
-    """Return a relation without pairs, which states of `size` objects share."""
+    """Return an empty relation, shared by all states with this number of objects."""
     return Relation(Matrix([0] * size, [0] * size))
 
 
